@@ -1,0 +1,115 @@
+# Every command of the project; `make` alone lists them.
+
+PYTHON ?= python3
+JOBS ?= auto
+# More words for the tool, as in: make test ARGS="-k euler", make lock ARGS=--upgrade
+ARGS ?=
+
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
+PYTEST := $(BIN)/pytest
+SMOKE := $(CURDIR)/build/smoke
+# The stamps' order: the locked packages, the project itself, every optional extra.
+LOCKED := .venv/.stamp-locked
+DEV := .venv/.stamp-dev
+ALL := .venv/.stamp-all
+
+.DEFAULT_GOAL := help
+.PHONY: help venv report test slow golden peers clients browser proofs fuzz \
+        lint format types check smoke lock build clean
+
+help:     ## list the targets
+	@awk -F ': *## ' '/^[a-z]+:.*## /{sub(/:.*/, "", $$1); printf "  make %-8s %s\n", $$1, $$2}' \
+		$(MAKEFILE_LIST)
+
+venv:     ## set .venv up with all that the default checks need
+venv: $(DEV)
+
+# --clear, so that a package which left the lock leaves .venv as well.
+$(LOCKED): requirements/dev.txt
+	$(PYTHON) -m venv --clear .venv
+	$(PIP) install --require-hashes -r requirements/dev.txt
+	touch $@
+
+$(DEV): pyproject.toml $(LOCKED)
+	$(PIP) install --no-deps --no-build-isolation -e .
+	touch $@
+
+$(ALL): requirements/all.txt $(LOCKED) | $(DEV)
+	$(PIP) install --require-hashes -r requirements/all.txt
+	touch $@
+
+report:   ## write the precision report into reports/
+report: $(DEV)
+	$(BIN)/tt-precise report $(ARGS)
+
+test:     ## the default tests: none of the marked ones, under 3 minutes
+test: $(DEV)
+	$(PYTEST) -n $(JOBS) $(ARGS)
+
+slow:     ## tests marked slow: long evidence
+golden:   ## tests marked golden: rebuild the golden data
+fuzz:     ## tests marked fuzz: long fuzzing
+slow golden fuzz: $(DEV)
+	$(PYTEST) -n $(JOBS) -m $@ $(ARGS)
+
+peers:    ## tests marked peers: other integrators (installs every extra)
+clients:  ## tests marked clients: other people's engines (installs every extra)
+proofs:   ## tests marked proofs: long rigorous proofs (installs every extra)
+peers clients proofs: $(ALL)
+	$(PYTEST) -n $(JOBS) -m $@ $(ARGS)
+
+browser:  ## tests marked browser: the report in chromium (installs it from Debian)
+browser: $(DEV)
+	{ command -v chromium && command -v chromedriver; } >/dev/null || \
+		{ apt-get update && apt-get install --yes chromium chromium-driver; }
+	$(PYTEST) -m $@ $(ARGS)
+
+lint:     ## ruff: rules and formatting
+lint: $(DEV)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+format:   ## let ruff repair what it can
+format: $(DEV)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+types:    ## mypy
+types: $(DEV)
+	$(BIN)/mypy
+
+check:    ## what a commit has to pass: lint, types, test
+check: lint types test
+
+build:    ## wheel and sdist, into dist/
+build: $(DEV)
+	$(BIN)/hatchling build --clean
+
+# .venv lends its packages through a path file that does not lead back to the checkout.
+smoke:    ## the wheel, installed elsewhere, loads a scene
+smoke: build
+	$(BIN)/python -m venv --clear $(SMOKE)
+	$(SMOKE)/bin/python -m pip --quiet --disable-pip-version-check install --no-deps dist/*.whl
+	$(BIN)/python -c "import sysconfig; print(sysconfig.get_path('purelib'))" > \
+		$$($(SMOKE)/bin/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")/lent.pth
+	cd / && $(SMOKE)/bin/python -c "import tt_precise as tt; tt.load_scene('reference'); \
+		assert tt.__file__.startswith('$(SMOKE)'), tt.__file__"
+	cd / && $(SMOKE)/bin/tt-precise --help > /dev/null
+
+# all.txt first: the smaller sets are cut out of it, so that one .venv can hold all three.
+UV_COMPILE = build/lock/bin/uv pip compile pyproject.toml --quiet --universal \
+	--python-version 3.11 --fork-strategy fewest --generate-hashes --no-emit-index-url \
+	--no-annotate --custom-compile-command "make lock"
+
+lock:     ## pin and hash requirements/*.txt anew
+	$(PYTHON) -m venv --clear build/lock
+	build/lock/bin/python -m pip --quiet --disable-pip-version-check install uv
+	$(UV_COMPILE) $(ARGS) --all-extras -o requirements/all.txt
+	$(UV_COMPILE) -c requirements/all.txt --extra test --extra dev --extra parquet \
+		-o requirements/dev.txt
+	$(UV_COMPILE) -c requirements/all.txt -o requirements/runtime.txt
+
+clean:    ## remove .venv, builds and caches
+	rm -rf .venv build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,142 @@
+"""The body: the exact parameters of a Tippe Top, and the units that make it dimensionless."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from tt_precise.errors import InputError
+from tt_precise.numerals import exact
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The seven parameters of a Tippe Top as scalars of any one arithmetic.
+
+    m mass, R radius, alpha eccentricity of the centre of mass in units of R, I1 and I3 principal
+    moments of inertia about it, g gravity, mu friction in F_f = -mu g_n v_A. Any consistent units.
+    """
+
+    m: Any
+    R: Any
+    alpha: Any
+    I1: Any
+    I3: Any
+    g: Any
+    mu: Any
+
+    @property
+    def gamma(self) -> Any:
+        """Ratio of the moments of inertia gamma = I1/I3; Theorem 1.1."""
+        return self.I1 / self.I3
+
+    @property
+    def sigma(self) -> Any:
+        """Ratio sigma = m R^2/I3; after eq (9)."""
+        return self.m * self.R * self.R / self.I3
+
+
+@dataclass(frozen=True)
+class TippeTop(Parameters):
+    """A Tippe Top with exact parameters in SI: kg, m, 1, kg m^2, kg m^2, m/s^2, s/m.
+
+    Every parameter is given as an exact decimal or fraction string (or int, or ``Fraction``).
+
+    Raises
+    ------
+    InputError
+        A parameter is no exact number or outside its range: 0 < alpha < 1; m, R, I1, I3, g > 0;
+        I3 <= 2 I1 (no mass distribution has more); mu >= 0.
+    """
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            object.__setattr__(self, field.name, exact(getattr(self, field.name), field.name))
+        for name in ("m", "R", "I1", "I3", "g"):
+            _require(getattr(self, name) > 0, name, getattr(self, name), "a number above 0")
+        _require(0 < self.alpha < 1, "alpha", self.alpha, "a number between 0 and 1, both excluded")
+        _require(self.mu >= 0, "mu", self.mu, "a number of at least 0")
+        _require(
+            self.I3 <= 2 * self.I1,
+            "I3",
+            self.I3 / (self.m * self.R**2),
+            f"at most 2 I1 = {_short(2 * self.I1 / (self.m * self.R**2))} (in units of m R^2)",
+        )
+
+    @classmethod
+    def from_ratios(cls, **given: Any) -> TippeTop:
+        """A body whose I1 and I3 are given in units of m R^2, as in a scene file."""
+        values = {name: exact(value, name) for name, value in given.items()}
+        scale = values["m"] * values["R"] ** 2
+        values["I1"] *= scale
+        values["I3"] *= scale
+        return cls(**values)
+
+    def numbers(self, convert: Callable[[Fraction], Any]) -> Parameters:
+        """These parameters (SI) in another arithmetic; ``convert`` rounds one exact number."""
+        return Parameters(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
+
+    def dimensionless(self, fn: Any, convert: Callable[[Fraction], Any]) -> Parameters:
+        """The same top with m = R = g = 1 and mu sqrt(g R) for mu."""
+        scale = self.m * self.R**2
+        mu_squared = self.mu**2 * self.g * self.R
+        return Parameters(
+            m=1,
+            R=1,
+            alpha=convert(self.alpha),
+            I1=convert(self.I1 / scale),
+            I3=convert(self.I3 / scale),
+            g=1,
+            mu=fn.sqrt(convert(mu_squared)),
+        )
+
+
+class Dimension(NamedTuple):
+    """Powers of mass, length and time in a physical quantity."""
+
+    mass: int = 0
+    length: int = 0
+    time: int = 0
+
+    @property
+    def unit(self) -> str:
+        """The SI unit in base units, such as "kg m^2/s"; "1" for a pure number."""
+        named = [("kg", self.mass), ("m", self.length), ("s", self.time)]
+        power = [(unit if abs(n) == 1 else f"{unit}^{abs(n)}", n) for unit, n in named if n]
+        over = " ".join(text for text, n in power if n > 0) or "1"
+        under = "".join("/" + text for text, n in power if n < 0)
+        return over + under
+
+
+class Units(NamedTuple):
+    """The units of the dimensionless form: mass m, length R, time sqrt(R/g), in SI."""
+
+    mass: Any
+    length: Any
+    time: Any
+
+    @classmethod
+    def of(cls, body: TippeTop, fn: Any, convert: Callable[[Fraction], Any]) -> Units:
+        """The units of ``body``, each rounded once by ``convert`` (and one square root)."""
+        return cls(convert(body.m), convert(body.R), fn.sqrt(convert(body.R / body.g)))
+
+    def of_dimension(self, dimension: Dimension) -> Any:
+        """How many SI units one dimensionless unit of this dimension is."""
+        factor: Any = 1
+        for unit, power in zip(self, dimension, strict=True):
+            if power:
+                factor = factor * unit**power
+        return factor
+
+
+def _require(holds: bool, name: str, got: Fraction, expected: str) -> None:
+    if not holds:
+        raise InputError(f"{name}: got {_short(got)}, expected {expected}")
+
+
+def _short(value: Fraction) -> str:
+    text = str(value)
+    decimal = repr(float(value)) if abs(value) < 10**300 else text
+    return decimal if Fraction(decimal) == value or len(text) > 24 else text

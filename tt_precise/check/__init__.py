@@ -1,0 +1,1 @@
+"""Conservation checks on a trajectory from anywhere."""

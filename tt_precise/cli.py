@@ -1,0 +1,85 @@
+"""The command line: finds a command, runs it, and turns what went wrong into one line.
+
+Each command is one file in ``commands`` and is imported only when it is called, so that ``--help``
+and ``check`` start fast. Exit status: 0 done and all checks pass, 1 a check failed, 2 the input
+could not be used.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+import click
+
+from tt_precise import __version__
+from tt_precise.errors import InputError
+
+COMMANDS = {
+    "run": "Integrate a scene.",
+    "thresholds": "lambda, its thresholds and asymptotic values, each determined twice.",
+    "events": "The catalogue of events, or the events of a scene.",
+    "claims": "Judge the paper's claims.",
+    "report": "The main job: the precision report.",
+}
+
+DONE, CHECK_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+class _Lazy(click.Group):
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"tt_precise.commands.{name}")
+        command: click.Command = module.command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=_Lazy, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, package_name="tt-precise")
+def group() -> None:
+    """Reference-grade verification of the dynamics of the Tippe Top."""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command line with ``argv``; returns the exit status."""
+    try:
+        status = group.main(args=argv, prog_name="tt-precise", standalone_mode=False)
+    except click.exceptions.Exit as left:
+        return left.exit_code
+    except click.exceptions.Abort:
+        return _complain("interrupted", INTERRUPTED)
+    except click.exceptions.NoArgsIsHelpError as help_text:
+        click.echo(help_text.format_message(), err=True)
+        return BAD_INPUT
+    except click.ClickException as error:
+        return _complain(error.format_message(), BAD_INPUT)
+    except InputError as error:
+        return _complain(str(error), BAD_INPUT)
+    except BrokenPipeError:
+        # the reader (head, less) has gone; what it wanted it has
+        sys.stderr.close()
+        return DONE
+    return status if isinstance(status, int) else DONE
+
+
+def _complain(message: Any, status: int) -> int:
+    click.echo(f"tt-precise: {' '.join(str(message).split())}", err=True)
+    return status
+
+
+def entry() -> None:
+    """Console entry point."""
+    sys.exit(main())
+
+
+if __name__ == "__main__":
+    entry()

@@ -1,0 +1,1 @@
+"""Golden reference trajectories: build, load, verify."""

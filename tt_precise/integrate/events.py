@@ -1,0 +1,117 @@
+"""The catalogue of events: a name, a function whose zeros are the event, and what it means.
+
+Event functions are written on a ``Motion`` like the quantities, and smooth at the poles. A new
+event is one new entry here. Extrema of any quantity are named ``extremum:QUANTITY``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.vectors import dot
+
+EXTREMUM = "extremum:"
+
+
+@dataclass(frozen=True)
+class Event:
+    """A named zero of ``function`` (dimensionless, along a motion).
+
+    ``direction`` keeps only zeros where the function rises (+1) or falls (-1), 0 keeps both;
+    ``gliding`` marks events that exist only where the contact point can glide.
+    """
+
+    name: str
+    function: Callable[[Motion], Any]
+    meaning: str
+    direction: int = 0
+    gliding: bool = False
+
+
+def axis_fall(q: Motion) -> Any:
+    """I1 times the rate of cos theta: zero where theta turns."""
+    return q.state.Lx * q.state.ky - q.state.Ly * q.state.kx
+
+
+def precession(q: Motion) -> Any:
+    """I1 phi_dot sin^2 theta = Lz - cos theta L.k, without the cancellation."""
+    s = q.state
+    return s.Lz * (s.kx * s.kx + s.ky * s.ky) - s.kz * (s.Lx * s.kx + s.Ly * s.ky)
+
+
+def alignment(q: Motion, sign: int) -> Any:
+    """(L.k - sign L.z)(1 + sign cos theta), which keeps its digits beside the pole in question.
+
+    With k.k = 1 it equals (L.k without its vertical part)(1 + sign cos) - sign Lz sin^2; the
+    factor adds a zero only exactly at the opposite pole.
+    """
+    s = q.state
+    horizontal = s.Lx * s.kx + s.Ly * s.ky
+    return horizontal * (1 + sign * s.kz) - sign * s.Lz * (s.kx * s.kx + s.ky * s.ky)
+
+
+def gliding_towards_lean(q: Motion) -> Any:
+    """nu_x sin theta."""
+    return q.state.vx * q.state.kx + q.state.vy * q.state.ky
+
+
+def gliding_across_lean(q: Motion) -> Any:
+    """nu_y sin theta."""
+    return q.state.vy * q.state.kx - q.state.vx * q.state.ky
+
+
+_ALL = (
+    Event("theta_min", axis_fall, "turning point: theta has a local minimum", -1),
+    Event("theta_max", axis_fall, "turning point: theta has a local maximum", +1),
+    Event("phi_dot_zero", precession, "phi_dot changes sign"),
+    Event("nu_x_zero", gliding_towards_lean, "nu_x changes sign", gliding=True),
+    Event("nu_y_zero", gliding_across_lean, "nu_y changes sign", gliding=True),
+    Event(
+        "nu_crossing",
+        lambda q: gliding_across_lean(q) - gliding_towards_lean(q),
+        "nu_y crosses nu_x (rising: from below)",
+        gliding=True,
+    ),
+    Event("equator", lambda q: q.state.kz, "theta crosses pi/2"),
+    Event("omega_3_zero", lambda q: dot(q.state.L, q.k), "omega_3 changes sign"),
+    Event("Lk_equals_Lz", lambda q: alignment(q, +1), "L.k = L.z"),
+    Event("Lk_equals_minus_Lz", lambda q: alignment(q, -1), "L.k = -L.z"),
+)
+EVENTS = {event.name: event for event in _ALL}
+
+TERMINAL = {
+    "contact_lost": "g_n reaches 0: the top leaves the table and the model ends",
+    "singular_contact": "the denominator of g_n reaches 0: the solution blows up",
+    "pole": "theta reaches 0 or pi, where Euler angles end (Euler form only)",
+}
+
+
+def catalogue(model: str) -> tuple[str, ...]:
+    """Names of all events that ``model`` can have, extrema apart."""
+    return tuple(name for name, event in EVENTS.items() if model == "gliding" or not event.gliding)
+
+
+def event_named(name: str, model: str) -> Event:
+    """The event called ``name``, or the extremum of a quantity.
+
+    Raises
+    ------
+    InputError
+        There is no such event, or not in this model.
+    """
+    if name in EVENTS:
+        event = EVENTS[name]
+        if event.gliding and model != "gliding":
+            raise InputError(f"event: got {name} in a {model} scene, expected no gliding event")
+        return event
+    quantity = QUANTITIES.get(name.removeprefix(EXTREMUM))
+    if name.startswith(EXTREMUM) and quantity:
+        return Event(name, quantity.evaluate, f"extremum of {quantity.name} (rising: minimum)")
+    raise InputError(
+        f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "
+        f"or {EXTREMUM}QUANTITY such as {EXTREMUM}g_n"
+    )

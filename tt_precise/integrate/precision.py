@@ -1,0 +1,138 @@
+"""Working precisions: heyoka's number types, and exact passage to and from mpmath.
+
+A number on its way into heyoka is computed in mpmath with guard bits and handed over once, as a
+decimal string for the types wider than double; on its way out it is exact.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import mpmath
+
+from tt_precise.errors import InputError
+from tt_precise.numerals import to_mpmath
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+NAMES = ("double", "extended", "quad", "mp")
+BITS = {"double": 53, "extended": 64, "quad": 113, "mp": 200}
+GUARD_BITS = 64  # mpmath works this much finer than heyoka, so its own rounding never shows
+FEWEST_BITS, MOST_BITS = 54, 20_000
+
+
+@dataclass(frozen=True)
+class Precision:
+    """One of heyoka's arithmetics: ``double``, ``extended``, ``quad``, or ``mp`` with its bits."""
+
+    name: str
+    bits: int
+
+    @property
+    def fp_type(self) -> Any:
+        """heyoka's type of number."""
+        import heyoka
+
+        if self.name == "extended":
+            import numpy
+
+            return numpy.longdouble
+        return {"double": float, "quad": heyoka.real128, "mp": heyoka.real}[self.name]
+
+    @cached_property
+    def context(self) -> Any:
+        """An mpmath context of its own with ``GUARD_BITS`` more than this precision."""
+        context = mpmath.MPContext()
+        context.prec = self.bits + GUARD_BITS
+        return context
+
+    @property
+    def eps(self) -> Any:
+        """Distance from 1 to the next number, 2^(1 - bits), as an mpmath number."""
+        return self.context.ldexp(1, 1 - self.bits)
+
+    @property
+    def decimals(self) -> int:
+        """Significant decimals that tell any two numbers of this precision apart."""
+        return int(self.bits * 0.30103) + 2
+
+    def exact(self, value: Fraction) -> Any:
+        """An exact number as a guarded mpmath number."""
+        return to_mpmath(value, self.context)
+
+    @property
+    def number(self) -> Callable[[Any], Any]:
+        """Function rounding a guarded mpmath number to heyoka's type."""
+        if self.name == "double":
+            return float
+        kind, digits, context = self.fp_type, self.decimals + 15, self.context
+        if self.name == "mp":
+            return lambda value: kind(context.nstr(value, digits), self.bits)
+        return lambda value: kind(context.nstr(value, digits))
+
+    @property
+    def guarded(self) -> Callable[[Any], Any]:
+        """Function taking a number of heyoka's type to the equal mpmath number."""
+        context = self.context
+        if self.name == "double":
+            return lambda value: context.mpf(float(value))
+        if self.name == "mp":
+            # heyoka prints a real with enough digits to recover it; 64 guard bits hold them
+            return lambda value: context.mpf(str(value))
+        return lambda value: _sum_of_floats(value, context)
+
+    def text(self, value: Any) -> str:
+        """A guarded mpmath number in decimals, enough to recover this precision."""
+        return str(self.context.nstr(value, self.decimals, min_fixed=0, max_fixed=0))
+
+
+def precision_named(name: str, bits: int | None = None) -> Precision:
+    """The precision called ``name``; ``bits`` only for ``mp``.
+
+    Raises
+    ------
+    InputError
+        Unknown name, bits for a type that has its own, or ``extended`` on a machine without
+        80-bit floats.
+    """
+    if name not in NAMES:
+        raise InputError(f"precision: got {name!r}, expected one of: {', '.join(NAMES)}")
+    if bits is not None and name != "mp":
+        raise InputError(f"bits: got {bits} with precision {name}, expected bits only with mp")
+    bits = BITS[name] if bits is None else bits
+    if name == "mp" and not FEWEST_BITS <= bits <= MOST_BITS:
+        raise InputError(f"bits: got {bits}, expected {FEWEST_BITS} to {MOST_BITS}")
+    if name == "extended" and not _has_80_bit_floats():
+        raise InputError("precision: got extended on a machine without it, expected quad")
+    return Precision(name, bits)
+
+
+def finer(precision: Precision) -> Precision:
+    """The arithmetic that a result in ``precision`` is judged by."""
+    if precision.name == "double" and _has_80_bit_floats():
+        return precision_named("extended")
+    if precision.name in ("double", "extended"):
+        return precision_named("quad")
+    return precision_named("mp", precision.bits + 24)
+
+
+def _has_80_bit_floats() -> bool:
+    import numpy
+
+    return sys.platform != "win32" and numpy.finfo(numpy.longdouble).nmant == 63
+
+
+def _sum_of_floats(value: Any, context: Any) -> Any:
+    total = context.mpf(0)
+    while value != 0:
+        leading = float(value)
+        if leading == 0:  # below the range of double: only the string keeps it
+            return total + context.mpf(str(value))
+        total += leading
+        value = value - type(value)(leading)
+    return total

@@ -1,0 +1,174 @@
+"""``integrate``: from a scene to a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.integrate.events import event_named
+from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.start import Beginning, beginning, vanishes
+from tt_precise.integrate.system import Integrator, Key, integrator
+from tt_precise.integrate.trajectory import Course, Status, Trajectory
+from tt_precise.mechanics.formulations import formulation as formulation_of
+from tt_precise.scene import RECORDABLE, Scene, load_scene
+
+Progress = Callable[[float], None]
+
+LONG_RUN = 200  # s; from here a double run, too, can be interrupted and shows progress
+
+
+def integrate(
+    scene: str | Scene,
+    precision: str | None = None,
+    *,
+    digits: int | None = None,
+    formulation: str = "newton",
+    events: Iterable[str] | None = None,
+    record: Iterable[str] | None = None,
+    bits: int | None = None,
+    tolerance: float = 0.0,
+    options: dict[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Trajectory:
+    """Integrate a scene with heyoka's adaptive Taylor method.
+
+    Parameters
+    ----------
+    scene
+        A ``Scene``, a shipped name or a path to a TOML file.
+    precision
+        ``double`` (the default), ``extended``, ``quad`` or ``mp`` (with ``bits``).
+    digits
+        Instead of a precision: correct significant digits wanted in every component at the end.
+        The cheapest arithmetic whose own error estimate delivers them is used.
+    formulation
+        ``newton`` (vectors; any start) or ``euler`` (the paper's equations; not at a pole).
+    events, record
+        Names from the event catalogue, and of quadratures (phi, psi, x, y); by default those
+        that the scene names.
+    tolerance
+        heyoka's relative tolerance; 0 stands for the eps of the precision.
+    options
+        Further keyword arguments for ``heyoka.taylor_adaptive``, for measurements.
+    progress
+        Called with the fraction done, now and then.
+
+    Returns
+    -------
+    Trajectory
+        Its ``status`` says whether the end was reached, or how the model ended before it.
+
+    Raises
+    ------
+    InputError
+        The scene or an argument cannot be used, or the digits cannot be reached.
+    """
+    if digits is not None:
+        from tt_precise.integrate.accuracy import integrate_to_digits
+
+        if precision is not None or bits is not None:
+            raise InputError("digits: got a precision too, expected one of digits and precision")
+        return integrate_to_digits(
+            scene, digits, formulation=formulation, events=events, record=record, progress=progress
+        )
+    scene = load_scene(scene)
+    working = precision_named(precision or "double", bits)
+    form = formulation_of(scene.model, formulation)
+    if formulation == "euler" and scene.start.theta.at_pole:
+        raise InputError(
+            f"{scene.name}: theta = {scene.start.theta} is a pole, where Euler angles are "
+            "undefined; expected formulation newton"
+        )
+    if not 0 <= tolerance < 1:
+        raise InputError(f"tolerance: got {tolerance}, expected 0 (for eps) or a number below 1")
+    key = Key(
+        form,
+        working,
+        _checked_events(scene, events),
+        _checked_record(scene, record, formulation),
+        float(tolerance),
+        tuple(sorted((options or {}).items())),
+    )
+    # wide arithmetics take seconds, so there the dense output is kept at once, not made again
+    dense = working.name in ("quad", "mp")
+    start = beginning(scene, working)
+    return Trajectory(scene, key, start, run(key, start, dense=dense, progress=progress))
+
+
+def run(
+    key: Key, start: Beginning, *, dense: bool = False, progress: Progress | None = None
+) -> Course:
+    """Propagate once from ``start``; how it went, in heyoka's own numbers."""
+    number, zero = key.precision.number, key.precision.context.mpf(0)
+    state = [number(v) for v in key.formulation.start(start.vectors, start.euler)]
+    state += [number(zero) for _ in key.record]
+    until = number(start.until)
+    with integrator(key) as made:
+        parameters = [number(getattr(start.body, name)) for name in key.formulation.parameters]
+        made.reset(state, parameters, number(zero))
+        keywords: dict[str, Any] = {"c_output": dense}
+        slow = key.precision.name in ("quad", "mp") or float(until) > LONG_RUN / 0.045
+        if progress or slow:
+            keywords["callback"] = _watcher(progress, float(until))
+        outcome, _, _, steps, output, _ = made.adaptive.propagate_until(until, **keywords)
+        return _course(key, start, made, outcome, steps, output)
+
+
+def _course(
+    key: Key, start: Beginning, made: Integrator, outcome: Any, steps: int, output: Any
+) -> Course:
+    early = 2.0 ** (-key.precision.bits / 2)
+    at_start = {
+        hit.name for hit in made.hits if hit.time < early and vanishes(hit.name, key, start)
+    }
+    return Course(
+        status=_status(outcome, made.terminal),
+        time=made.adaptive.time,
+        state=tuple(made.adaptive.state[i] for i in range(len(made.adaptive.state))),
+        steps=steps,
+        order=made.adaptive.order,
+        hits=tuple(hit for hit in made.hits if hit.time >= early or hit.name not in at_start),
+        output=output,
+    )
+
+
+def _status(outcome: Any, terminal: tuple[str, ...]) -> Status:
+    import heyoka
+
+    if outcome == heyoka.taylor_outcome.time_limit:
+        return "complete"
+    if outcome == heyoka.taylor_outcome.err_nf_state:
+        return "failed"
+    index = -1 - int(outcome)
+    ended: Any = terminal[index] if 0 <= index < len(terminal) else "failed"
+    return ended
+
+
+def _watcher(progress: Progress | None, until: float) -> Callable[[Any], bool]:
+    # Python code between the steps is also what lets Ctrl-C through
+    def watch(adaptive: Any) -> bool:
+        if progress and until:
+            progress(min(1.0, float(adaptive.time) / until))
+        return True
+
+    return watch
+
+
+def _checked_events(scene: Scene, events: Iterable[str] | None) -> tuple[str, ...]:
+    names = tuple(dict.fromkeys(scene.events if events is None else events))
+    for name in names:
+        event_named(name, scene.model)
+    return names
+
+
+def _checked_record(
+    scene: Scene, record: Iterable[str] | None, coordinates: str
+) -> tuple[str, ...]:
+    names = set(scene.record if record is None else record)
+    for name in sorted(names - set(RECORDABLE)):
+        raise InputError(f"record: got {name!r}, expected one of: {', '.join(RECORDABLE)}")
+    if coordinates == "euler" and names & {"x", "y"}:
+        names.add("phi")  # the direction in which the centre of mass moves
+    return tuple(name for name in RECORDABLE if name in names)

@@ -1,0 +1,105 @@
+"""From a scene to the dimensionless numbers that an integrator starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from tt_precise.body import Parameters, Units
+from tt_precise.errors import InputError
+from tt_precise.integrate.events import EXTREMUM, event_named
+from tt_precise.integrate.precision import Precision
+from tt_precise.integrate.system import Key
+from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.scene import Scene
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """Body, units and start of a scene in one precision: guarded mpmath numbers, dimensionless.
+
+    ``units`` are in SI. ``vectors`` has the axis at azimuth 0; ``euler`` is the same start.
+    """
+
+    body: Parameters
+    units: Units
+    vectors: NewtonState
+    euler: EulerState
+    until: Any
+
+
+def beginning(scene: Scene, precision: Precision) -> Beginning:
+    """Body, units and start of ``scene``, rounded once to the guarded ``precision``.
+
+    Raises
+    ------
+    InputError
+        The top would not stay on the table at t = 0: g_n or its denominator is not positive.
+    """
+    context, exact = precision.context, precision.exact
+    body = scene.body.dimensionless(context, exact)
+    units = Units.of(scene.body, context, exact)
+    sine_cosine = scene.start.theta.sine_cosine(context, exact)
+    euler = EulerState(
+        theta=scene.start.theta.radians(context, exact),
+        **{
+            name: exact(getattr(scene.start, name)) / units.of_dimension(STATE_DIMENSIONS[name])
+            for name in EulerState._fields[1:]
+        },
+    )
+    vectors = vectors_from_euler(body, euler, context, sine_cosine=sine_cosine)
+    vectors = NewtonState(*(context.mpf(value) for value in vectors))
+    _require_contact(scene, body, units, vectors, context)
+    return Beginning(body, units, vectors, euler, exact(scene.until) / units.time)
+
+
+def _require_contact(
+    scene: Scene, body: Parameters, units: Units, vectors: NewtonState, context: Any
+) -> None:
+    if scene.model == "rolling":
+        numerator, denominator = rolling.constraint_force(body, vectors)[2], context.mpf(1)
+    else:
+        numerator, denominator = newton.contact_terms(body, vectors)
+    if denominator <= 0:
+        raise InputError(
+            f"{scene.name}: the denominator of g_n is {context.nstr(denominator / body.I1, 6)} I1 "
+            "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
+        )
+    if numerator <= 0:
+        weight = numerator / denominator
+        raise InputError(
+            f"{scene.name}: g_n is {context.nstr(weight, 6)} m g at t = 0, expected above 0: "
+            "the top is not on the table; lower the start's rates"
+        )
+
+
+def vanishes(event: str, key: Key, start: Beginning) -> bool:
+    """Whether the event's function is zero at the start itself.
+
+    Then whether heyoka finds a root just behind it is a matter of rounding (theta_dot(0) = 0 in
+    the reference scene), and the rule is: the start is no event.
+    """
+    form, context = key.formulation, key.precision.context
+    evaluate = event_named(event, form.model).function
+    first = tuple(form.start(start.vectors, start.euler))
+    if not event.startswith(EXTREMUM):
+        q = form.motion(start.body, first, context, context.mpf(0))
+        return bool(abs(evaluate(q)) < context.ldexp(1, -key.precision.bits))
+    h = context.ldexp(1, -key.precision.bits // 3)
+    rates = form.rates(start.body, form.State(*first), context)
+    ahead, behind = (
+        evaluate(
+            form.motion(
+                start.body,
+                [x + sign * h * rate for x, rate in zip(first, rates, strict=True)],
+                context,
+                context.mpf(0),
+            )
+        )
+        for sign in (1, -1)
+    )
+    return bool(abs(ahead - behind) / (2 * h) < context.ldexp(1, -key.precision.bits // 2))

@@ -1,0 +1,179 @@
+"""A scene's equations as a compiled heyoka integrator, built once and used again.
+
+Everything is integrated in dimensionless units (m = R = g = 1). heyoka's tolerance is relative
+to the largest component of the state, so recorded quadratures, which may grow large, are carried
+scaled down by a power of two and do not loosen it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from tt_precise.body import Parameters
+from tt_precise.integrate.events import EXTREMUM, event_named
+from tt_precise.integrate.precision import Precision
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+
+QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
+QUADRATURE_SCALE = 1024
+SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
+
+
+class Key(NamedTuple):
+    """What a compiled integrator is for; two runs with equal keys share one."""
+
+    formulation: Formulation
+    precision: Precision
+    events: tuple[str, ...]
+    record: tuple[str, ...]
+    tolerance: float
+    options: tuple[tuple[str, Any], ...]
+
+
+class Hit(NamedTuple):
+    """One event as it happened: dimensionless time and state in heyoka's numbers."""
+
+    name: str
+    time: Any
+    direction: int
+    state: tuple[Any, ...]
+
+
+@dataclass
+class Integrator:
+    """A ``heyoka.taylor_adaptive`` with the list that its event callbacks fill."""
+
+    adaptive: Any
+    terminal: tuple[str, ...]
+    hits: list[Hit] = field(default_factory=list)
+
+    def reset(self, state: list[Any], parameters: list[Any], zero: Any) -> None:
+        """Set the start, at time zero, and forget earlier events."""
+        for i, value in enumerate(state):
+            self.adaptive.state[i] = value
+        for i, value in enumerate(parameters):
+            self.adaptive.pars[i] = value
+        self.adaptive.time = zero
+        self.adaptive.reset_cooldowns()
+        self.hits.clear()
+
+
+_idle: dict[Key, list[Integrator]] = {}
+KEPT_IDLE = 32
+
+
+@contextmanager
+def integrator(key: Key) -> Iterator[Integrator]:
+    """Lend an integrator for ``key``, compiled now if no idle one is left from an earlier run."""
+    shelf = _idle.setdefault(key, [])
+    lent = shelf.pop() if shelf else build(key)
+    yield lent
+    # only after a run without an exception: an interrupted integrator is not used again
+    if sum(map(len, _idle.values())) < KEPT_IDLE:
+        shelf.append(lent)
+
+
+def extended_rates(
+    form: Formulation, record: tuple[str, ...], body: Parameters, state: tuple[Any, ...], fn: Any
+) -> list[Any]:
+    """Rates of the state and, behind it, of the recorded quadratures (scaled down)."""
+    size = len(form.columns)
+    rates = list(form.rates(body, form.State(*state[:size]), fn))
+    if record:
+        q = motion(form, record, body, state, fn)
+        rates += [QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in record]
+    return rates
+
+
+def motion(
+    form: Formulation, record: tuple[str, ...], body: Parameters, state: tuple[Any, ...], fn: Any
+) -> Motion:
+    """The ``Motion`` of an extended state; the azimuth is the recorded phi, or 0."""
+    size = len(form.columns)
+    phi: Any = 0
+    if form.coordinates == "euler" and "phi" in record:
+        phi = state[size + record.index("phi")] * QUADRATURE_SCALE
+    return form.motion(body, form.State(*state[:size]), fn, phi)
+
+
+def build(key: Key) -> Integrator:
+    """Compile the integrator for ``key``."""
+    import heyoka
+
+    form, fp_type = key.formulation, key.precision.fp_type
+    names = [*form.columns, *key.record]
+    variables = tuple(heyoka.make_vars(*names))
+    # parameters stay open, so that one compilation serves every body
+    pars = {name: heyoka.par[i] for i, name in enumerate(form.parameters)}
+    body = Parameters(**{"m": 1, "R": 1, "g": 1, "mu": 0, **pars})
+    rates = extended_rates(form, key.record, body, variables, heyoka)
+    q = motion(form, key.record, body, variables, heyoka)
+    terminal = terminal_functions(form, q, variables[0])
+    hits: list[Hit] = []
+    number = key.precision.number
+    zero = key.precision.context.mpf(0)
+    made = heyoka.taylor_adaptive(
+        list(zip(variables, rates, strict=True)),
+        [number(zero) for _ in names],
+        pars=[number(zero + 1) for _ in pars],
+        fp_type=fp_type,
+        t_events=[heyoka.t_event(ex, fp_type=fp_type) for ex in terminal.values()],
+        nt_events=[
+            _event(heyoka, name, q, variables, rates, fp_type, hits.append) for name in key.events
+        ],
+        **_options(key, number),
+    )
+    return Integrator(made, tuple(terminal), hits)
+
+
+def terminal_functions(form: Formulation, q: Motion, theta: Any) -> dict[str, Any]:
+    """Functions at whose zeros the model ends."""
+    if form.model == "rolling":
+        found = {"contact_lost": q.force[2]}
+    else:
+        numerator, denominator = newton.contact_terms(q.body, q.state)
+        margin = SINGULAR_DENOMINATOR * q.body.I1
+        found = {"contact_lost": numerator, "singular_contact": denominator - margin}
+    if form.coordinates == "euler":
+        found["pole"] = q.fn.sin(theta)
+    return found
+
+
+def _options(key: Key, number: Callable[[Any], Any]) -> dict[str, Any]:
+    # compact_mode compiles wide types in under a second instead of 26 s, and runs as fast
+    options: dict[str, Any] = {"compact_mode": key.precision.name != "double"}
+    if key.tolerance:
+        options["tol"] = number(key.precision.context.mpf(key.tolerance))
+    return options | dict(key.options)
+
+
+def _event(
+    heyoka: Any,
+    name: str,
+    q: Motion,
+    variables: tuple[Any, ...],
+    rates: list[Any],
+    fp_type: Any,
+    note: Callable[[Hit], None],
+) -> Any:
+    event = event_named(name, q.model)
+    expression = event.function(q)
+    if name.startswith(EXTREMUM):
+        slopes = (heyoka.diff(expression, v) * r for v, r in zip(variables, rates, strict=True))
+        expression = sum(slopes, start=heyoka.expression(0.0))
+    direction = {
+        0: heyoka.event_direction.any,
+        1: heyoka.event_direction.positive,
+        -1: heyoka.event_direction.negative,
+    }[event.direction]
+
+    def callback(adaptive: Any, time: Any, sign: int) -> None:
+        # the state of the integrator is at the end of the step; the event's is interpolated
+        note(Hit(name, time, sign, tuple(adaptive.update_d_output(time))))
+
+    return heyoka.nt_event(expression, callback, direction=direction, fp_type=fp_type)

@@ -1,0 +1,111 @@
+"""What each model conserves: one entry an integral, with the scale its drift is measured against.
+
+Values are taken on a ``Motion``; the drift of an integral is its change since the start divided
+by its scale at the start, so a horizontal momentum that starts at zero has one too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from tt_precise.mechanics import quantities
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import dot
+from tt_precise.scene import Scene
+
+
+@dataclass(frozen=True)
+class Integral:
+    """A conserved value: its name, function, scale, in which scenes it holds, and its source.
+
+    ``azimuth`` marks those that need the direction of the axis, which an Euler state leaves open.
+    """
+
+    name: str
+    evaluate: Callable[[Motion], Any]
+    scale: Callable[[Motion], Any]
+    holds: Callable[[Scene], bool]
+    meaning: str
+    azimuth: bool = False
+
+
+def _always(scene: Scene) -> bool:
+    return True
+
+
+def _rolling(scene: Scene) -> bool:
+    return scene.model == "rolling"
+
+
+def _frictionless(scene: Scene) -> bool:
+    return scene.model == "gliding" and scene.body.mu == 0
+
+
+def _own_size(function: Callable[[Motion], Any]) -> Callable[[Motion], Any]:
+    return lambda q: abs(function(q))
+
+
+def _angular_momentum(q: Motion) -> Any:
+    return q.fn.sqrt(dot(q.state.L, q.state.L))
+
+
+def _momentum(q: Motion) -> Any:
+    return q.body.m * q.body.R * q.fn.sqrt(dot(q.omega, q.omega))
+
+
+def _energy_holds(scene: Scene) -> bool:
+    return _frictionless(scene) or _rolling(scene)
+
+
+_ALL = (
+    Integral(
+        "jellett", quantities.jellett,
+        lambda q: abs(quantities.jellett(q)) or q.body.R * _angular_momentum(q),
+        _always, "lambda = -L.a; after eq (1)",
+    ),
+    Integral(
+        "axis_norm", lambda q: dot(q.k, q.k), lambda q: 1, _always, "k.k = 1",
+    ),
+    Integral(
+        "energy", quantities.E, _own_size(quantities.E), _energy_holds,
+        "E, where no contact force does work",
+    ),
+    Integral(
+        "spin", lambda q: dot(q.state.L, q.k), _angular_momentum, _frictionless,
+        "L.k = I3 omega_3; eq (4) with mu = 0",
+    ),
+    Integral(
+        "vertical_angular_momentum", quantities.L_z, _angular_momentum, _frictionless,
+        "L.z; eq (1) with mu = 0",
+    ),
+    Integral(
+        "momentum_x", lambda q: q.body.m * q.s_dot[0], _momentum, _frictionless,
+        "m s_dot.X; eq (1) with mu = 0", azimuth=True,
+    ),
+    Integral(
+        "momentum_y", lambda q: q.body.m * q.s_dot[1], _momentum, _frictionless,
+        "m s_dot.Y; eq (1) with mu = 0", azimuth=True,
+    ),
+    Integral(
+        "routh", quantities.D, _angular_momentum, _rolling, "D; eq (9), rolling",
+    ),
+    Integral(
+        "modified_energy", quantities.E_tilde, _own_size(quantities.E_tilde), _rolling,
+        "E~; eq (8), rolling",
+    ),
+)  # fmt: skip
+INTEGRALS = {integral.name: integral for integral in _ALL}
+
+
+def conserved(scene: Scene) -> tuple[Integral, ...]:
+    """The integrals that a correct solution of ``scene`` keeps."""
+    return tuple(integral for integral in _ALL if integral.holds(scene))
+
+
+def drift(integral: Integral, motions: list[Motion]) -> list[Any]:
+    """Relative change of the integral at each motion since the first one."""
+    first = integral.evaluate(motions[0])
+    scale = integral.scale(motions[0]) or 1
+    return [abs(integral.evaluate(q) - first) / scale for q in motions]

@@ -1,0 +1,68 @@
+"""Between the Euler-angle state and the vector state, in any arithmetic.
+
+The frame of the paper: x-hat is the horizontal direction towards which the axis leans
+(k = sin theta x + cos theta z, at azimuth phi), y-hat = z x x-hat, and
+(1, 2, 3) = (cos theta x - sin theta z, y, k); omega = -phi_dot sin theta 1 + theta_dot 2 + omega_3 3.
+At the poles x-hat, and with it every Euler rate but omega_3, is undefined.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tt_precise.body import Parameters
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.vectors import added, dot, scaled
+
+
+def horizontal_length(fn: Any, x: Any, y: Any) -> Any:
+    """sqrt(x^2 + y^2), without underflow where the arithmetic offers it."""
+    hypot = getattr(fn, "hypot", None)
+    return hypot(x, y) if hypot else fn.sqrt(x * x + y * y)
+
+
+def vectors_from_euler(
+    body: Parameters, state: EulerState, fn: Any, phi: Any = 0, sine_cosine: Any = None
+) -> NewtonState:
+    """The vector state of an Euler state at azimuth ``phi``.
+
+    ``sine_cosine`` replaces (sin theta, cos theta) where they are known better than theta is.
+    """
+    s, c = sine_cosine or (fn.sin(state.theta), fn.cos(state.theta))
+    x = (fn.cos(phi), fn.sin(phi), 0) if not _is_zero(phi) else (1, 0, 0)
+    y = (-x[1], x[0], 0)
+    k = (s * x[0], s * x[1], c)
+    one = (c * x[0], c * x[1], -s)
+    L = added(
+        scaled(-body.I1 * state.phi_dot * s, one),
+        scaled(body.I1 * state.theta_dot, y),
+        scaled(body.I3 * state.omega_3, k),
+    )
+    vx = state.nu_x * x[0] + state.nu_y * y[0]
+    vy = state.nu_x * x[1] + state.nu_y * y[1]
+    return NewtonState(*k, *L, vx, vy)
+
+
+def euler_from_vectors(body: Parameters, state: NewtonState, fn: Any) -> EulerState:
+    """The Euler state of a vector state.
+
+    phi_dot is taken as (Lz - cos theta (L.x)/sin theta)/I1, which keeps its digits beside the
+    poles where (Lz - cos theta L.k)/(I1 sin^2 theta) cancels. Divides by zero at the poles.
+    """
+    s = horizontal_length(fn, state.kx, state.ky)
+    x = (state.kx / s, state.ky / s)
+    along_x = state.Lx * x[0] + state.Ly * x[1]
+    along_y = state.Ly * x[0] - state.Lx * x[1]
+    return EulerState(
+        theta=fn.atan2(s, state.kz),
+        theta_dot=along_y / body.I1,
+        phi_dot=(state.Lz - state.kz * along_x / s) / body.I1,
+        omega_3=dot(state.L, state.k) / body.I3,
+        nu_x=state.vx * x[0] + state.vy * x[1],
+        nu_y=state.vy * x[0] - state.vx * x[1],
+    )
+
+
+def _is_zero(value: Any) -> bool:
+    return isinstance(value, int) and value == 0

@@ -1,0 +1,124 @@
+"""The gliding Tippe Top in Euler angles: the paper's eqs (2) to (7), as printed.
+
+These are what the paper integrates, and so what is verified. They are undefined at the poles.
+``exact.identities`` proves that they say the same as the vectors of ``newton``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tt_precise.body import Parameters
+
+
+class EulerState(NamedTuple):
+    """Inclination, its rate, precession rate, spin about the axis, gliding velocity.
+
+    rad, rad/s, rad/s, rad/s, m/s, m/s; nu_x along x-hat (the horizontal direction towards which
+    the axis leans), nu_y along y-hat = z x x-hat.
+    """
+
+    theta: Any
+    theta_dot: Any
+    phi_dot: Any
+    omega_3: Any
+    nu_x: Any
+    nu_y: Any
+
+
+def contact_terms(body: Parameters, state: EulerState, fn: Any) -> tuple[Any, Any]:
+    """Numerator and denominator of g_n; eq (7)."""
+    m, R, alpha, I1, I3, g, mu = (
+        body.m, body.R, body.alpha, body.I1, body.I3, body.g, body.mu,
+    )  # fmt: skip
+    s, c = fn.sin(state.theta), fn.cos(state.theta)
+    phi_dot, theta_dot = state.phi_dot, state.theta_dot
+    numerator = m * g * I1 + m * R * alpha * (
+        c * (I1 * phi_dot * phi_dot * s * s + I1 * theta_dot * theta_dot)
+        - I3 * phi_dot * state.omega_3 * s * s
+    )
+    denominator = (
+        I1
+        + m * R * R * alpha * alpha * s * s
+        - m * R * R * alpha * s * (1 - alpha * c) * mu * state.nu_x
+    )
+    return numerator, denominator
+
+
+def normal_force(body: Parameters, state: EulerState, fn: Any) -> Any:
+    """Normal force g_n in N; eq (7)."""
+    numerator, denominator = contact_terms(body, state, fn)
+    return numerator / denominator
+
+
+def rates(body: Parameters, state: EulerState, fn: Any) -> EulerState:
+    """Time derivative of the state; eqs (2) to (6)."""
+    m, R, alpha, I1, I3, mu = body.m, body.R, body.alpha, body.I1, body.I3, body.mu
+    theta_dot, phi_dot, omega_3 = state.theta_dot, state.phi_dot, state.omega_3
+    nu_x, nu_y = state.nu_x, state.nu_y
+    s, c = fn.sin(state.theta), fn.cos(state.theta)
+    g_n = normal_force(body, state, fn)
+    friction = mu * g_n
+    height = 1 - alpha * c
+    theta_ddot = (
+        s / I1 * (I1 * phi_dot * phi_dot * c - I3 * omega_3 * phi_dot - R * alpha * g_n)
+        + R * friction * nu_x / I1 * height
+    )  # (2)
+    phi_ddot = (
+        I3 * theta_dot * omega_3
+        - 2 * I1 * theta_dot * phi_dot * c
+        - friction * nu_y * R * (alpha - c)
+    ) / (I1 * s)  # (3)
+    omega_3_dot = -friction * nu_y * R * s / I3  # (4)
+    nu_x_dot = (
+        R * s / I1 * (
+            phi_dot * omega_3 * (I3 * height - I1)
+            + g_n * R * alpha * height
+            - I1 * alpha * (theta_dot * theta_dot + phi_dot * phi_dot * s * s)
+        )
+        - friction * nu_x / (m * I1) * (I1 + m * R * R * height * height)
+        + phi_dot * nu_y
+    )  # fmt: skip  # (5)
+    nu_y_dot = (
+        -friction * nu_y / (m * I1 * I3) * (
+            I1 * I3 + m * R * R * I3 * (alpha - c) * (alpha - c) + m * R * R * I1 * s * s
+        )
+        + omega_3 * theta_dot * R / I1 * (I3 * (alpha - c) + I1 * c)
+        - phi_dot * nu_x
+    )  # fmt: skip  # (6)
+    return EulerState(theta_dot, theta_ddot, phi_ddot, omega_3_dot, nu_x_dot, nu_y_dot)
+
+
+def jellett(body: Parameters, state: EulerState, fn: Any) -> Any:
+    """Jellett's integral lambda in kg m^3/s; eq (14).
+
+    The paper prints it without the factor R in its second term after eq (7), and with it here.
+    """
+    s, c = fn.sin(state.theta), fn.cos(state.theta)
+    return body.R * (body.I1 * state.phi_dot * s * s - body.I3 * state.omega_3 * (body.alpha - c))
+
+
+def modified_energy(body: Parameters, state: EulerState, fn: Any) -> Any:
+    """Modified energy E~ in J, the energy with s_dot = -omega x a; eq (8)."""
+    s, c = fn.sin(state.theta), fn.cos(state.theta)
+    u = body.alpha - c
+    theta_dot, phi_dot, omega_3 = state.theta_dot, state.phi_dot, state.omega_3
+    axis_speed = theta_dot * theta_dot + phi_dot * phi_dot * s * s
+    return (
+        (body.I1 * axis_speed + body.I3 * omega_3 * omega_3) / 2
+        + body.m * body.g * body.R * (1 - body.alpha * c)
+        + body.m * body.R * body.R / 2 * (
+            u * u * axis_speed
+            + s * s * (theta_dot * theta_dot + omega_3 * omega_3 + 2 * omega_3 * phi_dot * u)
+        )
+    )  # fmt: skip
+
+
+def translational_energy(body: Parameters, state: EulerState, fn: Any) -> Any:
+    """E_trans = m s_dot^2/2 in J; eq (energy_split)."""
+    s, c = fn.sin(state.theta), fn.cos(state.theta)
+    u = body.alpha - c
+    along_x = state.nu_x * c - body.R * state.theta_dot * u
+    along_y = state.nu_y - body.R * s * (state.omega_3 + state.phi_dot * u)
+    along_z = state.nu_x * s + body.R * state.theta_dot * s
+    return body.m / 2 * (along_x * along_x + along_y * along_y + along_z * along_z)

@@ -1,0 +1,88 @@
+"""The formulations a scene can be integrated in: model and coordinates to state and rates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from tt_precise.body import Dimension, Parameters
+from tt_precise.errors import InputError
+from tt_precise.mechanics import euler, newton, rolling
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
+from tt_precise.mechanics.rolling import RollingEulerState, RollingState
+
+COORDINATES = ("newton", "euler")
+
+STATE_DIMENSIONS: dict[str, Dimension] = {
+    **dict.fromkeys(("kx", "ky", "kz", "theta", "phi", "psi"), ANGLE),
+    **dict.fromkeys(("Lx", "Ly", "Lz"), ANGULAR_MOMENTUM),
+    **dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), RATE),
+    **dict.fromkeys(("vx", "vy", "nu_x", "nu_y"), SPEED),
+    **dict.fromkeys(("x", "y"), Dimension(0, 1, 0)),
+}
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """State, equations of motion, and the way to vectors, of one model in one set of coordinates.
+
+    ``rates(body, state, fn)`` is the time derivative of a ``State``.
+    """
+
+    model: str
+    coordinates: str
+    State: Any
+    rates: Callable[..., Any]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the state's entries, in order."""
+        return tuple(self.State._fields)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Which parameters of a dimensionless body its equations contain."""
+        return ("alpha", "I1", "I3", "mu") if self.model == "gliding" else ("alpha", "I1", "I3")
+
+    def motion(self, body: Parameters, state: Any, fn: Any, phi: Any = 0) -> Motion:
+        """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
+        if self.coordinates == "newton":
+            vectors = NewtonState(*state, *(0,) * (8 - len(state)))
+            return Motion(body, vectors, fn, self.model)
+        full = EulerState(*state, *(0,) * (6 - len(state)))
+        vectors = vectors_from_euler(body, full, fn, phi)
+        return Motion(body, vectors, fn, self.model, euler=full)
+
+    def start(self, vectors: NewtonState, euler: EulerState) -> Any:
+        """The state that both arguments describe."""
+        source: tuple[Any, ...] = vectors if self.coordinates == "newton" else euler
+        return self.State(*source[: len(self.columns)])
+
+
+_ALL = (
+    Formulation("gliding", "newton", NewtonState, newton.rates),
+    Formulation("gliding", "euler", EulerState, euler.rates),
+    Formulation("rolling", "newton", RollingState, rolling.rates),
+    Formulation("rolling", "euler", RollingEulerState, rolling.euler_rates),
+)
+FORMULATIONS = {(f.model, f.coordinates): f for f in _ALL}
+
+
+def formulation(model: str, coordinates: str) -> Formulation:
+    """The formulation of ``model`` in ``coordinates``.
+
+    Raises
+    ------
+    InputError
+        There is no such formulation.
+    """
+    try:
+        return FORMULATIONS[model, coordinates]
+    except KeyError:
+        raise InputError(
+            f"formulation: got {coordinates!r}, expected one of: {', '.join(COORDINATES)}"
+        ) from None

@@ -1,0 +1,113 @@
+"""The gliding Tippe Top as vectors: the paper's eq (1), smooth at the poles.
+
+The state is the symmetry axis k (the paper's 3-hat), the angular momentum L about the centre of
+mass and the horizontal velocity v of the contact point A, all in the inertial frame. From
+m s_ddot = F - m g z, L_dot = a x F, k_dot = L x k/I1 with F = g_n (z - mu v) the accelerations
+are affine in g_n, and the constraint v_A.z = 0, differentiated once, gives g_n.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tt_precise.body import Parameters
+from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
+
+
+class NewtonState(NamedTuple):
+    """Axis k (unit vector), angular momentum L about CM, velocity (vx, vy) of the contact."""
+
+    kx: Any
+    ky: Any
+    kz: Any
+    Lx: Any
+    Ly: Any
+    Lz: Any
+    vx: Any
+    vy: Any
+
+    @property
+    def k(self) -> Vector:
+        """Symmetry axis 3-hat."""
+        return (self.kx, self.ky, self.kz)
+
+    @property
+    def L(self) -> Vector:
+        """Angular momentum about the centre of mass."""
+        return (self.Lx, self.Ly, self.Lz)
+
+    @property
+    def v(self) -> Vector:
+        """Velocity v_A of the contact point; the constraint keeps it horizontal."""
+        return (self.vx, self.vy, 0)
+
+
+def arm(body: Parameters, k: Vector) -> Vector:
+    """Vector a = R (alpha k - z) from the centre of mass to the contact point; Fig. 1."""
+    lever = body.R * body.alpha
+    return (lever * k[0], lever * k[1], lever * k[2] - body.R)
+
+
+def spin_response(body: Parameters, k: Vector, torque: Vector) -> Vector:
+    """Inverse inertia tensor applied to a vector: torque to the angular acceleration it causes."""
+    along = (1 / body.I3 - 1 / body.I1) * dot(torque, k)
+    return added(scaled(1 / body.I1, torque), scaled(along, k))
+
+
+def angular_velocity(body: Parameters, state: NewtonState) -> Vector:
+    """Angular velocity omega from L."""
+    return spin_response(body, state.k, state.L)
+
+
+def axis_rate(body: Parameters, state: NewtonState) -> Vector:
+    """k_dot = L x k/I1; eq (1)."""
+    return scaled(1 / body.I1, cross(state.L, state.k))
+
+
+def force_per_normal(body: Parameters, state: NewtonState) -> Vector:
+    """F/g_n = z - mu v_A; after eq (1)."""
+    return (-body.mu * state.vx, -body.mu * state.vy, 1)
+
+
+def contact_acceleration_terms(body: Parameters, state: NewtonState) -> tuple[Vector, Vector]:
+    """v_A_dot as (part without force, part per unit of g_n).
+
+    v_A = s_dot + omega x a, so v_A_dot = F/m - g z + omega_dot x a + omega x (R alpha k_dot), and
+    omega_dot = spin_response(a x F) + (1/I3 - 1/I1)(L.k) k_dot, because (L.k)_dot = (a x F).k.
+    """
+    a = arm(body, state.k)
+    k_dot = axis_rate(body, state)
+    omega = angular_velocity(body, state)
+    drift = scaled((1 / body.I3 - 1 / body.I1) * dot(state.L, state.k), k_dot)
+    centripetal = scaled(body.R * body.alpha, cross(omega, k_dot))
+    free = added(cross(drift, a), centripetal, (0, 0, -body.g))
+    force = force_per_normal(body, state)
+    spin_up = spin_response(body, state.k, cross(a, force))
+    forced = added(scaled(1 / body.m, force), cross(spin_up, a))
+    return free, forced
+
+
+def contact_terms(body: Parameters, state: NewtonState) -> tuple[Any, Any]:
+    """Numerator and denominator of g_n, scaled as in eq (7): units kg^2 m^3/s^2 and kg m^2."""
+    free, forced = contact_acceleration_terms(body, state)
+    return -body.m * body.I1 * free[2], body.m * body.I1 * forced[2]
+
+
+def normal_force(body: Parameters, state: NewtonState) -> Any:
+    """Normal force g_n in the direction of z; eq (7) in vector form."""
+    numerator, denominator = contact_terms(body, state)
+    return numerator / denominator
+
+
+def contact_force(body: Parameters, state: NewtonState) -> Vector:
+    """Force F = g_n (z - mu v_A) on the top at the contact point; after eq (1)."""
+    return scaled(normal_force(body, state), force_per_normal(body, state))
+
+
+def rates(body: Parameters, state: NewtonState, fn: Any = None) -> NewtonState:
+    """Time derivative of the state; eq (1). Polynomial but for the one division in g_n."""
+    free, forced = contact_acceleration_terms(body, state)
+    g_n = normal_force(body, state)
+    torque = cross(arm(body, state.k), force_per_normal(body, state))
+    v_dot = added(free, scaled(g_n, forced))
+    return NewtonState(*axis_rate(body, state), *scaled(g_n, torque), v_dot[0], v_dot[1])

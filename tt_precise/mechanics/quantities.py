@@ -1,0 +1,364 @@
+"""Quantities along a motion: lambda, the energies, D, g_n, torque, xi and the Euler angles.
+
+Each is one entry: a function of a ``Motion`` registered under its name with its dimension and
+its place in the paper. They are written in the vectors of eq (1), so they hold at the poles too,
+except those marked ``pole=False``, which need the horizontal direction of the axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from tt_precise.body import Dimension, Parameters
+from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_length
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
+
+ANGLE, RATE, ACCELERATION = Dimension(), Dimension(0, 0, -1), Dimension(0, 0, -2)
+SPEED = Dimension(0, 1, -1)
+FORCE, TORQUE, ENERGY, POWER = (
+    Dimension(1, 1, -2), Dimension(1, 2, -2), Dimension(1, 2, -2), Dimension(1, 2, -3),
+)  # fmt: skip
+ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
+
+
+class Motion:
+    """A body in a state, in one arithmetic: what quantities are functions of.
+
+    ``state`` holds vectors (a rolling one has vx = vy = 0); ``model`` says which force acts at
+    the contact. Everything is computed when first asked for.
+    """
+
+    def __init__(
+        self,
+        body: Parameters,
+        state: NewtonState,
+        fn: Any,
+        model: str = "gliding",
+        euler: EulerState | None = None,
+    ):
+        self.body, self.state, self.fn, self.model = body, state, fn, model
+        if euler is not None:  # already known, so not derived from the vectors
+            self.__dict__["euler"] = euler
+
+    @cached_property
+    def k(self) -> Vector:
+        """Symmetry axis."""
+        return self.state.k
+
+    @cached_property
+    def a(self) -> Vector:
+        """From the centre of mass to the contact point."""
+        return newton.arm(self.body, self.k)
+
+    @cached_property
+    def omega(self) -> Vector:
+        """Angular velocity."""
+        return newton.angular_velocity(self.body, self.state)
+
+    @cached_property
+    def omega_cross_a(self) -> Vector:
+        """Velocity of the contact point relative to the centre of mass."""
+        return cross(self.omega, self.a)
+
+    @cached_property
+    def s_dot(self) -> Vector:
+        """Velocity of the centre of mass, v_A - omega x a."""
+        return subtracted(self.state.v, self.omega_cross_a)
+
+    @cached_property
+    def force(self) -> Vector:
+        """Force at the contact point."""
+        if self.model == "rolling":
+            return rolling.constraint_force(self.body, self.state)
+        return newton.contact_force(self.body, self.state)
+
+    @cached_property
+    def torque(self) -> Vector:
+        """Torque a x F about the centre of mass."""
+        return cross(self.a, self.force)
+
+    @cached_property
+    def v_dot(self) -> Vector:
+        """Acceleration of the contact velocity; zero when rolling."""
+        if self.model == "rolling":
+            return (0, 0, 0)
+        rate = newton.rates(self.body, self.state)
+        return (rate.vx, rate.vy, 0)
+
+    @cached_property
+    def lean(self) -> Vector:
+        """x-hat: the horizontal direction towards which the axis leans."""
+        s = horizontal_length(self.fn, self.state.kx, self.state.ky)
+        return (self.state.kx / s, self.state.ky / s, 0)
+
+    @cached_property
+    def euler(self) -> EulerState:
+        """The Euler state."""
+        return euler_from_vectors(self.body, self.state, self.fn)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named quantity: its function, dimension, meaning with equation number, and domain."""
+
+    name: str
+    evaluate: Callable[[Motion], Any]
+    dimension: Dimension
+    meaning: str
+    pole: bool
+    radians: bool
+
+    @property
+    def unit(self) -> str:
+        """SI unit, with rad where the quantity is an angle or a rate of one."""
+        unit = self.dimension.unit
+        if not self.radians:
+            return unit
+        return "rad" if unit == "1" else unit.replace("1", "rad", 1)
+
+
+QUANTITIES: dict[str, Quantity] = {}
+
+
+def quantity(
+    dimension: Dimension, *, name: str = "", pole: bool = True, radians: bool = False
+) -> Callable[[Callable[[Motion], Any]], Callable[[Motion], Any]]:
+    """Register a function of a ``Motion`` as a quantity, under its own name unless given one."""
+
+    def register(function: Callable[[Motion], Any]) -> Callable[[Motion], Any]:
+        key = name or function.__name__
+        meaning = (function.__doc__ or "").splitlines()[0]
+        QUANTITIES[key] = Quantity(key, function, dimension, meaning, pole, radians)
+        return function
+
+    return register
+
+
+def d(body: Parameters, z: Any) -> Any:
+    """d(z) = gamma + sigma (alpha - z)^2 + sigma gamma (1 - z^2), z = cos theta; after eq (9)."""
+    u = body.alpha - z
+    return body.gamma + body.sigma * u * u + body.sigma * body.gamma * (1 - z * z)
+
+
+def effective_mass(body: Parameters, z: Any) -> Any:
+    """g(z) of the Main Equation, in kg m^2; eq (15)."""
+    u = body.alpha - z
+    return body.I3 / 2 * (body.sigma * (u * u + 1 - z * z) + body.gamma)
+
+
+def effective_potential(body: Parameters, z: Any, D: Any, lambda_: Any, fn: Any) -> Any:
+    """V(z, D, lambda) of the Main Equation, in J; after eq (15)."""
+    R, I3, gamma = body.R, body.I3, body.gamma
+    wall = lambda_ * fn.sqrt(d(body, z)) + R * D * (body.alpha - z)
+    return (
+        body.m * body.g * R * (1 - body.alpha * z)
+        + wall * wall / (2 * I3 * R * R * gamma * gamma * (1 - z * z))
+        + (R * R * D * D - body.sigma * lambda_ * lambda_) / (2 * R * R * body.I1)
+    )
+
+
+@quantity(JELLETT, name="lambda")
+def jellett(q: Motion) -> Any:
+    """Jellett's integral lambda = -L.a; after eq (1)."""
+    return -dot(q.state.L, q.a)
+
+
+@quantity(ENERGY)
+def E_trans(q: Motion) -> Any:
+    """Translational energy m s_dot^2/2; eq (energy_split)."""
+    return q.body.m * dot(q.s_dot, q.s_dot) / 2
+
+
+@quantity(ENERGY)
+def E_rot(q: Motion) -> Any:
+    """Rotational energy omega.L/2; eq (energy_split)."""
+    return dot(q.omega, q.state.L) / 2
+
+
+@quantity(ENERGY)
+def E_pot(q: Motion) -> Any:
+    """Potential energy m g R (1 - alpha cos theta); eq (energy_split)."""
+    return q.body.m * q.body.g * q.body.R * (1 - q.body.alpha * q.state.kz)
+
+
+@quantity(ENERGY)
+def E(q: Motion) -> Any:
+    """Total energy E_trans + E_rot + E_pot; eq (energy_split)."""
+    return E_trans(q) + E_rot(q) + E_pot(q)
+
+
+@quantity(POWER)
+def E_trans_dot(q: Motion) -> Any:
+    """Rate of translational energy, s_dot.(F - m g z); section 2.3."""
+    return dot(q.s_dot, q.force) - q.body.m * q.body.g * q.s_dot[2]
+
+
+@quantity(POWER)
+def E_rot_dot(q: Motion) -> Any:
+    """Rate of rotational energy, omega.(a x F); section 2.3."""
+    return dot(q.omega, q.torque)
+
+
+@quantity(POWER)
+def E_pot_dot(q: Motion) -> Any:
+    """Rate of potential energy, m g s_dot.z; section 2.3."""
+    return q.body.m * q.body.g * q.s_dot[2]
+
+
+@quantity(POWER)
+def E_dot(q: Motion) -> Any:
+    """Rate of total energy, v_A.F = -mu g_n v_A^2; section 1."""
+    return dot(q.state.v, q.force)
+
+
+@quantity(ENERGY)
+def E_tilde(q: Motion) -> Any:
+    """Modified energy E~: the energy with s_dot = -omega x a; eq (8)."""
+    return q.body.m * dot(q.omega_cross_a, q.omega_cross_a) / 2 + E_rot(q) + E_pot(q)
+
+
+@quantity(POWER)
+def E_tilde_dot(q: Motion) -> Any:
+    """Rate of the modified energy, m (omega x a).v_A_dot; after eq (9)."""
+    return q.body.m * dot(q.omega_cross_a, q.v_dot)
+
+
+@quantity(ANGULAR_MOMENTUM)
+def D(q: Motion) -> Any:
+    """Routh's function D = I3 omega_3 sqrt(d(cos theta)); eq (9)."""
+    return dot(q.state.L, q.k) * q.fn.sqrt(d(q.body, q.state.kz))
+
+
+@quantity(TORQUE)
+def D_dot(q: Motion) -> Any:
+    """Rate of Routh's function, gamma m/(alpha sqrt(d)) (z x a).v_A_dot; after eq (9)."""
+    z_cross_a = (-q.a[1], q.a[0], 0)
+    factor = q.body.gamma * q.body.m / (q.body.alpha * q.fn.sqrt(d(q.body, q.state.kz)))
+    return factor * dot(z_cross_a, q.v_dot)
+
+
+@quantity(FORCE)
+def g_n(q: Motion) -> Any:
+    """Normal force; eq (7) when gliding, the constraint force's when rolling."""
+    return q.force[2]
+
+
+@quantity(SPEED)
+def gliding_speed(q: Motion) -> Any:
+    """Speed |v_A| of the contact point."""
+    return horizontal_length(q.fn, q.state.vx, q.state.vy)
+
+
+@quantity(ANGLE, radians=True)
+def theta(q: Motion) -> Any:
+    """Inclination of the axis."""
+    return q.fn.atan2(horizontal_length(q.fn, q.state.kx, q.state.ky), q.state.kz)
+
+
+@quantity(RATE, pole=False, radians=True)
+def theta_dot(q: Motion) -> Any:
+    """Rate of the inclination."""
+    return q.euler.theta_dot
+
+
+@quantity(RATE, pole=False, radians=True)
+def phi_dot(q: Motion) -> Any:
+    """Precession rate of the axis about the vertical."""
+    return q.euler.phi_dot
+
+
+@quantity(RATE, pole=False, radians=True)
+def psi_dot(q: Motion) -> Any:
+    """Rate of rotation about the axis, omega_3 - phi_dot cos theta; section 1."""
+    return omega_3(q) - q.euler.phi_dot * q.state.kz
+
+
+@quantity(RATE, radians=True)
+def omega_3(q: Motion) -> Any:
+    """Angular velocity about the axis, omega.k; section 1."""
+    return dot(q.state.L, q.k) / q.body.I3
+
+
+@quantity(ACCELERATION, radians=True)
+def omega_3_dot(q: Motion) -> Any:
+    """Rate of omega_3, (a x F).k/I3; eq (4)."""
+    return dot(q.torque, q.k) / q.body.I3
+
+
+@quantity(SPEED, pole=False)
+def nu_x(q: Motion) -> Any:
+    """Gliding velocity towards the lean, v_A.x; section 1."""
+    return q.euler.nu_x
+
+
+@quantity(SPEED, pole=False)
+def nu_y(q: Motion) -> Any:
+    """Gliding velocity across the lean, v_A.y; section 1."""
+    return q.euler.nu_y
+
+
+@quantity(TORQUE, pole=False)
+def tau_x(q: Motion) -> Any:
+    """Torque along x-hat; section 2.3."""
+    return dot(q.torque, q.lean)
+
+
+@quantity(TORQUE, pole=False)
+def tau_y(q: Motion) -> Any:
+    """Torque along y-hat; section 2.3."""
+    return q.torque[1] * q.lean[0] - q.torque[0] * q.lean[1]
+
+
+@quantity(TORQUE)
+def tau_z(q: Motion) -> Any:
+    """Torque along the vertical; section 2.3."""
+    return q.torque[2]
+
+
+@quantity(ANGULAR_MOMENTUM, pole=False)
+def xi(q: Motion) -> Any:
+    """Gyroscopic balance xi = I3 omega_3 - I1 phi_dot cos theta; section 1."""
+    return dot(q.state.L, q.k) - q.body.I1 * q.euler.phi_dot * q.state.kz
+
+
+@quantity(RATE, pole=False, radians=True)
+def theta_dot_simplified(q: Motion) -> Any:
+    """theta_dot of the equation simplified by xi = 0, mu g_n R^2 (1-alpha cos)^2 nu_y/lambda."""
+    height = q.body.R * (1 - q.body.alpha * q.state.kz)
+    return q.body.mu * g_n(q) * height * height * q.euler.nu_y / jellett(q)
+
+
+@quantity(ENERGY, pole=False)
+def V(q: Motion) -> Any:
+    """Effective potential V(cos theta, D, lambda) at the motion's own D and lambda; eq (15)."""
+    return effective_potential(q.body, q.state.kz, D(q), jellett(q), q.fn)
+
+
+@quantity(ENERGY, pole=False)
+def E_tilde_main(q: Motion) -> Any:
+    """Right-hand side of the Main Equation, g(cos theta) theta_dot^2 + V; eq (15)."""
+    return effective_mass(q.body, q.state.kz) * q.euler.theta_dot**2 + V(q)
+
+
+@quantity(ANGULAR_MOMENTUM)
+def L_z(q: Motion) -> Any:
+    """Vertical angular momentum about the centre of mass."""
+    return q.state.Lz
+
+
+@quantity(SPEED)
+def s_dot_x(q: Motion) -> Any:
+    """Velocity of the centre of mass along the inertial X axis."""
+    return q.s_dot[0]
+
+
+@quantity(SPEED)
+def s_dot_y(q: Motion) -> Any:
+    """Velocity of the centre of mass along the inertial Y axis."""
+    return q.s_dot[1]

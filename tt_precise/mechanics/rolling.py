@@ -1,0 +1,98 @@
+"""The rolling limit v_A = 0: an axisymmetric sphere with integrals lambda, D and E~.
+
+Twice, independently: as vectors (state k and L, smooth at the poles), where the force F that
+keeps v_A = 0 follows from three linear equations; and in Euler angles (state theta, theta_dot,
+phi_dot, omega_3), where the equations of motion are the statements that eqs (10), (11) and (12)
+of the paper say with v_A_dot = 0: lambda, D and E~ are constant.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tt_precise.body import Parameters
+from tt_precise.mechanics.newton import NewtonState, angular_velocity, arm, axis_rate
+from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
+
+
+class RollingState(NamedTuple):
+    """Axis k (unit vector) and angular momentum L about CM, inertial frame; v_A = 0."""
+
+    kx: Any
+    ky: Any
+    kz: Any
+    Lx: Any
+    Ly: Any
+    Lz: Any
+
+
+class RollingEulerState(NamedTuple):
+    """Inclination, its rate, precession rate, spin about the axis: rad, rad/s; v_A = 0."""
+
+    theta: Any
+    theta_dot: Any
+    phi_dot: Any
+    omega_3: Any
+
+
+def constraint_force(body: Parameters, state: NewtonState) -> Vector:
+    """Force F at the contact that keeps the top rolling, v_A_dot = 0.
+
+    F/m + spin_response(a x F) x a = b with b = g z - (omega_dot without force) x a
+    - omega x (R alpha k_dot). With n = k x a orthogonal to a, the left side is
+    (p 1 - a a^T/I1 + c n n^T) F, p = 1/m + a^2/I1, c = 1/I3 - 1/I1, whose inverse is closed.
+    """
+    k = state.k
+    a = arm(body, k)
+    k_dot = axis_rate(body, state)
+    omega = angular_velocity(body, state)
+    c = 1 / body.I3 - 1 / body.I1
+    drift = scaled(c * dot(state.L, k), k_dot)
+    free = added(cross(drift, a), scaled(body.R * body.alpha, cross(omega, k_dot)))
+    b = (-free[0], -free[1], body.g - free[2])
+    n = cross(k, a)
+    p = 1 / body.m + dot(a, a) / body.I1
+    along_a = body.m * dot(a, b) / (body.I1 * p)
+    along_n = -c * dot(n, b) / (p * (p + c * dot(n, n)))
+    return added(scaled(1 / p, b), scaled(along_a, a), scaled(along_n, n))
+
+
+def rates(body: Parameters, state: RollingState, fn: Any = None) -> RollingState:
+    """Time derivative of the vector state; eq (1) with v_A = 0."""
+    full = NewtonState(*state, 0, 0)
+    force = constraint_force(body, full)
+    return RollingState(*axis_rate(body, full), *cross(arm(body, full.k), force))
+
+
+def euler_rates(body: Parameters, state: RollingEulerState, fn: Any) -> RollingEulerState:
+    """Time derivative of the Euler state, from constant D, lambda and E~ (eqs 8 to 12).
+
+    D gives omega_3_dot, then lambda gives phi_dot_dot, both proportional to theta_dot; then
+    dE~/dt = 0 divided by theta_dot gives theta_dot_dot. Undefined at the poles.
+    """
+    m, R, alpha, I1, I3, g = body.m, body.R, body.alpha, body.I1, body.I3, body.g
+    theta, theta_dot, phi_dot, omega_3 = state
+    s, c = fn.sin(theta), fn.cos(theta)
+    u = alpha - c
+    d = body.gamma + body.sigma * u * u + body.sigma * body.gamma * s * s
+    # omega_3' and phi_dot': derivatives with respect to theta along a solution
+    omega_3_slope = -body.sigma * omega_3 * s * (u + body.gamma * c) / d
+    phi_dot_slope = (I3 * (omega_3_slope * u + omega_3 * s) / s - 2 * I1 * phi_dot * c) / (I1 * s)
+    inertia = I1 + m * R * R * (u * u + s * s)
+    # the partial derivatives of E~ (eq 8)
+    slope_theta = (
+        I1 * phi_dot * phi_dot * s * c
+        + m * g * R * alpha * s
+        + m * R * R * (u * s + s * c) * theta_dot * theta_dot
+        + m * R * R * (u * s * s * s + u * u * s * c) * phi_dot * phi_dot
+        + m * R * R * s * c * omega_3 * (omega_3 + 2 * phi_dot * u)
+        + m * R * R * s * s * s * omega_3 * phi_dot
+    )
+    slope_phi_dot = I1 * phi_dot * s * s + m * R * R * s * s * u * (u * phi_dot + omega_3)
+    slope_omega_3 = I3 * omega_3 + m * R * R * s * s * (omega_3 + phi_dot * u)
+    theta_ddot = (
+        -(slope_theta + slope_phi_dot * phi_dot_slope + slope_omega_3 * omega_3_slope) / inertia
+    )
+    return RollingEulerState(
+        theta_dot, theta_ddot, phi_dot_slope * theta_dot, omega_3_slope * theta_dot
+    )

@@ -1,0 +1,72 @@
+"""Thresholds and asymptotic values: Theorem 1.1, the limits of section 1, and T_upp.
+
+The spins in question: upright, k = z with L = L0 z, and inverted, k = -z with L = L1 z, where
+lambda = R (1 - alpha) L0 = R (1 + alpha) L1.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tt_precise.body import Parameters
+from tt_precise.mechanics.quantities import d
+
+
+def lambda_thres(body: Parameters, fn: Any) -> Any:
+    """Above this lambda (kg m^3/s) inverted spin is stable; needs gamma < 1 + alpha; Thm 1.1."""
+    alpha = body.alpha
+    scale = fn.sqrt(body.m * body.g * body.R**3 * alpha * body.I3)
+    return scale * (1 + alpha) ** 2 / fn.sqrt(1 + alpha - body.gamma)
+
+
+def lambda_up(body: Parameters, fn: Any) -> Any:
+    """Above this lambda (kg m^3/s) upright spin is unstable; needs gamma > 1 - alpha; Thm 1.1."""
+    alpha = body.alpha
+    scale = fn.sqrt(body.m * body.g * body.R**3 * alpha * body.I3)
+    return scale * (1 - alpha) ** 2 / fn.sqrt(alpha + body.gamma - 1)
+
+
+def L0(body: Parameters, lambda_: Any) -> Any:
+    """Angular momentum of the upright spin with this lambda, in kg m^2/s; section 1."""
+    return lambda_ / (body.R * (1 - body.alpha))
+
+
+def L1(body: Parameters, lambda_: Any) -> Any:
+    """Angular momentum of the inverted spin with this lambda, in kg m^2/s; section 1."""
+    return lambda_ / (body.R * (1 + body.alpha))
+
+
+def D0(body: Parameters, lambda_: Any, fn: Any) -> Any:
+    """Routh's function of the upright spin, in kg m^2/s; section 1."""
+    return lambda_ * fn.sqrt(d(body, 1)) / (body.R * (1 - body.alpha))
+
+
+def D1(body: Parameters, lambda_: Any, fn: Any) -> Any:
+    """Routh's function of the inverted spin, in kg m^2/s; section 1."""
+    return -lambda_ * fn.sqrt(d(body, -1)) / (body.R * (1 + body.alpha))
+
+
+def E0(body: Parameters, lambda_: Any) -> Any:
+    """Modified energy of the upright spin, in J; section 1."""
+    return _spin_energy(body, lambda_, 1 - body.alpha)
+
+
+def E1(body: Parameters, lambda_: Any) -> Any:
+    """Modified energy of the inverted spin, in J; section 1."""
+    return _spin_energy(body, lambda_, 1 + body.alpha)
+
+
+def T_upp(body: Parameters, lambda_: Any, D: Any, fn: Any) -> Any:
+    """Bound on the time between turning points, in s; section 1.
+
+    Only for the rational case sigma = (1 - alpha)/(gamma + alpha^2 - 1).
+    """
+    alpha, gamma = body.alpha, body.gamma
+    numerator = body.R * body.I3 * gamma * (alpha + 1 - gamma)
+    root = fn.sqrt(gamma + alpha * alpha - 1)
+    return 2195 * numerator / (100 * (alpha * lambda_ + alpha * body.R * D * root))
+
+
+def _spin_energy(body: Parameters, lambda_: Any, height: Any) -> Any:
+    spin = lambda_ / (body.R * height)
+    return spin * spin / (2 * body.I3) + body.m * body.g * body.R * height
