@@ -84,8 +84,9 @@ class Start:
     nu_y: Fraction = Fraction(0)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.theta, Inclination):
-            object.__setattr__(self, "theta", Inclination.parse(self.theta))
+        given: Any = self.theta
+        if not isinstance(given, Inclination):
+            object.__setattr__(self, "theta", Inclination.parse(given))
         for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
             object.__setattr__(self, name, exact(getattr(self, name), name))
 

@@ -16,6 +16,8 @@ the top does not climb or the horizon ends too early, is None.
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -66,10 +68,8 @@ def inversion_times(trajectory: Trajectory) -> InversionTimes:
             events=NEEDED,
             record=(),
         )
-    pi = +trajectory.precision.context.pi
-    return from_events(
-        trajectory.events, float(pi) if trajectory.precision.name == "double" else pi
-    )
+    double = trajectory.precision.name == "double"
+    return from_events(trajectory.events, math.pi if double else +trajectory.precision.context.pi)
 
 
 def from_events(events: pandas.DataFrame, pi: Any) -> InversionTimes:
@@ -113,7 +113,7 @@ def _apogee(after: pandas.DataFrame, pi: Any) -> Any:
         (t, (pi - theta) if phi_dot > 0 else -(pi - theta))
         for t, theta, phi_dot in zip(maxima["t"], maxima["theta"], maxima["phi_dot"], strict=True)
     ]
-    for left, right in zip(signed, signed[1:], strict=False):
+    for left, right in itertools.pairwise(signed):
         if left[1] > 0 > right[1]:
             return _line_zero(left, right)
     return None

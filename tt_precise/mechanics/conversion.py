@@ -2,7 +2,8 @@
 
 The frame of the paper: x-hat is the horizontal direction towards which the axis leans
 (k = sin theta x + cos theta z, at azimuth phi), y-hat = z x x-hat, and
-(1, 2, 3) = (cos theta x - sin theta z, y, k); omega = -phi_dot sin theta 1 + theta_dot 2 + omega_3 3.
+(1, 2, 3) = (cos theta x - sin theta z, y, k), in which
+omega = -phi_dot sin theta 1 + theta_dot 2 + omega_3 3.
 At the poles x-hat, and with it every Euler rate but omega_3, is undefined.
 """
 
