@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.errors import InputError
 from tt_precise.integrate.precision import finer
+from tt_precise.progress import Progress
 
 if TYPE_CHECKING:
     from tt_precise.integrate.trajectory import Trajectory
@@ -87,7 +88,7 @@ def integrate_to_digits(
     formulation: str,
     events: Iterable[str] | None,
     record: Iterable[str] | None,
-    progress: Callable[[float], None] | None,
+    progress: Progress | None,
 ) -> Trajectory:
     """The cheapest arithmetic on the ladder whose error estimate leaves ``wanted`` digits."""
     from tt_precise.integrate.run import integrate

@@ -12,9 +12,8 @@ from tt_precise.integrate.start import Beginning, beginning, vanishes
 from tt_precise.integrate.system import Integrator, Key, integrator
 from tt_precise.integrate.trajectory import Course, Status, Trajectory
 from tt_precise.mechanics.formulations import formulation as formulation_of
+from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene, load_scene
-
-Progress = Callable[[float], None]
 
 LONG_RUN = 200  # s; from here a double run, too, can be interrupted and shows progress
 
@@ -49,7 +48,7 @@ def integrate(
         Names from the event catalogue, and of quadratures (phi, psi, x, y); by default those
         that the scene names.
     tolerance
-        heyoka's relative tolerance; 0 stands for the eps of the precision.
+        heyoka's relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
     options
         Further keyword arguments for ``heyoka.taylor_adaptive``, for measurements.
     progress

@@ -203,8 +203,9 @@ class Trajectory:
         """Relative drift of everything the scene conserves, at each sample and the end."""
         times = [self._dimensionless_time(t) for t in self.sample_times[:-1]]
         rows = [*self._sample(times), self._end_state]
-        exact_start = self.key.formulation.start(self.start.vectors, self.start.euler)
-        motions = [self._motion(tuple(exact_start)), *(self._motion(row) for row in rows)]
+        exact_start = self._form.start(self.start.vectors, self.start.euler)
+        recorded = (self.precision.context.mpf(0),) * len(self.key.record)
+        motions = [self._motion((*exact_start, *recorded)), *map(self._motion, rows)]
         return {
             integral.name: drift(integral, motions)[1:]
             for integral in conserved(self.scene)

@@ -1,0 +1,65 @@
+"""``tt-precise events``: the catalogue of events, or the events of a scene."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+SCHEMA = "tt_precise.events/1"
+
+
+@click.command("events")
+@click.argument("scene", required=False)
+@click.option("--precision", type=click.Choice(["double", "extended", "quad", "mp"]))
+@click.option("--only", help="Names separated by commas; also extremum:QUANTITY.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(scene: str | None, precision: str | None, only: str | None, as_json: bool) -> int:
+    """List the catalogue of events; with SCENE, all events of that scene, and the climb."""
+    if scene is None:
+        return _catalogue(as_json)
+    from tt_precise.commands.run import summary
+    from tt_precise.integrate import catalogue, integrate
+    from tt_precise.progress import progress_bar
+    from tt_precise.scene import load_scene
+
+    loaded = load_scene(scene)
+    names = tuple(only.split(",")) if only else catalogue(loaded.model)
+    with progress_bar(f"integrating {loaded.name}") as progress:
+        trajectory = integrate(loaded, precision, events=names, progress=progress)
+    times = trajectory.inversion
+    climb = {
+        f"{when}_{definition}": getattr(getattr(times, definition), when)
+        for definition in "ABC"
+        for when in ("t_init", "t_end")
+    }
+    if as_json:
+        told = summary(trajectory)
+        text = {key: None if t is None else str(t) for key, t in climb.items()}
+        keys = ("scene", "status", "t_end", "events")
+        click.echo(json.dumps({"schema": SCHEMA, **{k: told[k] for k in keys}, "climb": text}))
+        return 0
+    events = trajectory.events
+    for row in events.to_dict("records"):
+        theta = "" if row["theta"] is None else f"theta {float(row['theta']):.6f}"
+        direction = {1: "rising", -1: "falling"}.get(int(row["direction"]), "")
+        click.echo(f"{float(row['t']):18.12f} s  {row['name']:<20} {direction:<8} {theta}")
+    for key, time in climb.items():
+        click.echo(f"{key:>9}: {'none' if time is None else f'{float(time):.12f} s'}")
+    return 0
+
+
+def _catalogue(as_json: bool) -> int:
+    from tt_precise.integrate.events import EVENTS, EXTREMUM, TERMINAL
+
+    if as_json:
+        listed = {name: event.meaning for name, event in EVENTS.items()}
+        click.echo(json.dumps({"schema": SCHEMA, "events": listed, "terminal": TERMINAL}))
+        return 0
+    for name, event in EVENTS.items():
+        click.echo(f"{name:<20} {event.meaning}")
+    click.echo(f"{EXTREMUM + 'QUANTITY':<20} extremum of any quantity, such as {EXTREMUM}g_n")
+    click.echo("always watched; they end a trajectory:")
+    for name, meaning in TERMINAL.items():
+        click.echo(f"{name:<20} {meaning}")
+    return 0

@@ -1,0 +1,163 @@
+"""``tt-precise run``: integrate a scene, print its end, write its trajectory."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tt_precise.errors import InputError
+
+if TYPE_CHECKING:
+    from tt_precise.integrate import Trajectory
+
+SCHEMA = "tt_precise.run/1"
+UNFINISHED = 1
+
+
+@click.command("run")
+@click.argument("scene")
+@click.option("--precision", type=click.Choice(["double", "extended", "quad", "mp"]))
+@click.option("--bits", type=int, help="Bits of the precision mp (200).")
+@click.option("--digits", type=int, help="Correct digits wanted, instead of a precision.")
+@click.option("--formulation", default="newton", show_default=True, help="newton or euler.")
+@click.option("--until", help="Horizon in s, instead of the scene's.")
+@click.option("--events", help="Events to record: names separated by commas, or all.")
+@click.option("--record", help="Quadratures: any of phi,psi,x,y, separated by commas.")
+@click.option("--columns", help="Columns of the CSV, separated by commas: any quantity.")
+@click.option("--out", type=click.Path(dir_okay=False), help="Write the trajectory (CSV, SI).")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(
+    scene: str,
+    precision: str | None,
+    bits: int | None,
+    digits: int | None,
+    formulation: str,
+    until: str | None,
+    events: str | None,
+    record: str | None,
+    columns: str | None,
+    out: str | None,
+    as_json: bool,
+) -> int:
+    """Integrate SCENE, a shipped name or a TOML file.
+
+    Exit status 1 if the trajectory ended before its horizon.
+    """
+    from dataclasses import replace
+
+    from tt_precise.integrate import catalogue, integrate
+    from tt_precise.numerals import exact
+    from tt_precise.progress import progress_bar
+    from tt_precise.scene import load_scene
+
+    loaded = load_scene(scene)
+    if until is not None:
+        loaded = replace(loaded, until=exact(until, "until"))
+    if events == "all":
+        names: tuple[str, ...] = catalogue(loaded.model)
+    else:
+        names = _split(events) or loaded.events
+    recorded = set(_split(record) or loaded.record)
+    if formulation == "euler":
+        recorded.add("phi")  # so that the end can be told as vectors too
+    if out is not None:
+        _require_writable(Path(out))
+    with progress_bar(f"integrating {loaded.name}") as progress:
+        trajectory = integrate(
+            loaded,
+            precision,
+            digits=digits,
+            formulation=formulation,
+            events=names,
+            record=recorded,
+            bits=bits,
+            progress=progress,
+        )
+    if out is not None:
+        from tt_precise.files import atomic_write
+
+        frame = trajectory.frame(*_split(columns), numbers="text")
+        atomic_write(out, frame.to_csv(index=False, lineterminator="\n"))
+    if as_json:
+        click.echo(json.dumps(summary(trajectory), indent=2))
+    else:
+        click.echo("\n".join(lines(trajectory)))
+    return 0 if trajectory.status == "complete" else UNFINISHED
+
+
+def summary(trajectory: Trajectory) -> dict[str, Any]:
+    """The JSON object of the command: strings for every number beyond a count."""
+    text, context = trajectory.precision.text, trajectory.precision.context
+
+    def short(value: Any) -> str:
+        return str(context.nstr(context.mpf(value), 3, min_fixed=0, max_fixed=0))
+
+    events = trajectory.events
+    return {
+        "schema": SCHEMA,
+        "scene": trajectory.scene.name,
+        "model": trajectory.scene.model,
+        "formulation": trajectory.formulation,
+        "precision": trajectory.precision.name,
+        "bits": trajectory.precision.bits,
+        "status": trajectory.status,
+        "t_end": text(context.mpf(trajectory.t_end)),
+        "steps": trajectory.steps,
+        "order": trajectory.order,
+        "state": trajectory.state.as_text(),
+        "error_estimate": {name: short(e) for name, e in trajectory.error_estimate.items()},
+        "digits": round(trajectory.digits, 1),
+        "drift": {name: short(value) for name, value in trajectory.drift.items()},
+        "events": [
+            {
+                "name": row["name"],
+                "t": text(context.mpf(row["t"])),
+                "direction": int(row["direction"]),
+                "state": {
+                    name: None if row[name] is None else text(context.mpf(row[name]))
+                    for name in events.columns[3:]
+                },
+            }
+            for row in events.to_dict("records")
+        ],
+    }
+
+
+def lines(trajectory: Trajectory) -> list[str]:
+    """What a person reads: how it ended, where, how well."""
+    context = trajectory.precision.context
+
+    def short(value: Any, digits: int = 2) -> str:
+        return str(context.nstr(context.mpf(value), digits))
+
+    state = trajectory.state.as_text()
+    errors = trajectory.error_estimate
+    told = [
+        f"{trajectory.scene.name}: {trajectory.status} at t = {short(trajectory.t_end, 17)} s "
+        f"({trajectory.precision.name}, {trajectory.formulation}, {trajectory.steps} steps)",
+        *(
+            f"  {name:>9} {value or 'undefined':<{trajectory.precision.decimals + 8}}"
+            + (f"  +- {short(errors[name])}" if name in errors else "")
+            for name, value in state.items()
+        ),
+        f"  digits of the worst entry: {trajectory.digits:.1f}",
+        *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
+    ]
+    counts = trajectory.events["name"].value_counts()
+    told += [f"  {count} x {name}" for name, count in counts.items()]
+    if trajectory.status != "complete":
+        told.append(f"  NOT COMPLETE: it ended before the horizon of {trajectory.scene.until} s")
+    return told
+
+
+def _split(names: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in (names or "").split(",") if name.strip())
+
+
+def _require_writable(path: Path) -> None:
+    # found out now, not after a long integration
+    if not path.parent.is_dir():
+        raise InputError(f"--out: got {path}, expected a file in a folder that exists")

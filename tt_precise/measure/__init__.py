@@ -1,0 +1,1 @@
+"""Measurements: speed against accuracy, overheads, stability at the extremes."""

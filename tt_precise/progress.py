@@ -1,0 +1,27 @@
+"""Progress: a function that is told the fraction done; silent unless somebody looks."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+Progress = Callable[[float], None]
+
+
+def silent(fraction: float) -> None:
+    """Progress that nobody sees: the default everywhere."""
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Progress]:
+    """A progress bar on stderr while it is a terminal, gone when done; else ``silent``."""
+    if not sys.stderr.isatty():
+        yield silent
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bars
+
+    with Bars(console=Console(stderr=True), transient=True) as bars:
+        task = bars.add_task(label, total=1.0)
+        yield lambda fraction: bars.update(task, completed=fraction)
