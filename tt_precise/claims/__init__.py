@@ -1,1 +1,42 @@
-"""The paper's claims, one function each, and their verdicts."""
+"""The paper's claims, one function each, and their verdicts.
+
+    >>> import tt_precise as tt
+    >>> judgement = tt.claims.judge("NUM-23")
+    >>> judgement.verdict.value, judgement.finding.printed, judgement.finding.measured
+    ('rounded', '1.8571', '1.8571428571428571429')
+
+``claims()`` lists them by id, ``judge_all()`` judges them all. The claims stand in the modules of
+``claims.statements``; the rules that make verdicts in ``claims.verdicts``.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tt_precise.claims.claim import Claim, claim_named, claims
+    from tt_precise.claims.judging import Judgement, counts, judge, judge_all
+    from tt_precise.claims.verdicts import Finding, Verdict
+
+__all__ = [
+    "Claim", "Finding", "Judgement", "Verdict", "claim_named", "claims", "counts", "judge",
+    "judge_all",
+]  # fmt: skip
+
+_HOMES = {
+    **dict.fromkeys(("Claim", "claim_named", "claims"), "claim"),
+    **dict.fromkeys(("Judgement", "counts", "judge", "judge_all"), "judging"),
+    **dict.fromkeys(("Finding", "Verdict"), "verdicts"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    # the claims import what they are judged with, heyoka and SymPy among it
+    if name in _HOMES:
+        return getattr(importlib.import_module(f"tt_precise.claims.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'tt_precise.claims' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,91 @@
+"""Computations that many claims rest on, each made once a process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.claims.measured import Settled
+from tt_precise.integrate import Trajectory, catalogue, integrate
+from tt_precise.scene import Scene, Start, load_scene
+
+if TYPE_CHECKING:
+    import pandas
+
+FINE = "quad"
+
+
+def variant(scene: str | Scene = "reference", **changes: str) -> Scene:
+    """A scene with some of its parameters, start values or its horizon replaced.
+
+    ``changes`` are exact strings in SI, as in ``variant(phi_dot="195", mu="0.5", until="2")``.
+    """
+    loaded = load_scene(scene)
+    starting = {name for name in changes if name in {f.name for f in fields(Start)}}
+    running = {name for name in changes if name in ("until", "sample_every")}
+    start: Any = {name: changes[name] for name in starting}
+    body = {name: changes[name] for name in changes.keys() - starting - running}
+    run: Any = {name: changes[name] for name in running}
+    return replace(
+        loaded, body=replace(loaded.body, **body), start=replace(loaded.start, **start), **run
+    )
+
+
+@cache
+def trajectory(
+    scene: str | Scene = "reference",
+    precision: str = "double",
+    formulation: str = "newton",
+) -> Trajectory:
+    """A scene integrated with every event of the catalogue recorded.
+
+    Double costs milliseconds, quad some seconds, and each is made once.
+    """
+    loaded = load_scene(scene)
+    return integrate(loaded, precision, formulation=formulation, events=catalogue(loaded.model))
+
+
+def settled(
+    value: Callable[[Trajectory], Any], scene: str | Scene = "reference", rough: str = "extended"
+) -> Settled:
+    """A value taken from a scene's trajectory in quad, with the digits that ``rough`` confirms.
+
+    The two runs take other steps in other arithmetics; ``rough`` may be "double" where the
+    machine has no 80-bit numbers.
+    """
+    return Settled.of(value(trajectory(scene, FINE)), value(trajectory(scene, _available(rough))))
+
+
+def at(name: str, t: str, scene: str | Scene = "reference") -> Settled:
+    """A quantity or state entry by name at time ``t`` (exact, s), in SI, with its digits."""
+    return settled(lambda run: run.frame(name, times=[t])[name].iloc[0], scene)
+
+
+@cache
+def sampled(
+    scene: str | Scene, names: tuple[str, ...], every: str = "0.001", precision: str = "double"
+) -> pandas.DataFrame:
+    """A float table of quantities over the whole run, every ``every`` seconds (exact)."""
+    run = trajectory(variant(scene, sample_every=every), precision)
+    return run.frame(*names, numbers="float")
+
+
+def times_of(name: str, scene: str | Scene = "reference", precision: str = "double") -> Any:
+    """The rows of one event's table, in order of time."""
+    events = trajectory(scene, precision).events
+    return events[events["name"] == name].reset_index(drop=True)
+
+
+def _available(rough: str) -> str:
+    from tt_precise.errors import InputError
+    from tt_precise.integrate.precision import NAMES, precision_named
+
+    if rough not in NAMES:
+        raise ValueError(f"precision: got {rough!r}, expected one of {NAMES}")
+    try:
+        precision_named(rough)
+    except InputError:
+        return "double"
+    return rough

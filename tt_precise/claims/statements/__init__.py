@@ -1,0 +1,1 @@
+"""The claims themselves: each module is found by its being here."""

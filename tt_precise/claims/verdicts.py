@@ -1,0 +1,246 @@
+"""The rules that turn computations into verdicts; no claim ever names its own verdict.
+
+A *check* compares what the paper says with what was computed. A *finding* is what checks come to:
+
+- ``judged(check)``: reproduced or rounded if it holds, refuted if not;
+- ``all_of(checks)``: the same for a claim of several parts, each of which has to hold;
+- ``readings(checks)``: the same if all readings agree; "reading" if some hold and some do not;
+- ``misprint(printed, corrected)``: misprint if the printed form fails and the corrected one holds;
+- ``wording(note)``: untestable.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from fractions import Fraction
+
+from tt_precise.claims.measured import Measured, fraction_of, measured_text
+
+
+class Verdict(StrEnum):
+    """What a claim comes to."""
+
+    REPRODUCED = "reproduced"
+    ROUNDED = "rounded"
+    READING = "reading"
+    REFUTED = "refuted"
+    MISPRINT = "misprint"
+    UNTESTABLE = "untestable"
+
+    @property
+    def meaning(self) -> str:
+        """What the verdict says, for a legend."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    Verdict.REPRODUCED: "holds within the stated accuracy",
+    Verdict.ROUNDED: "equal after rounding to the printed digits",
+    Verdict.READING: "holds under one reading and not under another; the note states them",
+    Verdict.REFUTED: "does not hold",
+    Verdict.MISPRINT: "fails as printed, holds as corrected in the note",
+    Verdict.UNTESTABLE: "nothing to compute; the note says why",
+}
+
+
+@dataclass(frozen=True)
+class Check:
+    """One comparison: whether it holds, and as what; what was printed, what was measured."""
+
+    holds: bool
+    printed: str
+    measured: str
+    exactly_rounded: bool = False
+
+    @property
+    def verdict(self) -> Verdict:
+        """What a claim of this one check comes to."""
+        if not self.holds:
+            return Verdict.REFUTED
+        return Verdict.ROUNDED if self.exactly_rounded else Verdict.REPRODUCED
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What came out for one claim. Made by the rules of this module only.
+
+    Attributes
+    ----------
+    verdict
+        See ``Verdict``.
+    printed, measured
+        As text, with unit, the measured one with the digits it has.
+    note
+        One or two sentences that a referee would accept.
+    readings
+        (reading, verdict under it, measured) where the paper's words admit several.
+    proved
+        Whether the verdict rests on a proof (SymPy), not on evaluation at points.
+    """
+
+    verdict: Verdict
+    printed: str
+    measured: str
+    note: str
+    readings: tuple[tuple[str, Verdict, str], ...] = ()
+    proved: bool = False
+
+
+# ---- checks: the comparison of one printed thing with one computed thing -----------------------
+
+
+def rounds_to(printed: str, measured: Measured, unit: str = "") -> Check:
+    """Whether ``measured``, rounded to the digits of ``printed``, is ``printed``."""
+    value, last = _printed(printed)
+    distance = abs(fraction_of(measured) - value)
+    return Check(2 * distance <= last, _united(printed, unit), _text(measured, unit), True)
+
+
+def about(printed: str, measured: Measured, unit: str = "") -> Check:
+    """Whether "about ``printed``" fits: within one unit of its last significant digit.
+
+    The zeros that end a whole number are not significant: about 80 means 70 to 90. What even
+    rounds to ``printed`` counts as rounded.
+    """
+    value, last = _printed(printed)
+    significant = _printed(printed, zeros=False)[1]
+    distance = abs(fraction_of(measured) - value)
+    shown, found = _united(f"about {printed}", unit), _text(measured, unit)
+    return Check(distance <= significant, shown, found, 2 * distance <= last)
+
+
+def within(printed: str, measured: Measured, tolerance: str, unit: str = "") -> Check:
+    """Whether ``measured`` is within an absolute ``tolerance`` that the paper itself states."""
+    distance = abs(fraction_of(measured) - _printed(printed)[0])
+    shown = f"{_united(printed, unit)} within {tolerance}"
+    return Check(distance <= _printed(tolerance)[0], shown, _text(measured, unit))
+
+
+def at_most_order(printed: str, measured: Measured, unit: str = "") -> Check:
+    """Whether an error "of order ``printed``" is so: less than half a decade above it."""
+    size = abs(fraction_of(measured))
+    holds = size * size <= 10 * _printed(printed)[0] ** 2
+    return Check(holds, _united(f"order {printed}", unit), _text(measured, unit))
+
+
+def in_range(low: str, high: str, measured: Measured, unit: str = "") -> Check:
+    """Whether ``measured`` lies between two printed numbers, ends included."""
+    value = fraction_of(measured)
+    holds = _printed(low)[0] <= value <= _printed(high)[0]
+    return Check(holds, _united(f"{low} to {high}", unit), _text(measured, unit))
+
+
+def statement(holds: bool, *, printed: str, measured: str) -> Check:
+    """A statement that a computation found true or false; both sides in words and numbers."""
+    return Check(bool(holds), printed, measured)
+
+
+# ---- findings: what the checks come to ---------------------------------------------------------
+
+
+def judged(check: Check, note: str, *, proved: bool = False) -> Finding:
+    """A claim of one check."""
+    return Finding(check.verdict, check.printed, check.measured, note, proved=proved)
+
+
+def all_of(checks: Mapping[str, Check], note: str, *, proved: bool = False) -> Finding:
+    """A claim of several parts: refuted if one fails, and the note is told which."""
+    failed = [name for name, check in checks.items() if not check.holds]
+    if failed and len(failed) < len(checks):
+        note = f"{note} What fails: {'; '.join(failed)}."
+    return Finding(
+        Verdict.REFUTED if failed else _common(checks),
+        _joined(checks, "printed"),
+        _joined(checks, "measured"),
+        note,
+        proved=proved,
+    )
+
+
+def readings(checks: Mapping[str, Check], note: str, *, proved: bool = False) -> Finding:
+    """A claim whose words admit several readings, all of them computed."""
+    holding = [name for name, check in checks.items() if check.holds]
+    if not holding:
+        verdict = Verdict.REFUTED
+    elif len(holding) == len(checks):
+        verdict = _common(checks)
+    else:
+        verdict = Verdict.READING
+        failing = [name for name in checks if name not in holding]
+        note = f"{note} Holds read as: {'; '.join(holding)}. Not as: {'; '.join(failing)}."
+    return Finding(
+        verdict,
+        next(iter(checks.values())).printed,
+        _joined(checks, "measured"),
+        note,
+        tuple((name, check.verdict, check.measured) for name, check in checks.items()),
+        proved,
+    )
+
+
+def misprint(
+    printed: Check, corrected: Check, correction: str, note: str, *, proved: bool = False
+) -> Finding:
+    """A claim that may be misprinted: ``correction`` is what should stand there."""
+    if printed.holds:
+        return judged(printed, note, proved=proved)
+    if not corrected.holds:
+        measured = f"{printed.measured}; as {correction}: {corrected.measured}"
+        return Finding(Verdict.REFUTED, printed.printed, measured, note, proved=proved)
+    return Finding(
+        Verdict.MISPRINT,
+        printed.printed,
+        f"{printed.measured}; corrected: {corrected.measured}",
+        f"Should read {correction}. {note}",
+        proved=proved,
+    )
+
+
+def wording(note: str, *, printed: str, measured: str = "-") -> Finding:
+    """Words that no computation can test."""
+    return Finding(Verdict.UNTESTABLE, printed, measured, note)
+
+
+def with_note(finding: Finding, more: str) -> Finding:
+    """The same finding with a further sentence in its note."""
+    return replace(finding, note=f"{finding.note} {more}")
+
+
+def _common(checks: Mapping[str, Check]) -> Verdict:
+    verdicts = {check.verdict for check in checks.values()}
+    return verdicts.pop() if len(verdicts) == 1 else Verdict.REPRODUCED
+
+
+def _joined(checks: Mapping[str, Check], side: str) -> str:
+    texts = [getattr(check, side) for check in checks.values()]
+    if len(set(texts)) == 1:
+        return str(texts[0])
+    return "; ".join(f"{name}: {text}" for name, text in zip(checks, texts, strict=True))
+
+
+_NUMBER = re.compile(
+    r"(?P<sign>[+-]?)(?P<whole>\d+)(\.(?P<part>\d*))?([eE](?P<power>[+-]?\d+))?", re.ASCII
+)
+
+
+def _printed(text: str, *, zeros: bool = True) -> tuple[Fraction, Fraction]:
+    """A printed number, and one unit of its last digit (significant one without ``zeros``)."""
+    found = _NUMBER.fullmatch(text)
+    if not found:
+        raise ValueError(f"printed number: got {text!r}, expected such as '9.381e-4'")
+    places = len(found["part"] or "")
+    last = Fraction(10) ** (int(found["power"] or 0) - places)
+    if not zeros and not places:
+        last *= 10 ** (len(found["whole"]) - len(found["whole"].rstrip("0") or "0"))
+    return Fraction(text), last
+
+
+def _united(text: str, unit: str) -> str:
+    return f"{text} {unit}".strip()
+
+
+def _text(measured: Measured, unit: str) -> str:
+    return _united(measured_text(measured), unit)
