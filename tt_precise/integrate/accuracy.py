@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise.errors import InputError
 from tt_precise.integrate.precision import finer
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.progress import Progress
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def digits(trajectory: Trajectory) -> float:
         present = [name for name in kind if name in errors]
         scale = max((abs(context.mpf(values[name])) for name in present), default=0)
         if not scale and present:
-            scale = trajectory.start.units.of_dimension(trajectory._dimension(present[0]))
+            scale = trajectory.start.units.of_dimension(STATE_DIMENSIONS[present[0]])
         found += [float(-context.log10(errors[name] / scale)) for name in present if errors[name]]
     return min(found)
 

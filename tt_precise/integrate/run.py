@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.integrate.events import event_named
 from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.readout import Course, Status
 from tt_precise.integrate.start import Beginning, beginning, vanishes
 from tt_precise.integrate.system import Integrator, Key, integrator
-from tt_precise.integrate.trajectory import Course, Status, Trajectory
+from tt_precise.integrate.trajectory import Trajectory
 from tt_precise.mechanics.formulations import formulation as formulation_of
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene, load_scene
 
-LONG_RUN = 200  # s; from here a double run, too, can be interrupted and shows progress
+LONG_RUN = 5_000  # sqrt(R/g); from here a double run, too, can be interrupted
 
 
 def integrate(
@@ -97,33 +99,45 @@ def integrate(
 
 
 def run(
-    key: Key, start: Beginning, *, dense: bool = False, progress: Progress | None = None
+    key: Key,
+    start: Beginning,
+    *,
+    until: Any = None,
+    dense: bool = False,
+    progress: Progress | None = None,
 ) -> Course:
-    """Propagate once from ``start``; how it went, in heyoka's own numbers."""
+    """Propagate once from ``start``; how it went, in heyoka's own numbers.
+
+    ``until`` (a number of heyoka's type) replaces the start's own horizon. A propagation that
+    produces NaN is cut back to its last good step and has the status "failed".
+    """
     number, zero = key.precision.number, key.precision.context.mpf(0)
     state = [number(v) for v in key.formulation.start(start.vectors, start.euler)]
     state += [number(zero) for _ in key.record]
-    until = number(start.until)
+    parameters = [number(getattr(start.body, name)) for name in key.formulation.parameters]
+    horizon = number(start.until) if until is None else until
     with integrator(key) as made:
-        parameters = [number(getattr(start.body, name)) for name in key.formulation.parameters]
         made.reset(state, parameters, number(zero))
         keywords: dict[str, Any] = {"c_output": dense}
-        slow = key.precision.name in ("quad", "mp") or float(until) > LONG_RUN / 0.045
-        if progress or slow:
-            keywords["callback"] = _watcher(progress, float(until))
-        outcome, _, _, steps, output, _ = made.adaptive.propagate_until(until, **keywords)
-        return _course(key, start, made, outcome, steps, output)
+        if progress or key.precision.name in ("quad", "mp") or float(horizon) > LONG_RUN:
+            keywords["callback"] = _watcher(progress, float(horizon))
+        outcome, _, _, steps, output, _ = made.adaptive.propagate_until(horizon, **keywords)
+        status = _status(outcome, made.terminal)
+        if status != "failed":
+            return _course(key, start, made, status, steps, output)
+        last_good = _time_before_failure(made, state, parameters, number(zero), horizon)
+    course = run(key, start, until=last_good, dense=dense)
+    return replace(course, status="failed")
 
 
 def _course(
-    key: Key, start: Beginning, made: Integrator, outcome: Any, steps: int, output: Any
+    key: Key, start: Beginning, made: Integrator, status: Status, steps: int, output: Any
 ) -> Course:
     early = 2.0 ** (-key.precision.bits / 2)
-    at_start = {
-        hit.name for hit in made.hits if hit.time < early and vanishes(hit.name, key, start)
-    }
+    first = {hit.name for hit in made.hits if hit.time < early}
+    at_start = {name for name in first if vanishes(name, key, start)}
     return Course(
-        status=_status(outcome, made.terminal),
+        status=status,
         time=made.adaptive.time,
         state=tuple(made.adaptive.state[i] for i in range(len(made.adaptive.state))),
         steps=steps,
@@ -131,6 +145,23 @@ def _course(
         hits=tuple(hit for hit in made.hits if hit.time >= early or hit.name not in at_start),
         output=output,
     )
+
+
+def _time_before_failure(
+    made: Integrator, state: list[Any], parameters: list[Any], zero: Any, horizon: Any
+) -> Any:
+    last = zero
+
+    def watch(adaptive: Any) -> bool:
+        nonlocal last
+        values = [adaptive.state[i] for i in range(len(state))]
+        good = all(value - value == 0 for value in values)
+        last = adaptive.time if good else last
+        return good
+
+    made.reset(state, parameters, zero)
+    made.adaptive.propagate_until(horizon, callback=watch)
+    return last
 
 
 def _status(outcome: Any, terminal: tuple[str, ...]) -> Status:
@@ -168,6 +199,8 @@ def _checked_record(
     names = set(scene.record if record is None else record)
     for name in sorted(names - set(RECORDABLE)):
         raise InputError(f"record: got {name!r}, expected one of: {', '.join(RECORDABLE)}")
+    if scene.start.theta.at_pole and names & {"phi", "psi"}:
+        raise InputError("record: got phi or psi from a pole, where they are undefined")
     if coordinates == "euler" and names & {"x", "y"}:
         names.add("phi")  # the direction in which the centre of mass moves
     return tuple(name for name in RECORDABLE if name in names)

@@ -1,0 +1,241 @@
+"""From heyoka's own numbers to states and quantities in SI, at any time of a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Literal
+
+from tt_precise.body import Dimension, Parameters
+from tt_precise.errors import InputError
+from tt_precise.integrate.precision import Precision
+from tt_precise.integrate.start import Beginning
+from tt_precise.integrate.system import QUADRATURE_SCALE, Hit, Key, extended_rates, motion
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.numerals import exact, to_mpmath
+
+Status = Literal["complete", "contact_lost", "singular_contact", "pole", "failed"]
+
+VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
+EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
+
+
+@dataclass(frozen=True)
+class Course:
+    """How one propagation went, in heyoka's own numbers, dimensionless."""
+
+    status: Status
+    time: Any
+    state: tuple[Any, ...]
+    steps: int
+    order: int
+    hits: tuple[Hit, ...]
+    output: Any
+
+
+@dataclass(frozen=True)
+class State:
+    """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
+
+    Names are those of the trajectory file: kx ... vy, theta ... nu_y, and what was recorded.
+    """
+
+    t: Any
+    values: dict[str, Any]
+    precision: Precision
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self.values[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def as_text(self) -> dict[str, str | None]:
+        """Every value in decimals, enough to recover the working precision."""
+        return {
+            name: None if value is None else self.precision.text(self.precision.context.mpf(value))
+            for name, value in self.values.items()
+        }
+
+
+class Readout:
+    """One propagation, read: guarded dimensionless rows inside, SI outside.
+
+    A row is the state with the recorded quadratures behind it, as guarded mpmath numbers.
+    """
+
+    def __init__(self, key: Key, start: Beginning, course: Course):
+        self.key, self.start, self.course = key, start, course
+        self.form, self.precision = key.formulation, key.precision
+
+    @cached_property
+    def end_time(self) -> Any:
+        """Dimensionless end of the solution: the exact horizon where it was reached."""
+        if self.course.status == "complete":
+            return self.start.until
+        return self.precision.guarded(self.course.time)
+
+    @cached_property
+    def end_row(self) -> tuple[Any, ...]:
+        """The row at ``end_time``."""
+        row = tuple(map(self.precision.guarded, self.course.state))
+        return self._moved(row, self.end_time - self.precision.guarded(self.course.time))
+
+    def _moved(self, row: tuple[Any, ...], delay: Any) -> tuple[Any, ...]:
+        # heyoka takes times rounded to its precision, which costs up to t eps of state at late
+        # times; one Euler step over the rounding (about 1e-14) gives that back
+        if not delay:
+            return row
+        rates = extended_rates(
+            self.form, self.key.record, self.start.body, row, self.precision.context
+        )
+        return tuple(x + rate * delay for x, rate in zip(row, rates, strict=True))
+
+    def dimensionless_time(self, t: Any) -> Any:
+        """A time in s as a guarded dimensionless one; refused outside the trajectory."""
+        wanted = as_fraction(t)
+        end = self.end_time * self.start.units.time
+        slack = to_mpmath(TIME_TOLERANCE, self.precision.context) * end
+        time = to_mpmath(wanted, self.precision.context)
+        if wanted < 0 or time > end + slack:
+            raise InputError(
+                f"t: got {float(wanted):.17g} s, expected 0 to {float(end):.17g} s, where the "
+                f"trajectory ends ({self.course.status}); it is never extrapolated"
+            )
+        return min(time, end) / self.start.units.time
+
+    @cached_property
+    def _output(self) -> Any:
+        if self.course.output is not None:
+            return self.course.output
+        from tt_precise.integrate.run import run
+
+        again = run(self.key, self.start, dense=True)
+        if again.state != self.course.state:
+            raise RuntimeError("the same integration gave another result when it was repeated")
+        return again.output
+
+    def rows(self, times: Sequence[Any]) -> list[tuple[Any, ...]]:
+        """States at guarded dimensionless ``times``, in guarded numbers."""
+        number, guarded, output = self.precision.number, self.precision.guarded, self._output
+        rows = []
+        for time in times:
+            rounded = number(time)
+            if output is None:  # a horizon of zero: no step was taken
+                row = tuple(map(guarded, self.course.state))
+            else:
+                row = tuple(map(guarded, output(rounded)))
+            rows.append(self._moved(row, time - guarded(rounded)))
+        return rows
+
+    def arrays(self, times: Sequence[Any]) -> tuple[Any, ...]:
+        """The same in double, all times at once: one float64 array for each entry."""
+        import numpy
+
+        rounded = numpy.array([float(time) for time in times])
+        if self._output is None:
+            entries = [numpy.full(len(rounded), float(v)) for v in self.course.state]
+        else:
+            entries = list(self._output(rounded).T)
+        delay = numpy.array([float(t - r) for t, r in zip(times, rounded.tolist(), strict=True)])
+        with numpy.errstate(all="ignore"):
+            rates = extended_rates(
+                self.form, self.key.record, self._float_body, tuple(entries), numpy
+            )
+            moved = [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
+        return tuple(
+            numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, entries, strict=True)
+        )
+
+    @cached_property
+    def _float_body(self) -> Parameters:
+        body = self.start.body
+        return Parameters(**{f.name: float(getattr(body, f.name)) for f in fields(body)})
+
+    def motion(self, row: tuple[Any, ...]) -> Motion:
+        """The ``Motion`` of a row."""
+        return motion(self.form, self.key.record, self.start.body, row, self.precision.context)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Default columns: vectors where the azimuth is known, Euler state, quadratures."""
+        return (*(VECTOR_COLUMNS if self.has_azimuth else ()), *EULER_COLUMNS, *self.key.record)
+
+    @property
+    def has_azimuth(self) -> bool:
+        """Whether the direction of lean is known, and not only the Euler rates."""
+        return self.form.coordinates == "newton" or "phi" in self.key.record
+
+    def evaluate(
+        self, names: Sequence[str], rows: Sequence[tuple[Any, ...]]
+    ) -> dict[str, list[Any]]:
+        """Named columns (SI) of ``rows``; None where a quantity is undefined."""
+        motions = [self.motion(row) for row in rows]
+        columns: dict[str, list[Any]] = {}
+        for name in names:
+            factor = self.start.units.of_dimension(self.dimension(name))
+            values = [self._entry(name, row, q) for row, q in zip(rows, motions, strict=True)]
+            columns[name] = [None if value is None else value * factor for value in values]
+        return columns
+
+    def evaluate_arrays(self, names: Sequence[str], times: Sequence[Any]) -> dict[str, Any]:
+        """The same in double at guarded dimensionless ``times``; NaN where undefined."""
+        import numpy
+
+        arrays = self.arrays(times)
+        q = motion(self.form, self.key.record, self._float_body, arrays, numpy)
+        columns = {}
+        with numpy.errstate(all="ignore"):
+            for name in names:
+                factor = float(self.start.units.of_dimension(self.dimension(name)))
+                columns[name] = self._entry(name, arrays, q) * factor * numpy.ones(len(times))
+        return columns
+
+    def dimension(self, name: str) -> Dimension:
+        """The dimension of a column; refuses unknown names."""
+        if name in QUANTITIES:
+            return QUANTITIES[name].dimension
+        if name in self.columns:
+            return STATE_DIMENSIONS[name]
+        raise InputError(
+            f"column: got {name[:60]!r}, expected one of: "
+            + ", ".join(dict.fromkeys([*self.columns, *QUANTITIES]))
+        )
+
+    def _entry(self, name: str, row: tuple[Any, ...], q: Motion) -> Any:
+        if name in self.key.record:
+            position = len(self.form.columns) + self.key.record.index(name)
+            return row[position] * QUADRATURE_SCALE
+        if name in VECTOR_COLUMNS:
+            return getattr(q.state, name)
+        try:
+            return QUANTITIES[name].evaluate(q)
+        except ZeroDivisionError:  # the direction of lean, and what needs it, ends at the poles
+            return None
+
+    def state(self, time: Any, row: tuple[Any, ...]) -> State:
+        """The ``State`` (SI) of one row at a guarded dimensionless time."""
+        columns = self.evaluate(self.columns, [row])
+        values = {name: self.leaving(value) for name, (value,) in columns.items()}
+        return State(self.leaving(time * self.start.units.time), values, self.precision)
+
+    def leaving(self, value: Any) -> Any:
+        """A number as users get it: a float in double, else the guarded mpmath number."""
+        return float(value) if self.precision.name == "double" and value is not None else value
+
+
+def as_fraction(t: Any) -> Fraction:
+    """The exact value of a time given as a string, int, float, fraction or mpmath number."""
+    if isinstance(t, float):
+        if t != t or t in (float("inf"), float("-inf")):
+            raise InputError(f"t: got {t}, expected a finite time in s")
+        return Fraction(t)
+    if hasattr(t, "_mpf_"):
+        sign, mantissa, power, _ = t._mpf_
+        value = Fraction(int(mantissa)) * Fraction(2) ** int(power)
+        return -value if sign else value
+    return exact(t, "t")
