@@ -34,7 +34,7 @@ class Course:
     steps: int
     order: int
     hits: tuple[Hit, ...]
-    output: Any
+    outputs: tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -109,26 +109,31 @@ class Readout:
         return min(time, end) / self.start.units.time
 
     @cached_property
-    def _output(self) -> Any:
-        if self.course.output is not None:
-            return self.course.output
+    def _outputs(self) -> tuple[Any, ...]:
+        """heyoka's dense outputs, one behind the other; none for a horizon of zero."""
+        if self.course.outputs or not self.course.steps:
+            return self.course.outputs
         from tt_precise.integrate.run import run
 
-        again = run(self.key, self.start, dense=True)
+        until = self.course.time if self.course.status == "failed" else None
+        again = run(self.key, self.start, until=until, dense=True)
         if again.state != self.course.state:
             raise RuntimeError("the same integration gave another result when it was repeated")
-        return again.output
+        return again.outputs
+
+    def _interpolated(self, time: Any) -> Any:
+        for output in self._outputs:
+            if time <= output.bounds[1]:
+                return output(time)
+        return self._outputs[-1](time) if self._outputs else self.course.state
 
     def rows(self, times: Sequence[Any]) -> list[tuple[Any, ...]]:
         """States at guarded dimensionless ``times``, in guarded numbers."""
-        number, guarded, output = self.precision.number, self.precision.guarded, self._output
+        number, guarded = self.precision.number, self.precision.guarded
         rows = []
         for time in times:
             rounded = number(time)
-            if output is None:  # a horizon of zero: no step was taken
-                row = tuple(map(guarded, self.course.state))
-            else:
-                row = tuple(map(guarded, output(rounded)))
+            row = tuple(map(guarded, self._interpolated(rounded)))
             rows.append(self._moved(row, time - guarded(rounded)))
         return rows
 
@@ -137,16 +142,17 @@ class Readout:
         import numpy
 
         rounded = numpy.array([float(time) for time in times])
-        if self._output is None:
-            entries = [numpy.full(len(rounded), float(v)) for v in self.course.state]
+        if len(self._outputs) == 1:
+            entries = list(self._outputs[0](rounded).T)
         else:
-            entries = list(self._output(rounded).T)
+            entries = list(numpy.array([self._interpolated(t) for t in rounded], dtype=float).T)
         delay = numpy.array([float(t - r) for t, r in zip(times, rounded.tolist(), strict=True)])
         with numpy.errstate(all="ignore"):
             rates = extended_rates(
                 self.form, self.key.record, self._float_body, tuple(entries), numpy
             )
             moved = [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
+        # at a pole the rates of phi and psi are undefined; there the entry stands as it is
         return tuple(
             numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, entries, strict=True)
         )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.integrate.events import event_named
-from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.precision import Precision, precision_named
 from tt_precise.integrate.readout import Course, Status
 from tt_precise.integrate.start import Beginning, beginning, vanishes
 from tt_precise.integrate.system import Integrator, Key, integrator
@@ -17,7 +17,7 @@ from tt_precise.mechanics.formulations import formulation as formulation_of
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene, load_scene
 
-LONG_RUN = 5_000  # sqrt(R/g); from here a double run, too, can be interrupted
+STEPS_IN_A_PIECE = 100_000  # half a second in double
 
 
 def integrate(
@@ -118,20 +118,53 @@ def run(
     horizon = number(start.until) if until is None else until
     with integrator(key) as made:
         made.reset(state, parameters, number(zero))
-        keywords: dict[str, Any] = {"c_output": dense}
-        if progress or key.precision.name in ("quad", "mp") or float(horizon) > LONG_RUN:
-            keywords["callback"] = _watcher(progress, float(horizon))
-        outcome, _, _, steps, output, _ = made.adaptive.propagate_until(horizon, **keywords)
+        outcome, steps, outputs = _propagate(made, horizon, dense, progress, key.precision)
         status = _status(outcome, made.terminal)
         if status != "failed":
-            return _course(key, start, made, status, steps, output)
+            return _course(key, start, made, status, steps, outputs)
         last_good = _time_before_failure(made, state, parameters, number(zero), horizon)
+        if last_good == number(zero):
+            made.reset(state, parameters, number(zero))
+            return _course(key, start, made, status, 0, ())
     course = run(key, start, until=last_good, dense=dense)
     return replace(course, status="failed")
 
 
+def _propagate(
+    made: Integrator, horizon: Any, dense: bool, progress: Progress | None, precision: Precision
+) -> tuple[Any, int, tuple[Any, ...]]:
+    """Outcome, steps and dense outputs of a propagation in pieces of bounded length.
+
+    Between the pieces, and between the steps of wide arithmetics, Python runs: that is where
+    progress is told and Ctrl-C gets through.
+    """
+    import heyoka
+
+    def tell(adaptive: Any) -> bool:
+        if progress and horizon:
+            progress(min(1.0, float(adaptive.time) / float(horizon)))
+        return True
+
+    slow = precision.name in ("quad", "mp")
+    keywords: dict[str, Any] = {"callback": tell} if slow else {"max_steps": STEPS_IN_A_PIECE}
+    steps, outputs, outcome = 0, [], heyoka.taylor_outcome.step_limit
+    while outcome == heyoka.taylor_outcome.step_limit:
+        outcome, _, _, count, output, _ = made.adaptive.propagate_until(
+            horizon, c_output=dense, **keywords
+        )
+        steps += count
+        outputs.append(output)
+        tell(made.adaptive)
+    return outcome, steps, tuple(output for output in outputs if output is not None)
+
+
 def _course(
-    key: Key, start: Beginning, made: Integrator, status: Status, steps: int, output: Any
+    key: Key,
+    start: Beginning,
+    made: Integrator,
+    status: Status,
+    steps: int,
+    outputs: tuple[Any, ...],
 ) -> Course:
     early = 2.0 ** (-key.precision.bits / 2)
     first = {hit.name for hit in made.hits if hit.time < early}
@@ -143,7 +176,7 @@ def _course(
         steps=steps,
         order=made.adaptive.order,
         hits=tuple(hit for hit in made.hits if hit.time >= early or hit.name not in at_start),
-        output=output,
+        outputs=outputs,
     )
 
 
@@ -174,16 +207,6 @@ def _status(outcome: Any, terminal: tuple[str, ...]) -> Status:
     index = -1 - int(outcome)
     ended: Any = terminal[index] if 0 <= index < len(terminal) else "failed"
     return ended
-
-
-def _watcher(progress: Progress | None, until: float) -> Callable[[Any], bool]:
-    # Python code between the steps is also what lets Ctrl-C through
-    def watch(adaptive: Any) -> bool:
-        if progress and until:
-            progress(min(1.0, float(adaptive.time) / until))
-        return True
-
-    return watch
 
 
 def _checked_events(scene: Scene, events: Iterable[str] | None) -> tuple[str, ...]:

@@ -105,6 +105,8 @@ def build(key: Key) -> Integrator:
     """Compile the integrator for ``key``."""
     import heyoka
 
+    # what heyoka would log is told by a trajectory's status and its suspect_events
+    heyoka.set_logger_level_critical()
     form, fp_type = key.formulation, key.precision.fp_type
     names = [*form.columns, *key.record]
     variables = tuple(heyoka.make_vars(*names))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from fractions import Fraction
 from functools import cached_property
@@ -144,6 +145,25 @@ class Trajectory:
             )
         names = ["name", "t", "direction", *self._readout.columns]
         return pandas.DataFrame(rows, columns=names)
+
+    @cached_property
+    def suspect_events(self) -> tuple[str, ...]:
+        """Events of which one may be missing: the function rises, or falls, twice in a row.
+
+        heyoka can miss two roots in one step; then the directions still alternate, but a missed
+        single root breaks the pattern. Minima and maxima of theta are looked at together.
+        """
+        directions: dict[str, list[int]] = {}
+        for name, direction in zip(self.events["name"], self.events["direction"], strict=True):
+            key = "turning points" if name in ("theta_min", "theta_max") else name
+            directions.setdefault(key, []).append(int(direction))
+        if not {"theta_min", "theta_max"} <= set(self.key.events):
+            directions.pop("turning points", None)
+        return tuple(
+            name
+            for name, signs in directions.items()
+            if any(a * b != -1 for a, b in itertools.pairwise(signs))
+        )
 
     @cached_property
     def drift(self) -> dict[str, Any]:
