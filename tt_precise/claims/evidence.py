@@ -7,17 +7,21 @@ from dataclasses import fields, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from tt_precise.body import Parameters
 from tt_precise.claims.measured import Settled
+from tt_precise.exact.arithmetic import rounding_to
+from tt_precise.exact.thresholds import Thresholds, thresholds
 from tt_precise.integrate import Trajectory, catalogue, integrate
 from tt_precise.scene import Scene, Start, load_scene
 
 if TYPE_CHECKING:
     import pandas
 
+SceneLike = str | Scene
 FINE = "quad"
 
 
-def variant(scene: str | Scene = "reference", **changes: str) -> Scene:
+def variant(scene: SceneLike = "reference", **changes: str) -> Scene:
     """A scene with some of its parameters, start values or its horizon replaced.
 
     ``changes`` are exact strings in SI, as in ``variant(phi_dot="195", mu="0.5", until="2")``.
@@ -35,7 +39,7 @@ def variant(scene: str | Scene = "reference", **changes: str) -> Scene:
 
 @cache
 def trajectory(
-    scene: str | Scene = "reference",
+    scene: SceneLike = "reference",
     precision: str = "double",
     formulation: str = "newton",
 ) -> Trajectory:
@@ -48,7 +52,7 @@ def trajectory(
 
 
 def settled(
-    value: Callable[[Trajectory], Any], scene: str | Scene = "reference", rough: str = "extended"
+    value: Callable[[Trajectory], Any], scene: SceneLike = "reference", rough: str = "extended"
 ) -> Settled:
     """A value taken from a scene's trajectory in quad, with the digits that ``rough`` confirms.
 
@@ -58,24 +62,72 @@ def settled(
     return Settled.of(value(trajectory(scene, FINE)), value(trajectory(scene, _available(rough))))
 
 
-def at(name: str, t: str, scene: str | Scene = "reference") -> Settled:
+def at(name: str, t: str, scene: SceneLike = "reference") -> Settled:
     """A quantity or state entry by name at time ``t`` (exact, s), in SI, with its digits."""
     return settled(lambda run: run.frame(name, times=[t])[name].iloc[0], scene)
 
 
 @cache
 def sampled(
-    scene: str | Scene, names: tuple[str, ...], every: str = "0.001", precision: str = "double"
+    scene: SceneLike, names: tuple[str, ...], every: str = "0.001", precision: str = "double"
 ) -> pandas.DataFrame:
     """A float table of quantities over the whole run, every ``every`` seconds (exact)."""
     run = trajectory(variant(scene, sample_every=every), precision)
     return run.frame(*names, numbers="float")
 
 
-def times_of(name: str, scene: str | Scene = "reference", precision: str = "double") -> Any:
+def times_of(name: str, scene: SceneLike = "reference", precision: str = "double") -> Any:
     """The rows of one event's table, in order of time."""
     events = trajectory(scene, precision).events
     return events[events["name"] == name].reset_index(drop=True)
+
+
+@cache
+def turning_values(
+    name: str, scene: SceneLike = "reference", precision: str = "double"
+) -> pandas.DataFrame:
+    """All local extrema of a quantity and its values at both ends: columns t, value.
+
+    The extrema are events, so that none falls between samples.
+    """
+    import pandas
+
+    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
+    times = [0, *run.events["t"], run.t_end]
+    return pandas.DataFrame({"t": times, "value": list(run.frame(name, times=times)[name])})
+
+
+def least(name: str, scene: SceneLike = "reference") -> Settled:
+    """The smallest value of a quantity over a whole run, with the digits double confirms."""
+    fine, rough = (turning_values(name, scene, one)["value"].min() for one in _pair())
+    return Settled.of(fine, rough)
+
+
+def greatest(name: str, scene: SceneLike = "reference") -> Settled:
+    """The largest value of a quantity over a whole run, with the digits double confirms."""
+    fine, rough = (turning_values(name, scene, one)["value"].max() for one in _pair())
+    return Settled.of(fine, rough)
+
+
+def weight(scene: SceneLike = "reference") -> Any:
+    """m g in N, exact."""
+    body = load_scene(scene).body
+    return body.m * body.g
+
+
+def body_in(context: Any, scene: SceneLike = "reference") -> Parameters:
+    """The body of a scene in SI in an mpmath context."""
+    return load_scene(scene).body.numbers(rounding_to(context))
+
+
+@cache
+def thresholds_of(scene: SceneLike = "reference", digits: int = 50) -> Thresholds:
+    """lambda, the thresholds and the asymptotic values of a scene, each determined twice."""
+    return thresholds(load_scene(scene), digits)
+
+
+def _pair() -> tuple[str, str]:
+    return _available("extended"), "double"
 
 
 def _available(rough: str) -> str:

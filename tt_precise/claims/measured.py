@@ -23,15 +23,14 @@ class Settled:
     digits: int
 
     @classmethod
-    def of(cls, value: Any, other: Any) -> Settled:
-        """``value`` with the digits in which the independent ``other`` agrees."""
+    def of(cls, value: Any, other: Any, most: int = MOST_DIGITS) -> Settled:
+        """``value`` with the digits (at most ``most``) in which independent ``other`` agrees."""
         exact, second = fraction_of(value), fraction_of(other)
-        largest = max(abs(exact), abs(second))
         if exact == second:
-            return cls(value, MOST_DIGITS)
-        difference = float(abs(exact - second) / largest)
+            return cls(value, most)
         # a difference of half a unit in digit n still leaves n digits
-        return cls(value, max(0, min(MOST_DIGITS, math.floor(-math.log10(2 * difference)))))
+        difference = 2 * abs(exact - second) / max(abs(exact), abs(second))
+        return cls(value, max(0, min(most, -decade(difference) - 1)))
 
 
 Measured = Any  # a Settled, an mpmath number, a float, an int or a Fraction
@@ -67,7 +66,7 @@ def decimal(number: Any, digits: int) -> str:
     if not value:
         return "0"
     digits = max(1, digits)
-    power = _decade(abs(value))
+    power = decade(abs(value))
     unit = Fraction(10) ** (power - digits + 1)
     whole = round(abs(value) / unit)
     if whole >= 10**digits:
@@ -81,8 +80,8 @@ def decimal(number: Any, digits: int) -> str:
     return f"{sign}{text[0]}.{text[1:]}".rstrip(".") + f"e{power}"
 
 
-def _decade(value: Fraction) -> int:
-    """The power of ten at or below a positive value."""
+def decade(value: Fraction) -> int:
+    """The largest power of ten, as its exponent, that is at most ``value``."""
     power = math.floor((math.log2(value.numerator) - math.log2(value.denominator)) * 0.30103)
     while Fraction(10) ** power > value:
         power -= 1

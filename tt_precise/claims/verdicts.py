@@ -17,7 +17,14 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
 
-from tt_precise.claims.measured import Measured, fraction_of, measured_text
+from tt_precise.claims.measured import (
+    MOST_DIGITS,
+    Measured,
+    Settled,
+    decimal,
+    fraction_of,
+    measured_text,
+)
 
 
 class Verdict(StrEnum):
@@ -131,6 +138,14 @@ def in_range(low: str, high: str, measured: Measured, unit: str = "") -> Check:
     value = fraction_of(measured)
     holds = _printed(low)[0] <= value <= _printed(high)[0]
     return Check(holds, _united(f"{low} to {high}", unit), _text(measured, unit))
+
+
+def agrees(printed: str, value: Measured, independent: Measured, digits: int) -> Check:
+    """Whether a printed formula's value has ``digits`` digits of an independent determination."""
+    found = Settled.of(value, independent, most=digits)
+    told = decimal(independent, min(found.digits, MOST_DIGITS))
+    measured = f"{told} ({found.digits} digits agree)"
+    return Check(found.digits >= digits, printed, measured)
 
 
 def statement(holds: bool, *, printed: str, measured: str) -> Check:

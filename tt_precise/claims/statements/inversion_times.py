@@ -1,0 +1,77 @@
+"""Section 2.1: initiation time, ending time and climbing time of the reference solution."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.claims import evidence
+from tt_precise.claims.claim import claim
+from tt_precise.claims.measured import Settled
+from tt_precise.claims.verdicts import Check, Finding, about, readings
+
+if TYPE_CHECKING:
+    from tt_precise.integrate import Trajectory
+
+SECTION = "Sec. 2.1"
+DEFINITIONS = {"A": "A, signed perigee", "B": "B, algebraic", "C": "C, literal"}
+DEFINITION = (
+    "A: zero of sign(phi_dot) times the distance from the pole, interpolated between the nearest "
+    "approaches to it. B: L.k = L.z before the climb, L.k = -L.z after it. C: the ends of the "
+    "interval around the climb in which phi_dot > 0."
+)
+START, END = "3.2", "7.87"
+
+
+@claim(
+    "NUM-04", quote="initiation time ... about 3.2 s", where=SECTION, definition=DEFINITION,
+    control={"printed": "3.4"},
+)  # fmt: skip
+def initiation_time(printed: str = START, scene: str = "reference") -> Finding:
+    """The climb starts at about 3.2 s."""
+    return readings(
+        _in_all_definitions("t_init", printed, scene),
+        "The three definitions of the initiation time differ by 0.03 s and agree on the printed "
+        "digits.",
+    )
+
+
+@claim(
+    "NUM-05", quote="ending time ... about 7.87 s", where=SECTION, definition=DEFINITION,
+    control={"printed": "7.88"},
+)  # fmt: skip
+def ending_time(printed: str = END, scene: str = "reference") -> Finding:
+    """The climb ends at about 7.87 s."""
+    turn = evidence.settled(_closest_to_the_pole, scene)
+    checks = _in_all_definitions("t_end", printed, scene)
+    checks["the maximum of theta nearest to pi"] = about(printed, turn, "s")
+    return readings(
+        checks,
+        "The nearest of them is off by more than a unit of the last printed digit; section 2.1 "
+        "itself says 7.86 s twice.",
+    )
+
+
+@claim(
+    "NUM-07", quote="A climbing time is the quantity T_inv", where=SECTION,
+    definition=f"T_inv = t_end - t_init; the printed times give {END} - {START}, which has the "
+    f"one decimal of {START}. {DEFINITION}",
+    control={"printed": "4.4"},
+)  # fmt: skip
+def climbing_time(printed: str = "4.7", scene: str = "reference") -> Finding:
+    """The climbing time T_inv = t_end - t_init, from the first to the second reversal."""
+    return readings(
+        _in_all_definitions("duration", printed, scene),
+        f"The paper prints no number for T_inv; its two times give {END} - {START} = 4.67 s.",
+    )
+
+
+def _in_all_definitions(which: str, printed: str, scene: str) -> dict[str, Check]:
+    def timed(name: str) -> Settled:
+        return evidence.settled(lambda run: getattr(getattr(run.inversion, name), which), scene)
+
+    return {reading: about(printed, timed(name), "s") for name, reading in DEFINITIONS.items()}
+
+
+def _closest_to_the_pole(run: Trajectory) -> Any:
+    tops = run.events[run.events["name"] == "theta_max"]
+    return max(zip(tops["theta"], tops["t"], strict=True))[1]
