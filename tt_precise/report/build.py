@@ -1,0 +1,87 @@
+"""Build the report: judge the claims, compute the sections, write the files."""
+
+from __future__ import annotations
+
+import json
+import platform
+from concurrent.futures import ThreadPoolExecutor
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from tt_precise.claims import Judgement, judge_all
+from tt_precise.files import atomic_write
+from tt_precise.progress import Progress, silent
+from tt_precise.report import render
+from tt_precise.report.document import Report, Section
+from tt_precise.report.evidence import SCENE, precision_runs
+from tt_precise.report.figures import all_figures
+from tt_precise.report.sections import claims, conservation, headline, thresholds
+
+SCHEMA = "tt_precise.report/1"
+NAME = "precision-report"
+VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")
+OPENING = (
+    "tt_precise verifies S. Rauch-Wojciechowski and N. Rutstam, Dynamics of the Tippe Top: "
+    "properties of numerical solutions versus the dynamical equations, with heyoka's Taylor "
+    "integrator in four arithmetics, and judges each of its statements."
+)
+
+
+def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]:
+    """Compute the report and write it into ``folder``; returns the files written."""
+    # the claims run in worker processes of their own while this one integrates
+    with ThreadPoolExecutor(1) as pool:
+        judging = pool.submit(judge_all, None, lambda part: progress(0.8 * part), 2)
+        precision_runs()
+        judgements = judging.result()
+    report = assemble(judgements, command)
+    progress(0.95)
+    return write(report, folder)
+
+
+def assemble(judgements: list[Judgement], command: str) -> Report:
+    """The report as a document."""
+    sections = [
+        headline.section(judgements),
+        claims.errata(judgements),
+        conservation.section(),
+        Section("figures", "The reference solution", all_figures()),
+        thresholds.section(),
+        claims.all_claims(judgements),
+    ]
+    return Report("The Tippe Top, verified", OPENING, sections, provenance(command))
+
+
+def provenance(command: str) -> list[tuple[str, str]]:
+    """What made the report: versions, machine, precision, command, date."""
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in VERSIONS)
+    precisions = ", ".join(
+        f"{run.label} ({run.trajectory.steps} steps)" for run in precision_runs()
+    )
+    return [
+        ("versions", versions),
+        ("machine", f"Python {platform.python_version()}, {platform.machine()}"),
+        ("precision", f"scene {SCENE}: {precisions}"),
+        ("command", command),
+        ("date", datetime.now(UTC).date().isoformat()),
+    ]
+
+
+def write(report: Report, folder: Path) -> list[Path]:
+    """Write HTML, Markdown, JSON and figures; each file is replaced as a whole."""
+    results: dict[str, Any] = {
+        "schema": SCHEMA,
+        "provenance": dict(report.provenance),
+        **{section.key: section.results for section in report.sections if section.results},
+    }
+    files: dict[str, str] = {
+        f"{NAME}.html": render.html(report),
+        f"{NAME}.md": render.markdown(report),
+        "results.json": json.dumps(results, indent=1, sort_keys=True) + "\n",
+        **{f"figures/{figure.name}.svg": figure.svg for figure in report.figures},
+    }
+    for name, content in files.items():
+        atomic_write(folder / name, content)
+    return [folder / name for name in files]

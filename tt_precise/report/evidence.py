@@ -1,0 +1,60 @@
+"""What the report's own sections rest on: the reference scene in every precision."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integrate.precision import NAMES
+from tt_precise.integrate.readout import VECTOR_COLUMNS
+
+SCENE = "reference"
+
+
+@dataclass(frozen=True)
+class PrecisionRun:
+    """The reference scene in one precision, and how far its end is from the finest run's."""
+
+    trajectory: Trajectory
+    state_error: Any  # largest of the vector entries, dimensionless; None for the judge itself
+
+    @property
+    def label(self) -> str:
+        """Such as "quad" or "200 bits"."""
+        precision = self.trajectory.precision
+        return f"{precision.bits} bits" if precision.name == "mp" else precision.name
+
+    @property
+    def jellett_at_end(self) -> Any:
+        """Relative drift of lambda at the end of the run."""
+        return self.trajectory.drift_over_time()["jellett"][-1]
+
+
+@cache
+def precision_runs() -> tuple[PrecisionRun, ...]:
+    """The reference scene in every precision this machine has, the finest last."""
+    runs = []
+    for name in NAMES:
+        try:
+            runs.append(integrate(SCENE, name))
+        except InputError:  # a machine without 80-bit floats
+            continue
+    judge = runs[-1]
+    return (
+        *(PrecisionRun(run, state_distance(run, judge)) for run in runs[:-1]),
+        PrecisionRun(judge, None),
+    )
+
+
+def state_distance(run: Trajectory, judge: Trajectory) -> Any:
+    """Largest difference of the vector entries of two final states, in dimensionless units."""
+    context, units = judge.precision.context, judge.start.units
+    differences = []
+    for name in VECTOR_COLUMNS:
+        scale = units.of_dimension(judge.dimension(name))
+        mine, better = (context.mpf(t.state.values[name]) for t in (run, judge))
+        differences.append(abs(mine - better) / scale)
+    return max(differences)

@@ -1,0 +1,39 @@
+"""Thresholds and asymptotic values, each determined twice."""
+
+from __future__ import annotations
+
+from tt_precise.exact.thresholds import thresholds
+from tt_precise.report.document import Section, Table, Text
+from tt_precise.report.evidence import SCENE
+from tt_precise.report.text import full
+from tt_precise.scene import load_scene
+
+DIGITS = 50
+SHOWN = 20
+
+
+def section() -> Section:
+    """lambda, lambda_thres, lambda_up and the asymptotic values of the reference scene."""
+    found = thresholds(load_scene(SCENE), DIGITS)
+    rows = [
+        (
+            name,
+            "-" if one.value is None else full(one.value, SHOWN),
+            one.unit,
+            str(one.digits_agreed),
+            one.how,
+        )
+        for name, one in found.quantities.items()
+    ]
+    return Section(
+        "thresholds",
+        "Thresholds and asymptotic values",
+        [
+            Text(
+                f"Each value is computed from the paper's formula to {DIGITS} digits and "
+                "determined again without it; the column says on how many digits both agree."
+            ),
+            Table(("quantity", "value", "unit", "digits agreed", "how"), rows),
+        ],
+        found.to_json(),
+    )
