@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.mechanics import newton
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 
@@ -22,7 +23,8 @@ class Event:
     """A named zero of ``function`` (dimensionless, along a motion).
 
     ``direction`` keeps only zeros where the function rises (+1) or falls (-1), 0 keeps both;
-    ``gliding`` marks events that exist only where the contact point can glide.
+    ``gliding`` marks events that exist only where the contact point can glide; ``slope`` marks
+    extrema whose function already is a multiple of the quantity's rate.
     """
 
     name: str
@@ -30,6 +32,7 @@ class Event:
     meaning: str
     direction: int = 0
     gliding: bool = False
+    slope: bool = False
 
 
 def axis_fall(q: Motion) -> Any:
@@ -62,6 +65,11 @@ def gliding_towards_lean(q: Motion) -> Any:
 def gliding_across_lean(q: Motion) -> Any:
     """nu_y sin theta."""
     return q.state.vy * q.state.kx - q.state.vx * q.state.ky
+
+
+def force_slope(q: Motion) -> Any:
+    """The rate of g_n times the positive denominator of eq (7)."""
+    return newton.normal_force_slope(q.body, q.state)
 
 
 _ALL = (
@@ -110,7 +118,11 @@ def event_named(name: str, model: str) -> Event:
         return event
     quantity = QUANTITIES.get(name.removeprefix(EXTREMUM))
     if name.startswith(EXTREMUM) and quantity:
-        return Event(name, quantity.evaluate, f"extremum of {quantity.name} (rising: minimum)")
+        meaning = f"extremum of {quantity.name} (rising: minimum)"
+        if quantity.name == "g_n" and model == "gliding":
+            # five times smaller than what differentiating g_n by every state entry gives
+            return Event(name, force_slope, meaning, slope=True)
+        return Event(name, quantity.evaluate, meaning)
     raise InputError(
         f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "
         f"or {EXTREMUM}QUANTITY such as {EXTREMUM}g_n"

@@ -10,16 +10,22 @@ L.k = -L.z. Exact events, but a staircase in the initial data.
 
 C, literal: the ends of the maximal interval around the climb in which phi_dot > 0.
 
-The climb is the first crossing of theta = pi/2 from below. A time that does not exist, because
-the top does not climb or the horizon ends too early, is None.
+The climb is the first crossing of theta = pi/2 from below. Where it is under way from the start,
+so that nothing of the kind happens before it, t_init is 0. A time that does not exist, because the
+top does not climb or the horizon ends too early, is None. A top that spins the other way round
+(lambda < 0) is judged as its mirror image, which has -phi_dot for phi_dot.
 """
 
 from __future__ import annotations
 
+import bisect
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tt_precise.mechanics.quantities import Motion, jellett
 
 if TYPE_CHECKING:
     import pandas
@@ -42,6 +48,29 @@ class Climb:
         if self.t_init is None or self.t_end is None:
             return None
         return self.t_end - self.t_init
+
+
+class Turn(NamedTuple):
+    """A turning point of theta: its time, theta and phi_dot there."""
+
+    t: Any
+    theta: Any
+    phi_dot: Any
+
+
+@dataclass(frozen=True)
+class Marks:
+    """The events ``NEEDED``, each kind in order of time: numbers of any one arithmetic.
+
+    ``equator`` holds only the crossings of theta = pi/2 from below.
+    """
+
+    equator: Sequence[Any]
+    minima: Sequence[Turn]
+    maxima: Sequence[Turn]
+    phi_dot_zero: Sequence[Any]
+    aligned: Sequence[Any]
+    opposed: Sequence[Any]
 
 
 @dataclass(frozen=True)
@@ -69,49 +98,74 @@ def inversion_times(trajectory: Trajectory) -> InversionTimes:
             record=(),
         )
     double = trajectory.precision.name == "double"
-    return from_events(trajectory.events, math.pi if double else +trajectory.precision.context.pi)
-
-
-def from_events(events: pandas.DataFrame, pi: Any) -> InversionTimes:
-    """Initiation and ending times from a table of the events ``NEEDED``, in order of time."""
-    crossings = events[(events["name"] == "equator") & (events["direction"] < 0)]
-    if crossings.empty:
-        none = Climb(None, None)
-        return InversionTimes(None, none, none, none)
-    climb = crossings["t"].iloc[0]
-    before, after = events[events["t"] < climb], events[events["t"] > climb]
-    return InversionTimes(
-        climb,
-        Climb(_perigee(before), _apogee(after, pi)),
-        Climb(
-            _last(before[before["name"] == "Lk_equals_Lz"]),
-            _first(after[after["name"] == "Lk_equals_minus_Lz"]),
-        ),
-        Climb(
-            _last(before[before["name"] == "phi_dot_zero"]),
-            _first(after[after["name"] == "phi_dot_zero"]),
-        ),
+    begun = trajectory.start
+    lambda_ = jellett(Motion(begun.body, begun.vectors, trajectory.precision.context))
+    return from_events(
+        trajectory.events,
+        math.pi if double else +trajectory.precision.context.pi,
+        mirrored=bool(lambda_ < 0),
     )
 
 
-def _perigee(before: pandas.DataFrame) -> Any:
-    minima = before[before["name"] == "theta_min"]
+def from_events(events: pandas.DataFrame, pi: Any, *, mirrored: bool = False) -> InversionTimes:
+    """Initiation and ending times from a table of the events ``NEEDED``, in order of time.
+
+    ``mirrored`` says that lambda < 0.
+    """
+    sign = -1 if mirrored else 1
+
+    def times(name: str) -> list[Any]:
+        return list(events["t"][events["name"] == name])
+
+    def turns(name: str) -> list[Turn]:
+        rows = events[events["name"] == name]
+        return list(map(Turn, rows["t"], rows["theta"], sign * rows["phi_dot"]))
+
+    rising = (events["name"] == "equator") & (events["direction"] < 0)
+    marks = Marks(
+        equator=list(events["t"][rising]),
+        minima=turns("theta_min"),
+        maxima=turns("theta_max"),
+        phi_dot_zero=times("phi_dot_zero"),
+        aligned=times("Lk_equals_Lz"),
+        opposed=times("Lk_equals_minus_Lz"),
+    )
+    return from_marks(marks, pi)
+
+
+def from_marks(marks: Marks, pi: Any) -> InversionTimes:
+    """Initiation and ending times: the three definitions themselves."""
+    if not marks.equator:
+        none = Climb(None, None)
+        return InversionTimes(None, none, none, none)
+    climb = marks.equator[0]
+    reversal = marks.phi_dot_zero
+    return InversionTimes(
+        climb,
+        Climb(_perigee(marks.minima, climb), _apogee(marks.maxima, climb, pi)),
+        Climb(_last_before(marks.aligned, climb), _first_after(marks.opposed, climb)),
+        Climb(_last_before(reversal, climb), _first_after(reversal, climb)),
+    )
+
+
+def _perigee(minima: Sequence[Turn], climb: Any) -> Any:
     signed = [
-        (t, theta if phi_dot > 0 else -theta)
-        for t, theta, phi_dot in zip(minima["t"], minima["theta"], minima["phi_dot"], strict=True)
+        (turn.t, turn.theta if turn.phi_dot > 0 else -turn.theta)
+        for turn in minima
+        if turn.t < climb
     ]
     negative = [i for i, (_, b) in enumerate(signed) if b < 0]
     if not negative:
-        return 0 * minima["t"].iloc[0] if len(minima) else 0.0
+        return 0 * climb
     last = negative[-1]
     return _line_zero(signed[last], signed[last + 1]) if last + 1 < len(signed) else None
 
 
-def _apogee(after: pandas.DataFrame, pi: Any) -> Any:
-    maxima = after[(after["name"] == "theta_max") & (after["theta"] > float(pi) / 2)]
+def _apogee(maxima: Sequence[Turn], climb: Any, pi: Any) -> Any:
     signed = [
-        (t, (pi - theta) if phi_dot > 0 else -(pi - theta))
-        for t, theta, phi_dot in zip(maxima["t"], maxima["theta"], maxima["phi_dot"], strict=True)
+        (turn.t, (pi - turn.theta) if turn.phi_dot > 0 else -(pi - turn.theta))
+        for turn in maxima
+        if turn.t > climb and turn.theta > float(pi) / 2
     ]
     for left, right in itertools.pairwise(signed):
         if left[1] > 0 > right[1]:
@@ -124,9 +178,11 @@ def _line_zero(left: tuple[Any, Any], right: tuple[Any, Any]) -> Any:
     return t0 + (t1 - t0) * b0 / (b0 - b1)
 
 
-def _last(rows: pandas.DataFrame) -> Any:
-    return None if rows.empty else rows["t"].iloc[-1]
+def _last_before(times: Sequence[Any], limit: Any) -> Any:
+    position = bisect.bisect_left(times, limit)
+    return times[position - 1] if position else 0 * limit
 
 
-def _first(rows: pandas.DataFrame) -> Any:
-    return None if rows.empty else rows["t"].iloc[0]
+def _first_after(times: Sequence[Any], limit: Any) -> Any:
+    position = bisect.bisect_right(times, limit)
+    return times[position] if position < len(times) else None

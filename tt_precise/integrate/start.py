@@ -84,9 +84,10 @@ def vanishes(event: str, key: Key, start: Beginning) -> bool:
     the reference scene), and the rule is: the start is no event.
     """
     form, context = key.formulation, key.precision.context
-    evaluate = event_named(event, form.model).function
+    known = event_named(event, form.model)
+    evaluate = known.function
     first = tuple(form.start(start.vectors, start.euler))
-    if not event.startswith(EXTREMUM):
+    if known.slope or not event.startswith(EXTREMUM):
         q = form.motion(start.body, first, context, context.mpf(0))
         return bool(abs(evaluate(q)) < context.ldexp(1, -key.precision.bits))
     h = context.ldexp(1, -key.precision.bits // 3)

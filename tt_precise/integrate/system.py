@@ -177,7 +177,7 @@ def _event(
 ) -> Any:
     event = event_named(name, q.model)
     expression = event.function(q)
-    if name.startswith(EXTREMUM):
+    if name.startswith(EXTREMUM) and not event.slope:
         slopes = (heyoka.diff(expression, v) * r for v, r in zip(variables, rates, strict=True))
         expression = sum(slopes, start=heyoka.expression(0.0))
     direction = {

@@ -99,6 +99,24 @@ def normal_force(body: Parameters, state: NewtonState) -> Any:
     return numerator / denominator
 
 
+def normal_force_slope(body: Parameters, state: NewtonState) -> Any:
+    """Rate of g_n times the denominator of eq (7): positive where g_n rises, units kg^2 m^3/s^3.
+
+    The height s.z = R (1 - alpha k.z) gives g_n = m g - m R alpha k.z_ddot, so the rate of g_n is
+    -m R alpha k.z_dddot with I1 k_dddot = (L x k)_ddot. In it L_ddot = (g_n a x f)_dot, f = F/g_n,
+    contains the rate once more; what that part leaves on the left is the denominator.
+    """
+    rate = rates(body, state)
+    k_dot, L_dot = axis_rate(body, state), rate.L
+    k_ddot = scaled(1 / body.I1, added(cross(L_dot, state.k), cross(state.L, k_dot)))
+    a, f = arm(body, state.k), force_per_normal(body, state)
+    a_dot = scaled(body.R * body.alpha, k_dot)
+    f_dot = (-body.mu * rate.vx, -body.mu * rate.vy, 0)
+    L_ddot = scaled(normal_force(body, state), added(cross(a_dot, f), cross(a, f_dot)))
+    turning = cross(L_ddot, state.k)[2] + 2 * cross(L_dot, k_dot)[2] + cross(state.L, k_ddot)[2]
+    return -body.m * body.R * body.alpha * turning
+
+
 def contact_force(body: Parameters, state: NewtonState) -> Vector:
     """Force F = g_n (z - mu v_A) on the top at the contact point; after eq (1)."""
     return scaled(normal_force(body, state), force_per_normal(body, state))
