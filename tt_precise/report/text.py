@@ -11,10 +11,13 @@ def short(value: Any, digits: int = 2) -> str:
     """A number with few significant digits: 1.8e-15, 0.053, 12."""
     if value is None:
         return "-"
-    number = value if hasattr(value, "_mpf_") else mpmath.mpf(value)
-    return str(mpmath.nstr(number, digits, min_fixed=-3, max_fixed=6)).removesuffix(".0")
+    return str(mpmath.nstr(_number(value), digits, min_fixed=-3, max_fixed=6)).removesuffix(".0")
 
 
 def full(value: Any, digits: int) -> str:
     """A number with all the digits it is trusted to."""
-    return str(mpmath.nstr(value, digits, min_fixed=-4, max_fixed=12))
+    return str(mpmath.nstr(_number(value), digits, min_fixed=-4, max_fixed=12))
+
+
+def _number(value: Any) -> Any:
+    return value if hasattr(value, "_mpf_") else mpmath.mpf(value)
