@@ -166,7 +166,8 @@ def _course(
     steps: int,
     outputs: tuple[Any, ...],
 ) -> Course:
-    early = 2.0 ** (-key.precision.bits / 2)
+    # a zero of order k at the start splits into roots up to eps^(1/k) behind it; phi_dot has k = 2
+    early = 2.0 ** (-key.precision.bits / 4)
     first = {hit.name for hit in made.hits if hit.time < early}
     at_start = {name for name in first if vanishes(name, key, start)}
     return Course(

@@ -187,6 +187,9 @@ def _event(
     }[event.direction]
 
     def callback(adaptive: Any, time: Any, sign: int) -> None:
+        # sign 0: the function vanishes identically (a scene in a plane), so nothing changes sign
+        if not sign:
+            return
         # the state of the integrator is at the end of the step; the event's is interpolated
         note(Hit(name, time, sign, tuple(adaptive.update_d_output(time))))
 
