@@ -15,9 +15,9 @@ def typed_in(source: str) -> list[str]:
     """Calls of ``Finding``, uses of ``Verdict`` and strings that name a verdict."""
     found = []
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Finding":
-            found.append(f"line {node.lineno}: Finding(...)")
-        if isinstance(node, ast.Name) and node.id in ("Verdict", "Check"):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("Finding", "Check"):
+            found.append(f"line {node.lineno}: a verdict made by hand")
+        if isinstance(node, ast.Name) and node.id == "Verdict":
             found.append(f"line {node.lineno}: {node.id}")
         if isinstance(node, ast.Constant) and node.value in list(Verdict):
             found.append(f"line {node.lineno}: {node.value!r}")
