@@ -9,12 +9,31 @@ At the poles x-hat, and with it every Euler rate but omega_3, is undefined.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from tt_precise.body import Parameters
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.vectors import added, dot, scaled
+from tt_precise.mechanics.newton import NewtonState, arm
+from tt_precise.mechanics.vectors import added, cross, dot, scaled
+
+
+class RigidBodyState(NamedTuple):
+    """What physics engines write: orientation, angular velocity, velocity of the centre of mass.
+
+    The quaternion q (scalar first, any length but 0) turns the body frame into the inertial one;
+    the symmetry axis is the body's third axis. omega and s_dot in the inertial frame.
+    """
+
+    qw: Any
+    qx: Any
+    qy: Any
+    qz: Any
+    wx: Any
+    wy: Any
+    wz: Any
+    vcx: Any
+    vcy: Any
+    vcz: Any
 
 
 def horizontal_length(fn: Any, x: Any, y: Any) -> Any:
@@ -63,6 +82,24 @@ def euler_from_vectors(body: Parameters, state: NewtonState, fn: Any) -> EulerSt
         nu_x=state.vx * x[0] + state.vy * x[1],
         nu_y=state.vy * x[0] - state.vx * x[1],
     )
+
+
+def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[NewtonState, Any]:
+    """The vector state of a rigid body's state, and v_A.z, which contact with the table makes 0.
+
+    L = I1 omega + (I3 - I1)(omega.k) k and v_A = s_dot + omega x a; section 1.
+    """
+    qw, qx, qy, qz = state[:4]
+    norm = qw * qw + qx * qx + qy * qy + qz * qz
+    k = (
+        2 * (qx * qz + qw * qy) / norm,
+        2 * (qy * qz - qw * qx) / norm,
+        (qw * qw + qz * qz - qx * qx - qy * qy) / norm,
+    )
+    omega = (state.wx, state.wy, state.wz)
+    L = added(scaled(body.I1, omega), scaled((body.I3 - body.I1) * dot(omega, k), k))
+    v = added((state.vcx, state.vcy, state.vcz), cross(omega, arm(body, k)))
+    return NewtonState(*k, *L, v[0], v[1]), v[2]
 
 
 def _is_zero(value: Any) -> bool:

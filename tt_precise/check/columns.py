@@ -1,0 +1,163 @@
+"""The column sets of a trajectory file, and the way from each to the vector state.
+
+A new set is one new entry in ``COLUMN_SETS``. A set lists what must be there, and what is used
+where it is known; without the velocity of the contact point, whatever needs it is skipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.body import Parameters
+from tt_precise.errors import InputError
+from tt_precise.mechanics.conversion import (
+    RigidBodyState,
+    vectors_from_euler,
+    vectors_from_rigid_body,
+)
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+
+if TYPE_CHECKING:
+    import numpy
+
+Columns = Mapping[str, "numpy.ndarray"]
+
+
+@dataclass(frozen=True)
+class ColumnSet:
+    """Names of columns that together say a state, and how to read them.
+
+    ``state(body, columns, fn)`` is the vector state and v_A.z (0 where the set has no room for
+    it); ``columns`` holds every required name, and the velocity's as NaN where it is unknown.
+    ``azimuth`` says whether the direction of the axis is known, which Euler angles leave open.
+    """
+
+    name: str
+    required: tuple[str, ...]
+    velocity: tuple[str, ...]
+    state: Callable[[Parameters, Columns, Any], tuple[NewtonState, Any]]
+    azimuth: bool = True
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All columns of the set, without the time."""
+        return self.required + self.velocity
+
+    def missing(self, present: Iterable[str]) -> list[str]:
+        """Required columns that are not there."""
+        return [name for name in self.required if name not in set(present)]
+
+
+def _from_vectors(body: Parameters, c: Columns, fn: Any) -> tuple[NewtonState, Any]:
+    return NewtonState(*(c[name] for name in NewtonState._fields)), 0
+
+
+def _from_euler(body: Parameters, c: Columns, fn: Any) -> tuple[NewtonState, Any]:
+    state = EulerState(*(c[name] for name in EulerState._fields))
+    return vectors_from_euler(body, state, fn), 0
+
+
+def _from_rigid_body(body: Parameters, c: Columns, fn: Any) -> tuple[NewtonState, Any]:
+    return vectors_from_rigid_body(
+        body, RigidBodyState(*(c[name] for name in RigidBodyState._fields))
+    )
+
+
+_ALL = (
+    ColumnSet("vectors", ("kx", "ky", "kz", "Lx", "Ly", "Lz"), ("vx", "vy"), _from_vectors),
+    ColumnSet(
+        "rigid body", ("qw", "qx", "qy", "qz", "wx", "wy", "wz"), ("vcx", "vcy", "vcz"),
+        _from_rigid_body,
+    ),
+    ColumnSet(
+        "Euler", ("theta", "theta_dot", "phi_dot", "omega_3"), ("nu_x", "nu_y"), _from_euler,
+        azimuth=False,
+    ),
+)  # fmt: skip
+COLUMN_SETS = {entry.name: entry for entry in _ALL}
+
+
+def known_sets(present: Sequence[str]) -> list[ColumnSet]:
+    """The sets that are complete among the columns ``present``, the most informative first."""
+    return [entry for entry in _ALL if not entry.missing(present)]
+
+
+def choose_set(present: Sequence[str], where: str) -> ColumnSet:
+    """The column set to check by.
+
+    Raises
+    ------
+    InputError
+        No set is complete; the line names what is missing from the nearest one.
+    """
+    if "t" not in present:
+        raise InputError(
+            f"{where}: no column t (time in s) among {_listed(present)}; "
+            "rename yours with --columns theirs=t"
+        )
+    complete = known_sets(present)
+    if complete:
+        return complete[0]
+    nearest = min(_ALL, key=lambda entry: len(entry.missing(present)) / len(entry.required))
+    if len(nearest.missing(present)) == len(nearest.required):
+        raise InputError(
+            f"{where}: no column set among {_listed(present)}; expected t and "
+            + ", or ".join(" ".join(entry.required) for entry in _ALL)
+            + "; rename yours with --columns theirs=ours"
+        )
+    raise InputError(
+        f"{where}: missing {', '.join(nearest.missing(present))} of the {nearest.name} columns "
+        f"({' '.join(nearest.required)}) among {_listed(present)}; "
+        "rename yours with --columns theirs=ours"
+    )
+
+
+def renaming(pairs: Iterable[str]) -> dict[str, str]:
+    """Read ``theirs=ours`` pairs, several to a string where separated by commas.
+
+    Raises
+    ------
+    InputError
+        A pair is malformed, or ``ours`` is no column that anything reads.
+    """
+    ours = {"t", *(name for entry in _ALL for name in entry.names)}
+    found: dict[str, str] = {}
+    for pair in (part for text in pairs for part in text.split(",") if part.strip()):
+        left, equals, right = (piece.strip() for piece in pair.partition("="))
+        if not (left and equals and right):
+            raise InputError(f"--columns: got {pair.strip()!r}, expected theirs=ours")
+        if right not in ours:
+            raise InputError(
+                f"--columns: got {right!r} as one of ours, expected one of: "
+                + ", ".join(sorted(ours))
+            )
+        found[left] = right
+    return found
+
+
+def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list[str]:
+    """Column names after ``rename``.
+
+    Raises
+    ------
+    InputError
+        A column to be renamed is not there, or a name that is read occurs twice.
+    """
+    for theirs in rename:
+        if theirs not in names:
+            raise InputError(f"{where}: no column {theirs!r} to rename among {_listed(names)}")
+    result = [rename.get(name, name) for name in names]
+    ours = {"t", *(name for entry in _ALL for name in entry.names)}
+    for name in result:
+        if name in ours and result.count(name) > 1:
+            raise InputError(f"{where}: column {name} occurs twice, expected once")
+    return result
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = [name if len(name) <= 24 else name[:21] + "..." for name in names[:16]]
+    more = f", and {len(names) - 16} more" if len(names) > 16 else ""
+    return f"the columns {', '.join(shown) or '(none)'}{more}"

@@ -1,0 +1,165 @@
+"""``conservation``: every check that a trajectory's columns and its scene allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tt_precise.check.checks import CHECKS, Check, Watch
+from tt_precise.check.checks import limits as default_limits
+from tt_precise.check.columns import choose_set
+from tt_precise.check.reading import Table, checked_blocks, open_table
+from tt_precise.check.result import Finding, Result, Verdict
+from tt_precise.check.stretch import Case, Stretch
+from tt_precise.check.trace import Trace
+from tt_precise.errors import InputError
+from tt_precise.progress import Progress, silent
+from tt_precise.scene import Scene, load_scene
+
+
+def conservation(
+    trajectory: Any,
+    scene: str | Path | Scene,
+    *,
+    limits: Mapping[str, float] | None = None,
+    until: float | None = None,
+    digits: float | None = None,
+    friction: str = "scene",
+    columns: Mapping[str, str] | None = None,
+    progress: Progress = silent,
+) -> Result:
+    """Check what a trajectory must conserve.
+
+    Parameters
+    ----------
+    trajectory
+        A path (.csv, .csv.gz, .parquet; "-" is standard input), a DataFrame, a mapping from
+        column names to arrays, or a ``Trajectory``; SI, in one of the column sets of
+        ``columns.COLUMN_SETS``.
+    scene
+        Says the body, the friction and the model: a ``Scene``, a shipped name or a TOML file.
+    limits
+        By name of the check; the others keep their defaults.
+    until
+        Rows after this time (s) are left out.
+    digits
+        Correct digits wanted of every column where there is golden data; without it the
+        distance is reported and fails nothing.
+    friction
+        "scene", or "other" where the contact force is not the scene's: then only what holds for
+        every friction law is checked.
+    columns
+        Renames: their name to ours.
+
+    Raises
+    ------
+    InputError
+        The trajectory cannot be used: one line that says where and why.
+    """
+    scene = load_scene(scene)
+    wanted = chosen_limits(limits or {})
+    table = open_table(trajectory, columns)
+    case = _case(table, scene, friction)
+    cutoff = math.inf if until is None else _cutoff(until)
+    names = ("t", *(name for name in case.columns.names if name in table.names))
+    running: list[_Running] | None = None
+    rows, stretch, first = 0, None, None
+    for block in checked_blocks(table.blocks(names, progress), table.where, cutoff):
+        read = case.stretch(block)
+        if running is None:
+            running, first = [_Running(check, case, read, wanted) for check in CHECKS], read
+        joined = read if stretch is None else stretch.continued(read)
+        for check in running:
+            check.look(joined)
+        rows, stretch = rows + len(block), read
+    if running is None or first is None or stretch is None or rows < 2:
+        raise InputError(
+            f"{table.where}: got {'one row' if rows else 'no rows'}"
+            + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
+            + ", expected a trajectory of at least two"
+        )
+    return Result(
+        trajectory=table.where,
+        scene=scene.name,
+        columns=case.columns.name,
+        rows=rows,
+        t_first=float(first.t[0]),
+        t_last=float(stretch.t[-1]),
+        checks=tuple(check.finding() for check in running),
+    )
+
+
+def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
+    """The default limits, changed by those given.
+
+    Raises
+    ------
+    InputError
+        A check of that name does not exist, or its limit is no number.
+    """
+    known = default_limits()
+    for name, value in given.items():
+        if name not in known:
+            raise InputError(f"limit: got {name!r}, expected one of: {', '.join(known)}")
+        if not isinstance(value, int | float) or not math.isfinite(value):
+            raise InputError(f"limit of {name}: got {value!r}, expected a finite number")
+    return known | {name: float(value) for name, value in given.items()}
+
+
+def _case(table: Table, scene: Scene, friction: str) -> Case:
+    chosen = choose_set(table.names, table.where)
+    given = [name for name in chosen.velocity if name in table.names]
+    if given and len(given) < len(chosen.velocity):
+        missing = [name for name in chosen.velocity if name not in given]
+        raise InputError(
+            f"{table.where}: has {', '.join(given)} but not {', '.join(missing)}, "
+            "expected all of the velocity or none"
+        )
+    return Case(scene, chosen, bool(given), friction)
+
+
+def _cutoff(until: float) -> float:
+    if not isinstance(until, int | float) or math.isnan(until):
+        raise InputError(f"until: got {until!r}, expected a time in s")
+    return float(until)
+
+
+class _Running:
+    """One check on its way through the rows."""
+
+    def __init__(self, check: Check, case: Case, first: Stretch, limits: Mapping[str, float]):
+        self._check, self._limit = check, limits[check.name]
+        self._skipped = check.skipped(case, first)
+        self._trace = Trace(largest_is_worst=check.sense == "at most")
+        self._watch: Watch | None = None if self._skipped else check.watch(case, first, self._limit)
+
+    def look(self, stretch: Stretch) -> None:
+        if self._watch:
+            self._trace.add(stretch.t, self._watch(stretch))
+
+    def finding(self) -> Finding:
+        check, value, limit = self._check, self._trace.worst, self._limit
+        verdict: Verdict = "skipped"
+        reason = self._skipped
+        if self._watch and value is not None:
+            holds = value > limit if check.sense == "above" else value <= limit
+            verdict = "pass" if holds else "fail"
+            doubt = getattr(self._watch, "doubt", 0.0)
+            reason = getattr(self._watch, "note", "")
+            if not math.isfinite(value):
+                reason = "not finite there"
+            if holds and doubt > limit:
+                verdict, reason = "skipped", f"rows too far apart: {reason}"
+        return Finding(
+            name=check.name,
+            verdict=verdict,
+            value=value,
+            limit=limit if self._watch else None,
+            at=self._trace.at,
+            reason=reason,
+            meaning=check.meaning,
+            sense=check.sense,
+            curve=self._trace.curve if self._watch else None,
+        )

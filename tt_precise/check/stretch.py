@@ -1,0 +1,129 @@
+"""What the checks look at: the case (whose trajectory, what is known of it), and its stretches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy
+
+from tt_precise.body import Parameters
+from tt_precise.check.columns import ColumnSet
+from tt_precise.check.reading import Block
+from tt_precise.errors import InputError
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.scene import Scene
+
+FRICTIONS = ("scene", "other")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene, the column set its trajectory comes in, and what is known.
+
+    ``friction`` is "scene" where the trajectory obeys F = g_n (z - mu v_A) with the scene's mu
+    (or the scene rolls), and "other" where the contact force is somebody else's: Coulomb's, an
+    elastic one, an unknown one.
+    """
+
+    scene: Scene
+    columns: ColumnSet
+    velocity_given: bool
+    friction: str = "scene"
+
+    def __post_init__(self) -> None:
+        if self.friction not in FRICTIONS:
+            raise InputError(
+                f"friction: got {self.friction!r}, expected one of: {', '.join(FRICTIONS)}"
+            )
+
+    @cached_property
+    def body(self) -> Parameters:
+        """The body in float64, SI."""
+        return self.scene.body.numbers(float)
+
+    @property
+    def rolling(self) -> bool:
+        """Whether the contact point rests on the table."""
+        return self.scene.model == "rolling"
+
+    @property
+    def own_force(self) -> bool:
+        """Whether the contact force follows from the state."""
+        return self.friction == "scene"
+
+    @property
+    def velocity_known(self) -> bool:
+        """Whether the velocity of the contact point is given, or zero in rolling."""
+        return self.velocity_given or self.rolling
+
+    def stretch(self, block: Block) -> Stretch:
+        """The rows of ``block`` as vectors."""
+        rows = len(block)
+        known = dict(block.values)
+        if not self.velocity_given:
+            known |= dict.fromkeys(self.columns.velocity, numpy.full(rows, numpy.nan))
+        state, lift = self.columns.state(self.body, known, numpy)
+        slip = numpy.abs(lift)
+        if self.rolling:
+            slip = numpy.sqrt(state.vx**2 + state.vy**2 + slip**2)
+            state = state._replace(vx=0, vy=0)
+        entries = [numpy.broadcast_to(numpy.asarray(x, float), rows) for x in state]
+        return Stretch(
+            self, known["t"], NewtonState(*entries), numpy.broadcast_to(slip, rows), block.values
+        )
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Consecutive rows: times (s), vector states (SI), and the columns as given.
+
+    ``slip`` is the speed of the contact point that the contact forbids: |v_A.z|, and in rolling
+    |v_A|. Every stretch but the first begins with the last row of the one before, so that no
+    interval is left out. ``shared`` keeps what several checks need.
+    """
+
+    case: Case
+    t: numpy.ndarray
+    state: NewtonState
+    slip: numpy.ndarray
+    given: dict[str, numpy.ndarray]
+    shared: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    @cached_property
+    def q(self) -> Motion:
+        """The rows as a motion whose entries are arrays."""
+        return Motion(self.case.body, self.state, numpy, self.case.scene.model)
+
+    def continued(self, later: Stretch) -> Stretch:
+        """``later`` with the last row of this stretch before it."""
+        entries = zip(self.state, later.state, strict=True)
+        return Stretch(
+            self.case,
+            _carried(self.t, later.t),
+            NewtonState(*(_carried(a, b) for a, b in entries)),
+            _carried(self.slip, later.slip),
+            {name: _carried(self.given[name], later.given[name]) for name in later.given},
+        )
+
+    def rows(self, wanted: Any) -> Stretch:
+        """Some of the rows, by a slice or an array of indices."""
+        return Stretch(
+            self.case,
+            self.t[wanted],
+            NewtonState(*(entry[wanted] for entry in self.state)),
+            self.slip[wanted],
+            {name: values[wanted] for name, values in self.given.items()},
+        )
+
+    @cached_property
+    def first(self) -> Motion:
+        """The first row as a motion of numbers."""
+        state = NewtonState(*(float(entry[0]) for entry in self.state))
+        return Motion(self.case.body, state, numpy, self.case.scene.model)
+
+
+def _carried(before: numpy.ndarray, later: numpy.ndarray) -> numpy.ndarray:
+    return numpy.concatenate((before[-1:], later))

@@ -1,0 +1,114 @@
+"""``tt-precise check``: conservation checks on a trajectory from anywhere."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import click
+
+from tt_precise.errors import InputError
+
+if TYPE_CHECKING:
+    from tt_precise.check.result import Result
+
+FAILED = 1
+
+
+@click.command("check")
+@click.argument("trajectory")
+@click.option("--scene", required=True, help="A shipped name or a TOML file.")
+@click.option("--columns", multiple=True, help="Renames, as theirs=ours[,theirs=ours].")
+@click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    help="NAME=VALUE for one check, or VALUE for all relative drifts (1e-6).",
+)
+@click.option("--until", type=float, help="Leave out rows after this time (s).")
+@click.option("--digits", type=float, help="Fail below so many correct digits of golden data.")
+@click.option(
+    "--friction",
+    type=click.Choice(["scene", "other"]),
+    default="scene",
+    show_default=True,
+    help="other: the contact force is not the scene's (Coulomb, elastic).",
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@click.option("--junit", type=click.Path(dir_okay=False), help="Write JUnit XML.")
+@click.option("--markdown", type=click.Path(dir_okay=False), help="Write a Markdown table.")
+@click.option("--plot", type=click.Path(dir_okay=False), help="Draw the drifts (.svg or .png).")
+def command(
+    trajectory: str,
+    scene: str,
+    columns: tuple[str, ...],
+    limits: tuple[str, ...],
+    until: float | None,
+    digits: float | None,
+    friction: str,
+    as_json: bool,
+    junit: str | None,
+    markdown: str | None,
+    plot: str | None,
+) -> int:
+    """Check what TRAJECTORY (.csv, .csv.gz, .parquet; - is standard input) must conserve.
+
+    Exit status 1 if a check failed.
+    """
+    from tt_precise.check.columns import renaming
+    from tt_precise.check.run import conservation
+    from tt_precise.progress import progress_bar
+
+    if plot is not None:
+        from tt_precise.check.plot import require_format
+
+        require_format(plot)
+    with progress_bar(f"checking {trajectory}") as progress:
+        result = conservation(
+            trajectory,
+            scene,
+            limits=read_limits(limits),
+            until=until,
+            digits=digits,
+            friction=friction,
+            columns=renaming(columns),
+            progress=progress,
+        )
+    _write(result, junit, markdown, plot)
+    click.echo(json.dumps(result.as_dict(), indent=2) if as_json else str(result))
+    return 0 if result.passed else FAILED
+
+
+def read_limits(texts: tuple[str, ...]) -> dict[str, float]:
+    """Limits by name from NAME=VALUE, or from VALUE for every check that has the default 1e-6.
+
+    Raises
+    ------
+    InputError
+        A value is no number.
+    """
+    from tt_precise.check.checks import PAPER_LIMIT, limits
+
+    found: dict[str, float] = {}
+    for text in texts:
+        name, equals, value = text.rpartition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE") from None
+        if equals:
+            found[name.strip()] = number
+        else:
+            found |= {key: number for key, usual in limits().items() if usual == PAPER_LIMIT}
+    return found
+
+
+def _write(result: Result, junit: str | None, markdown: str | None, plot: str | None) -> None:
+    from tt_precise.files import atomic_write
+
+    if junit is not None:
+        atomic_write(junit, result.junit())
+    if markdown is not None:
+        atomic_write(markdown, result.markdown())
+    if plot is not None:
+        result.plot(plot)
