@@ -20,6 +20,7 @@ COMMANDS = {
     "run": "Integrate a scene.",
     "thresholds": "lambda, its thresholds and asymptotic values, each determined twice.",
     "events": "The catalogue of events, or the events of a scene.",
+    "golden": "Make, verify or list golden reference trajectories.",
     "check": "Conservation checks on a trajectory from anywhere.",
     "claims": "Judge the paper's claims.",
     "report": "The main job: the precision report.",

@@ -1,0 +1,150 @@
+"""``tt-precise golden``: makes, verifies and lists reference data."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from tt_precise.golden import Built, Verification
+
+SCHEMA = "tt_precise.golden.{}/1"
+CHECK_FAILED = 1
+FOLDER = click.option(
+    "--folder",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Where golden data lie, instead of those of the package.",
+)
+WORKERS = click.option("--workers", type=click.IntRange(min=1), help="Processes; one a core.")
+JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+
+
+@click.group("golden")
+def command() -> None:
+    """Reference trajectories of which every printed digit is right."""
+
+
+@command.command("build")
+@click.argument("scenes", nargs=-1)
+@click.option("--replace", default="", metavar="REASON", help="Allow published digits to change.")
+@FOLDER
+@WORKERS
+@JSON
+def build_command(
+    scenes: tuple[str, ...],
+    replace: str,
+    folder: Path | None,
+    workers: int | None,
+    as_json: bool,
+) -> int:
+    """Make golden data for SCENES (shipped names or TOML files), by default all that ship.
+
+    An interrupted build goes on where it was. Exit status 1 if digits would change without a
+    reason, or if the computations contradict each other.
+    """
+    from tt_precise.golden import build
+    from tt_precise.progress import progress_bar
+
+    began = time.monotonic()
+    with progress_bar("building golden data") as progress:
+        built = build(
+            scenes or None, folder=folder, replace=replace, workers=workers, progress=progress
+        )
+    if as_json:
+        told = [{**vars(one), "bits": list(one.bits or [])} for one in built]
+        click.echo(json.dumps({"schema": SCHEMA.format("build"), "scenes": told}))
+    else:
+        click.echo("\n".join(map(_built_line, built)))
+        seconds = sum(one.seconds for one in built)
+        click.echo(f"{seconds:.0f} s of CPU time, {time.monotonic() - began:.0f} s")
+    return 0 if all(one.good for one in built) else CHECK_FAILED
+
+
+@command.command("verify")
+@click.argument("scenes", nargs=-1)
+@FOLDER
+@WORKERS
+@JSON
+def verify_command(
+    scenes: tuple[str, ...], folder: Path | None, workers: int | None, as_json: bool
+) -> int:
+    """Judge golden data of SCENES, by default all, by their hashes and fresh computations.
+
+    Exit status 1 if anything is wrong.
+    """
+    from tt_precise.golden import verify
+    from tt_precise.progress import progress_bar
+
+    with progress_bar("verifying golden data") as progress:
+        found = verify(scenes or None, folder=folder, workers=workers, progress=progress)
+    if as_json:
+        told = [{"scene": one.scene, "verdict": one.verdict, **_facts(one)} for one in found]
+        click.echo(json.dumps({"schema": SCHEMA.format("verify"), "scenes": told}))
+    else:
+        click.echo("\n".join(map(_verified_lines, found)))
+    return 0 if all(one.verdict == "pass" for one in found) else CHECK_FAILED
+
+
+@command.command("list")
+@FOLDER
+@JSON
+def list_command(folder: Path | None, as_json: bool) -> int:
+    """List the scenes that have golden data, and shipped ones that lack them."""
+    from tt_precise.golden import scenes, store
+    from tt_precise.scene import shipped
+
+    present = scenes(folder)
+    told = []
+    for name in present:
+        manifest = store.read(name, folder).manifest
+        told.append(
+            {
+                "scene": name,
+                **{key: manifest.get(key) for key in ("title", "status", "t_end", "digits")},
+                "rows": manifest["files"][store.TRAJECTORY]["rows"],
+                "events": manifest["files"][store.EVENTS]["rows"],
+                "agreement": manifest["evidence"]["agreement"],
+            }
+        )
+    missing = [name for name in shipped() if name not in present]
+    if as_json:
+        listed = {"schema": SCHEMA.format("list"), "scenes": told, "missing": missing}
+        click.echo(json.dumps(listed, ensure_ascii=False))
+        return 0
+    for one in told:
+        click.echo(
+            f"{one['scene']:<22}{one['digits']:>3} digits  {one['rows']:>5} rows "
+            f"{one['events']:>5} events  {one['status']:<13}{one['title']}"
+        )
+    if missing:
+        click.echo(f"without golden data: {', '.join(missing)}")
+    return 0
+
+
+def _built_line(one: Built) -> str:
+    line = f"{one.scene:<22}{one.outcome:<17}"
+    if one.digits is not None:
+        line += f"{one.digits:>3} digits"
+    if one.bits is not None and one.agreement is not None:
+        line += f", agreement {one.agreement:.1f} at {one.bits[0]} and {one.bits[1]} bits"
+    line += f"  {one.seconds:6.0f} s of CPU time"
+    return f"{line}\n    {one.note}" if one.note else line
+
+
+def _verified_lines(one: Verification) -> str:
+    line = f"{one.scene:<22}{one.verdict}  {one.digits_claimed} digits claimed"
+    if one.digits_found is not None:
+        line += f", {one.digits_found:.1f} found again in {one.fresh}"
+    if one.double_digits is not None:
+        line += f", {one.double_digits:.1f} in double"
+    return "\n".join([line, *(f"    {problem}" for problem in one.problems)])
+
+
+def _facts(one: Verification) -> dict[str, Any]:
+    facts = dict(vars(one))
+    facts.pop("scene")
+    return {**facts, "problems": list(one.problems)}

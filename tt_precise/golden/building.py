@@ -1,0 +1,169 @@
+"""``build``: from scenes to folders of golden data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tt_precise.errors import InputError
+from tt_precise.golden import manifest as manifests
+from tt_precise.golden import store
+from tt_precise.golden.closed_form import closed_form
+from tt_precise.golden.invariants import constancies
+from tt_precise.golden.publication import Publication, publish
+from tt_precise.golden.recipe import LADDER, Run, Task, tasks
+from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
+from tt_precise.golden.table import Table
+from tt_precise.golden.workers import Kept, cores, perform_all, pool
+from tt_precise.progress import Progress, silent
+from tt_precise.scene import Scene, load_scene, shipped
+
+NEW, UNCHANGED, RENEWED = "new", "unchanged", "evidence renewed"
+REPLACED, REFUSED, FAILED = "replaced", "refused", "failed"
+
+
+@dataclass(frozen=True)
+class Built:
+    """What became of one scene.
+
+    ``outcome`` is one of
+    "new"; "unchanged" (not a byte differs); "evidence renewed" (the digits are the same, the
+    manifest or the scene's text is not); "replaced" (digits changed, with a reason); "refused"
+    (they would change, without one: the old data stand); "failed" (the runs contradict each
+    other). ``note`` says more. ``seconds`` are CPU time.
+    """
+
+    scene: str
+    outcome: str
+    note: str = ""
+    digits: int | None = None
+    agreement: float | None = None
+    bits: tuple[int, int] | None = None
+    seconds: float = 0.0
+
+    @property
+    def good(self) -> bool:
+        """Whether the data on disk are what was computed."""
+        return self.outcome not in (REFUSED, FAILED)
+
+
+def build(
+    scenes: Iterable[str | Path | Scene] | None = None,
+    *,
+    folder: Path | None = None,
+    replace: str = "",
+    workers: int | None = None,
+    progress: Progress = silent,
+    kept: Kept | None = None,
+) -> list[Built]:
+    """Make golden data for ``scenes`` (by default all that ship), in parallel.
+
+    Each scene is computed at two working precisions in vector form and at one in Euler form, and
+    what all agree on is published. A scene's folder is replaced as a whole, so that an interrupted
+    build leaves it whole, old or new; the runs finished so far are kept in the user's cache, and
+    the next build goes on from there. A change of any published digit needs a reason, ``replace``,
+    which the manifest then tells.
+
+    Raises
+    ------
+    InputError
+        A scene cannot be used, or another build is at work in the same folder.
+    """
+    place = folder or store.home()
+    wanted = {s.name: s for s in map(load_scene, shipped() if scenes is None else scenes)}
+    built: dict[str, Built] = {}
+    rungs = dict.fromkeys(wanted, 0)
+    seconds = dict.fromkeys(wanted, 0.0)
+    kept = kept or Kept()
+
+    def finish(name: str, runs: list[Run]) -> list[Task]:
+        scene, rung = wanted[name], rungs[name]
+        seconds[name] += sum(run.seconds for run in runs)
+        oracle = closed_form(scene)
+        if oracle:
+            runs.append(oracle)
+        try:
+            publication = publish(scene, runs)
+            if not publication.complete and rung + 1 < len(LADDER):
+                rungs[name] += 1
+                return tasks(scene, LADDER[rungs[name]])
+            outcome, note, digits = _settle(scene, publication, runs, place, replace)
+        except ArithmeticError as error:
+            built[name] = Built(name, FAILED, str(error), seconds=seconds[name])
+            return []
+        built[name] = Built(
+            name, outcome, note, digits, publication.agreement, LADDER[rung], seconds[name]
+        )
+        return []
+
+    with store.locked(place), pool(workers or cores(), recycled=True) as executor:
+        # the longest first, so that no core is idle at the end
+        longest = sorted(wanted.values(), key=lambda s: (s.start.theta.at_pole, -s.until))
+        plans = {scene.name: tasks(scene, LADDER[0]) for scene in longest}
+        perform_all(executor, plans, finish, kept=kept, progress=progress)
+    kept.forget()
+    return [built[name] for name in wanted]
+
+
+def first_difference(old: Table, new: Table) -> str:
+    """Where two tables differ first, in words; "" if they do not."""
+    if old.columns != new.columns:
+        return f"columns {','.join(old.columns)} become {','.join(new.columns)}"
+    for number, (mine, other) in enumerate(zip(old.rows, new.rows, strict=False), start=2):
+        for name, before, after in zip(old.columns, mine, other, strict=True):
+            if before != after:
+                return f"line {number}, {name}: {before or 'empty'} becomes {after or 'empty'}"
+    if len(old.rows) != len(new.rows):
+        return f"{len(old.rows)} rows become {len(new.rows)}"
+    return ""
+
+
+def _settle(
+    scene: Scene, publication: Publication, runs: Sequence[Run], place: Path, reason: str
+) -> tuple[str, str, int]:
+    """Write the data of a scene, or leave them; outcome, note and digits claimed."""
+    old, change = _compared(scene.name, place, publication)
+    history: list[dict[str, str]] = list(old.manifest.get("history", [])) if old else []
+    if change:
+        if not reason:
+            note = f'{change}; expected the same digits, or --replace "reason"'
+            return REFUSED, note, int(old.manifest.get("digits", 0)) if old else 0
+        history.append({"reason": reason, "first_change": change})
+    constant = constancies(scene, publication.trajectory)
+    told = manifests.compose(scene, publication, runs, constant, history)
+    files = {
+        SCENE: scene.text,
+        TRAJECTORY: publication.trajectory.csv(),
+        EVENTS: publication.events.csv(),
+        MANIFEST: manifests.dump(told),
+    }
+    digits = int(told["digits"])
+    if old and all(_same(place / scene.name / name, text) for name, text in files.items()):
+        return UNCHANGED, "", digits
+    store.replace_folder(place / scene.name, files)
+    if change:
+        return REPLACED, change, digits
+    return (RENEWED if old else NEW), "", digits
+
+
+def _compared(name: str, place: Path, new: Publication) -> tuple[Stored | None, str]:
+    """Data that stand already, and what of them would change."""
+    if not (place / name).exists():
+        return None, ""
+    try:
+        old = store.read(name, place)
+    except InputError as error:
+        return None, f"what stands there is no golden data ({error})"
+    for file, mine, other in (
+        (TRAJECTORY, old.trajectory, new.trajectory),
+        (EVENTS, old.events, new.events),
+    ):
+        difference = first_difference(mine, other)
+        if difference:
+            return old, f"{file}, {difference}"
+    return old, ""
+
+
+def _same(path: Path, text: str) -> bool:
+    return path.read_bytes() == text.encode()

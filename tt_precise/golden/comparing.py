@@ -1,0 +1,221 @@
+"""``compare``: how many digits of somebody's trajectory are right."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pandas
+
+from tt_precise.body import Units
+from tt_precise.errors import InputError
+from tt_precise.golden import store
+from tt_precise.golden.digits import EXACT, scale_of
+from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.store import Stored
+from tt_precise.golden.table import Table
+from tt_precise.integrate.accuracy import KINDS
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Digits count relative to the entry, but not below this part of the component's scale: beside a
+# zero of a component the error of the others decides, not its own size.
+NEAR_ZERO = Decimal("1e-3")
+
+# Rows belong to a golden time that they miss by less; a time printed with 9 digits is meant.
+TIME_TOLERANCE = Decimal("1e-9")
+
+RULE = (
+    "significant digits relative to the golden entry, or to 1e-3 of the largest entry of its "
+    "column where it is smaller than that; at most 34"
+)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The distance of a trajectory from golden data, in significant correct digits.
+
+    digits
+        The fewest digits of each column, by name.
+    over_time
+        One row a compared time: ``t`` and the digits of each column.
+    unmatched
+        Number of rows whose time is no golden time, and which therefore do not count.
+    """
+
+    scene: str
+    digits: pandas.Series[float]
+    over_time: pandas.DataFrame
+    unmatched: int
+
+    @property
+    def worst(self) -> float:
+        """The fewest digits of all."""
+        return float(self.digits.min())
+
+    def __str__(self) -> str:
+        lines = [f"{self.scene}: {len(self.over_time)} times compared, {RULE}"]
+        lines += [f"  {name:<10} {digits:5.1f}" for name, digits in self.digits.items()]
+        if self.unmatched:
+            lines.append(f"  {self.unmatched} rows lie at no golden time and do not count")
+        return "\n".join(lines)
+
+    def figure(self) -> Figure:
+        """A picture of the digits over time."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(9, 5), layout="constrained")
+        axes = figure.subplots()
+        for name in self.digits.index:
+            axes.plot(self.over_time["t"], self.over_time[name], label=name, linewidth=0.9)
+        axes.set(
+            title=f"{self.scene}: distance from the golden trajectory",
+            xlabel="t (s)",
+            ylabel="significant correct digits",
+        )
+        axes.grid(alpha=0.3)
+        axes.legend(ncols=2, fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+        return figure
+
+    def save(self, path: str | Path) -> None:
+        """Write the picture; the suffix of ``path`` (.png, .svg, .pdf) says how."""
+        from tt_precise.files import replacing
+
+        with replacing(path) as temporary:
+            self.figure().savefig(temporary, dpi=150)
+
+
+class Worst(NamedTuple):
+    """The entry of a column with the fewest correct digits."""
+
+    column: str
+    digits: float
+    row: int
+
+
+def compare(frame: pandas.DataFrame, scene: str, *, folder: Path | None = None) -> Comparison:
+    """Compare a trajectory with the golden data of ``scene``.
+
+    Parameters
+    ----------
+    frame
+        Columns ``t`` (s) and any of those of the golden trajectory, in SI: floats, decimal
+        strings, or numbers of mpmath. Other columns are ignored.
+    scene
+        A name out of ``tt_precise.golden.scenes()``.
+    folder
+        Where golden data lie; by default what came with the package.
+
+    Raises
+    ------
+    InputError
+        There are no golden data for the scene, no common column, or no common time.
+    """
+    stored = store.read(scene, folder)
+    golden = stored.trajectory
+    names = [name for name in golden.columns if name in frame.columns and name != "t"]
+    if "t" not in frame.columns or not names:
+        raise InputError(
+            f"columns: got {', '.join(map(str, frame.columns))}, expected t and any of: "
+            + ", ".join(golden.columns[1:])
+        )
+    pairs = _matched(list(frame["t"]), golden)
+    if not pairs:
+        raise InputError(
+            f"t: got no time of the golden data, expected any of {golden.rows[0][0]}, "
+            f"{golden.rows[min(1, len(golden.rows) - 1)][0]}, ... {golden.rows[-1][0]} s"
+        )
+    measured: dict[str, list[float]] = {"t": [float(golden.rows[j][0]) for _, j in pairs]}
+    floors = near_zero_below(stored)
+    for name in names:
+        cells, values = golden.column(name), list(frame[name])
+        measured[name] = [_digits(values[i], cells[j], floors[name]) for i, j in pairs]
+    over_time = pandas.DataFrame(measured)
+    return Comparison(scene, over_time[names].min(), over_time, len(frame) - len(pairs))
+
+
+def compare_tables(table: Table, golden: Table, floors: dict[str, Decimal]) -> list[Worst]:
+    """Where the columns of ``table`` are farthest from those of ``golden``, row by row.
+
+    ``floors`` names the columns to compare, with the size below which an entry is near zero.
+    """
+    found = []
+    for name, floor in floors.items():
+        pairs = zip(table.column(name), golden.column(name), strict=False)
+        digits = [_digits(value, cell, floor) for value, cell in pairs]
+        row = min(range(len(digits)), key=lambda i: (math.isnan(digits[i]), digits[i]), default=-1)
+        found.append(Worst(name, digits[row] if digits else math.nan, row))
+    return found
+
+
+def near_zero_below(stored: Stored) -> dict[str, Decimal]:
+    """For each column, the size below which its entries count as near zero.
+
+    A component that is zero altogether takes the scale of its kind, and a kind that is zero
+    altogether that of the dimensionless form (m = R = g = 1).
+    """
+    scales = {name: scale_of(stored.trajectory.column(name)) for name in stored.trajectory.columns}
+    body = stored.scene.body
+    units = Units(*(Decimal(float(unit)) for unit in Units.of(body, math, float)))
+    floors = {}
+    for name in stored.trajectory.columns[1:]:
+        kind = next(kind for kind in KINDS if name in kind)
+        scale = scales[name] or max(scales.get(other, Decimal(0)) for other in kind)
+        floors[name] = (scale or units.of_dimension(STATE_DIMENSIONS[name])) * NEAR_ZERO
+    return floors
+
+
+def _matched(times: list[Any], golden: Table) -> list[tuple[int, int]]:
+    """Pairs of row numbers, here and in the golden table, at the same time."""
+    known = [Decimal(cell) for cell in golden.column("t")]
+    slack = TIME_TOLERANCE * max(known[-1], Decimal(1))
+    given = sorted((time, i) for i, time in enumerate(map(_decimal, times)) if time is not None)
+    pairs, j = [], 0
+    for time, i in given:
+        while j + 1 < len(known) and abs(known[j + 1] - time) <= abs(known[j] - time):
+            j += 1
+        if abs(known[j] - time) <= slack:
+            pairs.append((i, j))
+    return pairs
+
+
+def _digits(value: Any, cell: str, floor: Decimal) -> float:
+    """Correct digits of ``value``; NaN where the golden entry is undefined.
+
+    A value that is missing or not finite where there is one has none.
+    """
+    if not cell:
+        return math.nan
+    given = _decimal(value)
+    if given is None:
+        return 0.0
+    expected = Decimal(cell)
+    error = abs(EXACT.subtract(given, expected))
+    if not error:
+        return float(DIGITS)
+    size = max(abs(expected), floor)
+    return min(float(DIGITS), max(0.0, float((size / error).log10())))
+
+
+def _decimal(value: Any) -> Decimal | None:
+    """The exact value of a float, a decimal string or an mpmath number; None if there is none."""
+    if value is None or value == "":
+        return None
+    if hasattr(value, "_mpf_"):
+        sign, mantissa, power, _ = value._mpf_
+        if not mantissa:
+            return None if power else Decimal(0)
+        exact = Fraction(int(mantissa)) * Fraction(2) ** int(power)
+        quotient = EXACT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
+        return -quotient if sign else quotient
+    try:
+        number = Decimal(value) if isinstance(value, str | int) else Decimal(float(value))
+    except (InvalidOperation, TypeError, ValueError):
+        raise InputError(f"trajectory: got {str(value)[:60]!r}, expected a number") from None
+    return number if number.is_finite() else None

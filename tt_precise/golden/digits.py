@@ -1,0 +1,108 @@
+"""How many digits of an entry are right: agreement of computed values, and what is printed of it.
+
+The rule, which every manifest repeats in ``RULE``: an entry is printed with the most significant
+digits, 34 at most, to which all computed values round alike. Numbers here are ``Decimal``, exact
+images of the computed text.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from decimal import Context, Decimal, localcontext
+
+from tt_precise.golden.recipe import DIGITS
+
+RULE = (
+    "An entry is printed with the most significant digits, 34 at most, to which all runs round "
+    "alike; so every printed digit is the correctly rounded one, as far as they agree. Digits "
+    "count relative to the entry itself. Near a zero of a component they count relative to its "
+    "scale, its largest entry in trajectory.csv: an entry with fewer than 34 digits whose last "
+    "one still lies below 1e-33 of the scale is near_zero, and 0 stands for less than 1e-34 of "
+    "the scale. An empty cell is undefined (Euler angles at a pole)."
+)
+EXACT = Context(prec=400)  # wide enough that no difference of computed values is rounded
+PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
+ZERO = "0"
+
+
+@dataclass(frozen=True)
+class ColumnDigits:
+    """What is claimed for one column of a table.
+
+    digits
+        Fewest significant digits printed, apart from entries near zero; None if all are zero or
+        undefined.
+    scale
+        Largest entry of the trajectory's column, three digits.
+    near_zero, undefined
+        Number of entries near zero, and of empty ones.
+    """
+
+    digits: int | None
+    scale: str
+    near_zero: int
+    undefined: int
+
+    def as_dict(self) -> dict[str, object]:
+        """For the manifest."""
+        return dict(vars(self))
+
+
+def common_text(values: Sequence[Decimal], scale: Decimal) -> str:
+    """What is printed of an entry with these computed values; "" if not even one digit."""
+    if all(abs(value) <= scale.scaleb(-DIGITS) for value in values):
+        return ZERO
+    for digits in range(DIGITS, 0, -1):
+        texts = {f"{value:.{digits - 1}e}" for value in values}
+        if len(texts) == 1:
+            return texts.pop()
+    return ""
+
+
+def agreement(first: Decimal, other: Decimal) -> float:
+    """Digits in which ``other`` agrees with ``first``, relative to it; infinite if equal."""
+    difference = abs(EXACT.subtract(first, other))
+    if not difference:
+        return math.inf
+    if not first:
+        return -math.inf
+    return float((abs(first) / difference).log10())
+
+
+def digits_of(text: str) -> int:
+    """Significant digits of a printed entry that is not zero."""
+    mantissa, _, _ = text.lstrip("-").partition("e")
+    return len(mantissa.replace(".", ""))
+
+
+def is_near_zero(text: str, scale: Decimal) -> bool:
+    """Whether a printed entry is excused by the scale of its component."""
+    if text == ZERO:
+        return True
+    if digits_of(text) >= DIGITS:
+        return False
+    exponent = Decimal(text).as_tuple().exponent
+    assert isinstance(exponent, int)
+    return Decimal(1).scaleb(exponent) <= scale.scaleb(1 - DIGITS)
+
+
+def scale_of(entries: Iterable[str]) -> Decimal:
+    """Largest magnitude among printed or computed entries, rounded to three digits."""
+    with localcontext(prec=3):
+        return max((+abs(Decimal(entry)) for entry in entries if entry), default=Decimal(0))
+
+
+def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:
+    """What the printed ``entries`` of a column claim, derived from the text alone."""
+    present = [entry for entry in entries if entry]
+    near_zero = [entry for entry in present if is_near_zero(entry, scale)]
+    claimed = [digits_of(entry) for entry in present if not is_near_zero(entry, scale)]
+    return ColumnDigits(
+        digits=min(claimed, default=None),
+        scale=f"{scale:.2e}",
+        near_zero=len(near_zero),
+        undefined=len(entries) - len(present),
+    )

@@ -1,0 +1,79 @@
+"""The events of a run as text, without those that only touch zero.
+
+An event is a change of sign. Where its function only touches zero (phi_dot at the cusps of a top
+on ice that starts with phi_dot = 0), rounding splits the double root into two beside each other,
+or none, or hides one of them behind the end of a Taylor step; so each hit is asked again whether
+the function changes sign around it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.golden.table import Table
+from tt_precise.integrate.events import EVENTS
+from tt_precise.integrate.readout import VECTOR_COLUMNS
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.numerals import to_mpmath
+
+if TYPE_CHECKING:
+    from tt_precise.integrate import Trajectory
+
+# Rounding splits a double root by about eps^(1/2), a triple one by eps^(1/3).
+ROOT_ORDER = 4
+TURNING_POINTS = ("theta_min", "theta_max")
+
+
+def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
+    """Columns name, t, direction and the state ``names[1:]`` of each change of sign."""
+    text, context = trajectory.precision.text, trajectory.precision.context
+    changes = _Changes(trajectory)
+    rows = []
+    for _, event in trajectory.events.iterrows():
+        if changes.sign_at(str(event["name"]), event["t"]):
+            values = [event[name] for name in names]
+            cells = ["" if value is None else text(context.mpf(value)) for value in values]
+            rows.append((str(event["name"]), cells[0], str(int(event["direction"])), *cells[1:]))
+    return Table(("name", "t", "direction", *names[1:]), tuple(rows))
+
+
+def suspects(events: Table) -> tuple[str, ...]:
+    """Events whose directions do not alternate, so that one must be missing.
+
+    Minima and maxima of theta are zeros of one function and count together.
+    """
+    directions: dict[str, list[int]] = {}
+    for name, _, direction, *_ in events.rows:
+        key = "turning points" if name in TURNING_POINTS else name
+        directions.setdefault(key, []).append(int(direction))
+    return tuple(
+        name
+        for name, signs in directions.items()
+        if any(a * b != -1 for a, b in itertools.pairwise(signs))
+    )
+
+
+class _Changes:
+    """Whether an event's function changes sign around a time, by the dense output."""
+
+    def __init__(self, trajectory: Trajectory):
+        self.trajectory = trajectory
+        self.context = trajectory.precision.context
+        body = trajectory.scene.body
+        self.body = body.numbers(lambda value: to_mpmath(value, self.context))
+        unit = trajectory.start.units.time
+        self.width = unit * self.context.ldexp(1, -trajectory.precision.bits // ROOT_ORDER)
+
+    def sign_at(self, name: str, time: Any) -> bool:
+        before = max(time - self.width, self.context.mpf(0))
+        after = min(time + self.width, self.context.mpf(self.trajectory.t_end))
+        return bool(self._value(name, before) * self._value(name, after) < 0)
+
+    def _value(self, name: str, time: Any) -> Any:
+        state = self.trajectory.at(time)
+        vectors = NewtonState(*(state.values[column] for column in VECTOR_COLUMNS))
+        q = Motion(self.body, vectors, self.context, self.trajectory.scene.model)
+        return EVENTS[name].function(q)

@@ -1,0 +1,153 @@
+"""What a scene's golden files say of themselves: every damage to them, named, without computing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.golden import store
+from tt_precise.golden.digits import PRINTED
+from tt_precise.golden.invariants import CONSTANT_TO, constancies
+from tt_precise.golden.manifest import SCHEMA, SELF_HASH, derive, scene_sha256, self_hash
+from tt_precise.golden.publication import exact_decimal
+from tt_precise.golden.recipe import columns
+from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
+from tt_precise.golden.table import Table
+from tt_precise.scene import Scene
+
+FEW = 3  # of many equal problems so many are told
+
+
+def inspect(name: str, folder: Path | None = None) -> tuple[Stored | None, list[str]]:
+    """Read the golden data of ``name``; what is wrong with the files, a line each.
+
+    The data are None where they cannot be read at all.
+    """
+    try:
+        stored = store.read(name, folder)
+        scene = stored.scene
+    except InputError as error:
+        return None, [str(error)]
+    problems = _problems_of_manifest(stored)
+    if scene_sha256(stored.scene_text) != _told(stored, SCENE).get("sha256"):
+        problems.append(f"{SCENE}: says something else than when the data were built")
+    expected = columns(scene)
+    wanted = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
+    damaged = []
+    for file, names in wanted.items():
+        damaged += list(_problems_of_table(scene, file, stored.table(file), names, stored))
+    problems += damaged
+    if not damaged:
+        told = derive(scene, stored.trajectory, stored.events)
+        problems += _differences(told, stored.manifest, MANIFEST)
+        problems += _inconstant(scene, stored.trajectory)
+    if not problems and stored.manifest[SELF_HASH] != self_hash(stored.manifest):
+        problems.append(
+            f"{MANIFEST}: edited after it was built, in a value that the data do not determine "
+            "(title, source, rule, evidence, versions or history)"
+        )
+    return stored, problems
+
+
+def _problems_of_manifest(stored: Stored) -> list[str]:
+    manifest = stored.manifest
+    needed = {"schema", "scene", "model", "status", "digits", "files", "evidence", SELF_HASH}
+    missing = sorted(needed - manifest.keys())
+    if missing:
+        return [f"{MANIFEST}: {', '.join(missing)} missing, expected to be there"]
+    told = {"schema": SCHEMA, "scene": stored.name, "model": stored.scene.model}
+    return [
+        f"{MANIFEST}: {key} is {manifest[key]!r}, expected {value!r}"
+        for key, value in told.items()
+        if manifest[key] != value
+    ]
+
+
+def _problems_of_table(
+    scene: Scene, file: str, table: Table, names: tuple[str, ...], stored: Stored
+) -> Iterator[str]:
+    if table.columns != names:
+        yield f"{file}: columns are {','.join(table.columns)}, expected {','.join(names)}"
+        return
+    told = _told(stored, file)
+    if file == TRAJECTORY:
+        yield from _missing_times(scene, table, stored.manifest.get("status"))
+    bad = [
+        f"{file}, line {line}, {name}: got {cell[:50]!r}, expected a printed number"
+        for line, row in enumerate(table.rows, start=2)
+        for name, cell in zip(names, row, strict=True)
+        if name not in ("name", "t", "direction") and cell and not PRINTED.fullmatch(cell)
+    ]
+    yield from bad[:FEW]
+    if table.sha256 != told.get("sha256"):
+        yield from _changes(file, table, told)
+
+
+def _missing_times(scene: Scene, table: Table, status: Any) -> Iterator[str]:
+    times = table.column("t")
+    if times and status != "complete":
+        times = times[:-1]
+    for expected, found in zip(map(exact_decimal, scene.sample_times), times, strict=False):
+        if expected is not None and found != expected:
+            later = Decimal(found) > Decimal(expected)
+            what = "is missing" if later else "is expected"
+            yield f"{TRAJECTORY}: the row of t = {expected} {what}, there stands t = {found}"
+            return
+    if status == "complete" and len(times) < len(scene.sample_times):
+        yield f"{TRAJECTORY}: ends at t = {times[-1] if times else 'no row'}, before the horizon"
+
+
+def _changes(file: str, table: Table, told: dict[str, Any]) -> Iterator[str]:
+    """Where a table whose hash is wrong was changed."""
+    marks = str(told.get("row_marks", ""))
+    before = [marks[i : i + 4] for i in range(0, len(marks), 4)]
+    now = [table.row_marks[i : i + 4] for i in range(0, len(table.row_marks), 4)]
+    if len(before) != len(now):
+        line = next((i for i, (a, b) in enumerate(zip(before, now, strict=False)) if a != b), None)
+        at = min(len(before), len(now)) if line is None else line
+        yield f"{file}: {len(now)} rows, expected {len(before)}; the first change at line {at + 2}"
+        return
+    hashes = {n: told.get("columns", {}).get(n, {}).get("sha256") for n in table.columns}
+    changed = [n for n in table.columns if table.column_sha256(n) != hashes[n]]
+    swapped = [
+        f"{file}: columns {a} and {b} are swapped"
+        for i, a in enumerate(changed)
+        for b in changed[i + 1 :]
+        if table.column_sha256(a) == hashes[b] and table.column_sha256(b) == hashes[a]
+    ]
+    if swapped:
+        yield from swapped
+        return
+    lines = [i + 2 for i, (a, b) in enumerate(zip(before, now, strict=True)) if a != b]
+    places = ", ".join(f"line {line}" for line in lines[:FEW]) + (" ..." if lines[FEW:] else "")
+    if changed and lines:
+        yield f"{file}: changed since it was built: {places}, column {', '.join(changed)}"
+    else:
+        yield f"{file}: its hash differs from the one in {MANIFEST}"
+
+
+def _differences(derived: Any, told: Any, where: str) -> Iterator[str]:
+    """Where the manifest tells something else than follows from the data."""
+    if isinstance(derived, dict) and isinstance(told, dict):
+        for key, value in derived.items():
+            yield from _differences(value, told.get(key), f"{where}: {key}" if key else where)
+    elif derived != told:
+        yield f"{where} is {str(told)[:50]!r}, the data say {str(derived)[:50]!r}"
+
+
+def _inconstant(scene: Scene, trajectory: Table) -> Iterator[str]:
+    for one in constancies(scene, trajectory):
+        if one.digits < CONSTANT_TO:
+            yield (
+                f"{TRAJECTORY}: {one.name} is constant to {one.digits:.1f} digits, expected "
+                f"{CONSTANT_TO}; worst in line {one.worst_row + 2}"
+            )
+
+
+def _told(stored: Stored, file: str) -> dict[str, Any]:
+    files = stored.manifest.get("files")
+    told = files.get(file) if isinstance(files, dict) else None
+    return told if isinstance(told, dict) else {}

@@ -1,0 +1,50 @@
+"""What the printed rows conserve: evidence that knows nothing of how they were computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mpmath
+
+from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.table import Table
+from tt_precise.integrate.readout import VECTOR_COLUMNS
+from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.numerals import to_mpmath
+from tt_precise.scene import Scene
+
+WORKING_DIGITS = 60
+
+# A row of 34 digits is rounded by 5e-35 in each of its entries, and the terms of an integral add
+# up a few of them; one digit is left for that.
+CONSTANT_TO = DIGITS - 1
+
+
+@dataclass(frozen=True)
+class Constancy:
+    """To how many digits an integral is the same in all rows, and in which row it is worst."""
+
+    name: str
+    digits: float
+    worst_row: int
+
+
+def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
+    """For everything that the scene conserves, from the printed vectors alone."""
+    context = mpmath.MPContext()
+    context.dps = WORKING_DIGITS
+    body = scene.body.numbers(lambda value: to_mpmath(value, context))
+    places = [trajectory.columns.index(name) for name in VECTOR_COLUMNS]
+    motions = [
+        Motion(body, NewtonState(*(context.mpf(row[i]) for i in places)), context, scene.model)
+        for row in trajectory.rows
+    ]
+    found = []
+    for integral in conserved(scene):
+        drifts = drift(integral, motions)
+        worst = max(range(len(drifts)), key=drifts.__getitem__)
+        digits = -context.log10(drifts[worst]) if drifts[worst] else context.mpf(DIGITS)
+        found.append(Constancy(integral.name, min(float(digits), float(DIGITS)), worst))
+    return found

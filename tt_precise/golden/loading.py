@@ -1,0 +1,88 @@
+"""``load``: the golden data of a scene as a table of numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import mpmath
+import pandas
+
+from tt_precise.errors import InputError
+from tt_precise.golden import store
+from tt_precise.golden.manifest import SELF_HASH, self_hash
+from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.store import EVENTS, TRAJECTORY
+from tt_precise.golden.table import Table
+
+Numbers = Literal["float", "text", "mpmath"]
+TEXT_COLUMNS = ("name",)
+
+
+class GoldenFrame(pandas.DataFrame):
+    """A golden trajectory, one row a sample, in SI, with its events and its manifest.
+
+    What is cut out of it is a plain DataFrame.
+    """
+
+    _metadata: ClassVar[list[str]] = ["events", "manifest"]
+
+    events: pandas.DataFrame
+    manifest: dict[str, Any]
+
+
+def load(scene: str, numbers: Numbers = "float", *, folder: Path | None = None) -> GoldenFrame:
+    """The golden trajectory of ``scene``, with ``.events`` and ``.manifest``.
+
+    Parameters
+    ----------
+    scene
+        A name out of ``tt_precise.golden.scenes()``.
+    numbers
+        "float": float64, correctly rounded from the decimals, NaN where undefined;
+        "text": the decimals as published, "" where undefined;
+        "mpmath": numbers with all their digits, None where undefined.
+    folder
+        Where golden data lie; by default what came with the package.
+
+    Raises
+    ------
+    InputError
+        There are no such data, or they are not what their manifest says.
+    """
+    if numbers not in ("float", "text", "mpmath"):
+        raise InputError(f"numbers: got {numbers!r}, expected one of: float, text, mpmath")
+    stored = store.read(scene, folder)
+    manifest = stored.manifest
+    broken = [] if manifest.get(SELF_HASH) == self_hash(manifest) else [store.MANIFEST]
+    broken += [
+        file
+        for file in (TRAJECTORY, EVENTS)
+        if manifest.get("files", {}).get(file, {}).get("sha256") != stored.table(file).sha256
+    ]
+    if broken:
+        raise InputError(
+            f"{scene}: {', '.join(broken)} got changed since it was built; "
+            f"`tt-precise golden verify {scene}` tells where"
+        )
+    frame = GoldenFrame(_columns(stored.trajectory, numbers))
+    frame.events = pandas.DataFrame(_columns(stored.events, numbers))
+    frame.manifest = manifest
+    return frame
+
+
+def _columns(table: Table, numbers: Numbers) -> dict[str, Any]:
+    return {name: _converted(name, table.column(name), numbers) for name in table.columns}
+
+
+def _converted(name: str, cells: tuple[str, ...], numbers: Numbers) -> Any:
+    if name in TEXT_COLUMNS or numbers == "text":
+        return list(cells)
+    if name == "direction":
+        return [int(cell) for cell in cells]
+    if numbers == "float":
+        return [float(cell) if cell else float("nan") for cell in cells]
+    context = mpmath.MPContext()
+    context.dps = DIGITS + 2  # so that 34 decimals come back unchanged
+    values = [context.mpf(cell) if cell else None for cell in cells]
+    return pandas.Series(values, dtype=object)

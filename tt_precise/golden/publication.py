@@ -1,0 +1,211 @@
+"""From the runs of a scene to the tables that are published, and how far the runs agree."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+
+from tt_precise.golden.digits import (
+    ZERO,
+    agreement,
+    common_text,
+    digits_of,
+    is_near_zero,
+    scale_of,
+)
+from tt_precise.golden.recipe import DIGITS, TERMINAL_DIRECTION, Run
+from tt_precise.golden.table import Table
+from tt_precise.integrate.events import EVENTS
+from tt_precise.scene import Scene
+
+SAME_TIME = Decimal("1e-30")  # relative; events this close are one instant, listed by name
+UNDEFINED_AT_POLE = ("theta_dot", "phi_dot", "nu_x", "nu_y")
+ORDER = [*EVENTS, "contact_lost", "singular_contact"]
+
+
+Agreements = dict[str, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Publication:
+    """The tables of a scene, with the worst agreement of each run with the first, in digits.
+
+    ``agreements`` maps the name of a table, then a column, then the label of a run to digits,
+    over all entries that are not near zero; infinite where all are equal.
+    """
+
+    status: str
+    trajectory: Table
+    events: Table
+    agreements: dict[str, Agreements]
+
+    @property
+    def agreement(self) -> float:
+        """The worst of all agreements."""
+        return min(
+            digits
+            for columns in self.agreements.values()
+            for runs in columns.values()
+            for digits in runs.values()
+        )
+
+    @property
+    def complete(self) -> bool:
+        """Whether all entries have all digits, those near zero relative to their scale."""
+        scales = {n: scale_of(self.trajectory.column(n)) for n in self.trajectory.columns}
+        return all(
+            digits_of(entry) >= DIGITS or is_near_zero(entry, scales[name])
+            for table in (self.trajectory, self.events)
+            for name in table.columns
+            if name in scales and name != "t"
+            for entry in table.column(name)
+            if entry
+        )
+
+
+def publish(scene: Scene, runs: Sequence[Run]) -> Publication:
+    """Tables with the digits in which all ``runs`` agree; the first run has the finest numbers.
+
+    A run that ends at a pole (Euler form) testifies for the rows before it.
+
+    Raises
+    ------
+    ArithmeticError
+        The runs disagree in what happened: another end, another number of events, an event whose
+        directions do not alternate.
+    """
+    first = runs[0]
+    for run in runs:
+        if run.status not in (first.status, "pole"):
+            raise ArithmeticError(
+                f"{scene.name}: {first.label} ended {first.status}, {run.label} {run.status}"
+            )
+        if run.suspects:
+            raise ArithmeticError(
+                f"{scene.name}: {run.label} may have missed an event: {', '.join(run.suspects)}"
+            )
+    scales = {name: scale_of(first.trajectory.column(name)) for name in first.trajectory.columns}
+    rows = [_rows(run) for run in runs]
+    lists = [ordered_events(run) for run in runs]
+    _require_same_events(scene, runs, lists)
+    names = first.trajectory.columns
+    labels = [run.label for run in runs[1:]]
+    trajectory, agreements = _merged(names, labels, rows, scales)
+    exact_times = [exact_decimal(t) for t in scene.sample_times[: len(trajectory)]]
+    if first.status != "complete":
+        exact_times[-1] = None
+    dated = [(time or row[0], *row[1:]) for time, row in zip(exact_times, trajectory, strict=True)]
+    happened = [[cells for _, _, cells in one] for one in lists]
+    events, agreements_at_events = _merged(names, labels, happened, scales)
+    labelled = [
+        (name, row[0], str(direction), *row[1:])
+        for (name, direction, _), row in zip(lists[0], events, strict=True)
+    ]
+    return Publication(
+        status=first.status,
+        trajectory=Table(names, tuple(dated)),
+        events=Table(("name", "t", "direction", *names[1:]), tuple(labelled)),
+        agreements={"trajectory": agreements, "events": agreements_at_events},
+    )
+
+
+def exact_decimal(time: Fraction) -> str | None:
+    """A time as a plain decimal; None if it has none of at most 34 digits."""
+    for places in range(DIGITS):
+        scaled = time * 10**places
+        if scaled.denominator == 1:
+            return f"{Decimal(scaled.numerator).scaleb(-places):f}"
+    return None
+
+
+Cells = tuple[str, ...]
+Event = tuple[str, int, Cells]
+
+
+def _rows(run: Run) -> list[Cells]:
+    rows = list(run.trajectory.rows)
+    return rows[:-1] if run.status == "pole" else rows
+
+
+def ordered_events(run: Run) -> list[Event]:
+    """Events in order of time, simultaneous ones in the catalogue's order; with the terminal."""
+    found: list[Event] = [
+        (name, int(direction), (t, *state)) for name, t, direction, *state in run.events.rows
+    ]
+    if run.status not in ("complete", "pole"):
+        found.append((run.status, TERMINAL_DIRECTION, run.trajectory.rows[-1]))
+    ordered: list[Event] = []
+    for event in sorted(found, key=lambda one: Decimal(one[2][0])):
+        position = len(ordered)
+        while position and _before_at_once(event, ordered[position - 1]):
+            position -= 1
+        ordered.insert(position, event)
+    return ordered
+
+
+def _before_at_once(event: Event, other: Event) -> bool:
+    time, earlier = Decimal(event[2][0]), Decimal(other[2][0])
+    return time - earlier <= SAME_TIME * time and ORDER.index(event[0]) < ORDER.index(other[0])
+
+
+def _require_same_events(scene: Scene, runs: Sequence[Run], lists: Sequence[list[Event]]) -> None:
+    for run, found in zip(runs[1:], lists[1:], strict=True):
+        expected = lists[0]
+        if run.status == "pole":
+            expected = expected[: len(found)]
+        for mine, other in zip(expected, found, strict=False):
+            if mine[:2] != other[:2]:
+                raise ArithmeticError(
+                    f"{scene.name}: {runs[0].label} has {mine[0]} ({mine[1]:+d}) at "
+                    f"{float(mine[2][0]):.9g} s, where {run.label} has {other[0]} "
+                    f"({other[1]:+d}) at {float(other[2][0]):.9g} s"
+                )
+        if len(expected) != len(found):
+            counts = Counter(e[0] for e in expected)
+            counts.subtract(e[0] for e in found)
+            raise ArithmeticError(
+                f"{scene.name}: {runs[0].label} and {run.label} differ in the number of events: "
+                + ", ".join(f"{name} by {n}" for name, n in counts.items() if n)
+            )
+
+
+def _merged(
+    names: Cells,
+    labels: Sequence[str],
+    tables: Sequence[Sequence[Cells]],
+    scales: dict[str, Decimal],
+) -> tuple[list[Cells], Agreements]:
+    """Published rows, and the worst agreement of each later table with the first, by column."""
+    worst = {name: dict.fromkeys(labels, math.inf) for name in names}
+    merged = []
+    for index, cells in enumerate(tables[0]):
+        rows = [
+            (label, t[index]) for label, t in zip(labels, tables[1:], strict=True) if index < len(t)
+        ]
+        row = []
+        for position, name in enumerate(names):
+            texts = [cells[position], *(other[position] for _, other in rows)]
+            if "" in texts:
+                row.append("")
+                continue
+            values = [Decimal(text) for text in texts]
+            row.append(common_text(values, scales[name]))
+            if row[-1] and not is_near_zero(row[-1], scales[name]):
+                for (label, _), value in zip(rows, values[1:], strict=True):
+                    worst[name][label] = min(worst[name][label], agreement(values[0], value))
+        merged.append(_without_azimuth(dict(zip(names, row, strict=True))))
+    return merged, worst
+
+
+def _without_azimuth(cells: dict[str, str]) -> Cells:
+    """A row whose axis is vertical within the digits has no direction of lean, and no Euler rates.
+
+    Which way a computed 1e-50 points is rounding, even where all runs happen to agree.
+    """
+    if cells["kx"] == cells["ky"] == ZERO:
+        cells |= dict.fromkeys(UNDEFINED_AT_POLE, "")
+    return tuple(cells.values())

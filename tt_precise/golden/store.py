@@ -1,0 +1,166 @@
+"""Where golden data lies, and how a scene's folder is read and replaced as a whole."""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.golden.table import Table
+from tt_precise.scene import Scene, parse_scene
+
+SCENE, TRAJECTORY, EVENTS, MANIFEST = FILES = (
+    "scene.toml", "trajectory.csv", "events.csv", "manifest.json",
+)  # fmt: skip
+PACKAGE = Path(__file__).resolve().parents[1]
+AT_FDCWD, RENAME_EXCHANGE = -100, 2  # linux/fcntl.h, linux/fs.h
+
+
+@dataclass(frozen=True)
+class Stored:
+    """The golden data of one scene, as it stands in its folder."""
+
+    name: str
+    scene_text: str
+    trajectory: Table
+    events: Table
+    manifest: dict[str, Any]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that the data are for."""
+        return parse_scene(self.scene_text, self.name, f"{self.name}/{SCENE}")
+
+    def table(self, file: str) -> Table:
+        """The table in ``file``."""
+        return self.trajectory if file == TRAJECTORY else self.events
+
+
+def home() -> Path:
+    """The folder of golden data: inside an installed package, beside it in a checkout."""
+    installed = PACKAGE / "reference_data"
+    return installed if installed.is_dir() else PACKAGE.parent / "reference_data"
+
+
+def scenes(folder: Path | None = None) -> list[str]:
+    """Names of the scenes that have golden data."""
+    place = folder or home()
+    if not place.is_dir():
+        return []
+    return sorted(
+        entry.name
+        for entry in place.iterdir()
+        if not entry.name.startswith(".") and (entry / MANIFEST).is_file()
+    )
+
+
+def read(name: str, folder: Path | None = None) -> Stored:
+    """Read the golden data of the scene ``name``, without judging it.
+
+    Raises
+    ------
+    InputError
+        There is none, or a file is missing or unreadable.
+    """
+    place = (folder or home()) / name
+    if name not in scenes(folder):
+        known = ", ".join(scenes(folder)) or "none yet; `tt-precise golden build` makes it"
+        raise InputError(f"golden data: got {name[:60]!r}, expected one of: {known}")
+    texts = {file: _text(place / file) for file in FILES}
+    try:
+        manifest = json.loads(texts[MANIFEST])
+    except ValueError as error:
+        raise InputError(f"{place / MANIFEST}: no JSON: {error}") from None
+    if not isinstance(manifest, dict):
+        raise InputError(f"{place / MANIFEST}: got no JSON object, expected one")
+    tables = {}
+    for file in (TRAJECTORY, EVENTS):
+        try:
+            tables[file] = Table.parse(texts[file])
+        except InputError as error:
+            raise InputError(f"{place / file}: {error}") from None
+    return Stored(name, texts[SCENE], tables[TRAJECTORY], tables[EVENTS], manifest)
+
+
+def replace_folder(target: Path, files: dict[str, str]) -> None:
+    """Make ``target`` a folder with just these files; whoever looks sees the old or the new."""
+    fresh = target.with_name(f".new-{target.name}")
+    shutil.rmtree(fresh, ignore_errors=True)
+    fresh.mkdir(parents=True)
+    for name, text in files.items():
+        with (fresh / name).open("w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+    if target.exists():
+        _exchange(fresh, target)
+        shutil.rmtree(fresh)
+    else:
+        fresh.rename(target)
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keep other builds out of ``folder``; the lock ends with the process.
+
+    Raises
+    ------
+    InputError
+        Another build is at work there, or the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: {error.strerror}; expected a folder that can be written"
+        ) from None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    except BlockingIOError:
+        raise InputError(
+            f"{folder}: another golden build is at work there; expected to be alone"
+        ) from None
+    finally:
+        os.close(handle)
+
+
+def _exchange(fresh: Path, target: Path) -> None:
+    # Python has no call for an atomic exchange of two folders
+    rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    if rename is not None:
+        paths = os.fsencode(fresh), os.fsencode(target)
+        if rename(AT_FDCWD, paths[0], AT_FDCWD, paths[1], RENAME_EXCHANGE) == 0:
+            return
+        code = ctypes.get_errno()
+        if code not in (errno.EINVAL, errno.ENOSYS):
+            raise OSError(code, os.strerror(code), str(target))
+    # a file system without exchange: two renames, the first undone if the second fails
+    old = target.with_name(f".old-{target.name}")
+    shutil.rmtree(old, ignore_errors=True)
+    target.rename(old)
+    try:
+        fresh.rename(target)
+    except BaseException:
+        old.rename(target)
+        raise
+    old.rename(fresh)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not UTF-8 text, expected golden data") from None
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; expected golden data") from None

@@ -1,0 +1,85 @@
+"""``Table``: named columns of decimal strings, as they stand in a CSV file, and their hashes.
+
+Hashes are taken of the parsed content, so that line ends and the like cannot change them: SHA-256
+of the cells joined by commas within a row, each row ended by a line feed.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import zlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from tt_precise.errors import InputError
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under named columns; "" where a value is undefined."""
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    def __post_init__(self) -> None:
+        for number, row in enumerate(self.rows, start=2):
+            if len(row) != len(self.columns):
+                raise InputError(
+                    f"line {number}: got {len(row)} cells, expected {len(self.columns)}, "
+                    "one for each name in the header"
+                )
+
+    @classmethod
+    def of_columns(cls, columns: dict[str, Sequence[str]]) -> Table:
+        """A table from its columns."""
+        return cls(tuple(columns), tuple(zip(*columns.values(), strict=True)))
+
+    @classmethod
+    def parse(cls, text: str) -> Table:
+        """Read CSV text with one header line.
+
+        Raises
+        ------
+        InputError
+            No header, a name twice, or a row of another length; the line is named.
+        """
+        lines = [tuple(cell.strip() for cell in line) for line in csv.reader(io.StringIO(text))]
+        lines = [line for line in lines if line]
+        if not lines:
+            raise InputError("an empty file, expected a header line")
+        if len(set(lines[0])) != len(lines[0]):
+            raise InputError("line 1: a column name stands twice, expected each once")
+        return cls(lines[0], tuple(lines[1:]))
+
+    def csv(self) -> str:
+        """The content of the CSV file."""
+        return _joined([self.columns, *self.rows])
+
+    def column(self, name: str) -> tuple[str, ...]:
+        """All cells under ``name``."""
+        position = self.columns.index(name)
+        return tuple(row[position] for row in self.rows)
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of header and rows."""
+        return _sha256([self.columns, *self.rows])
+
+    def column_sha256(self, name: str) -> str:
+        """SHA-256 of the cells under ``name``, one to a row, without the name."""
+        return _sha256([(cell,) for cell in self.column(name)])
+
+    @property
+    def row_marks(self) -> str:
+        """Four hexadecimal digits a row (of its CRC-32), to find which row was changed."""
+        return "".join(f"{zlib.crc32(_joined([row]).encode()) & 0xFFFF:04x}" for row in self.rows)
+
+
+def _joined(rows: Iterable[Iterable[str]]) -> str:
+    return "".join(",".join(row) + "\n" for row in rows)
+
+
+def _sha256(rows: Iterable[Iterable[str]]) -> str:
+    return hashlib.sha256(_joined(rows).encode()).hexdigest()
