@@ -1,0 +1,63 @@
+"""Proven digits: enclosures of exact solutions, in ball arithmetic, rounding included.
+
+The problem is exact: y' = f(y), y(0) = y0 with the parameters and the start as the scene writes
+them (dimensionless vectors k, L, v of eq (1); irrational numbers such as mu sqrt(g R) are balls
+as tight as the precision). heyoka's Taylor polynomials serve as an approximate solution. Nothing
+is assumed about them: what is proved is proved about whatever polynomials are given.
+
+**One step.** Let p be polynomials on 0 <= s <= S, time t = t0 + u s with an exact unit u; F = u f;
+w > 0 weights, |x| = max |x_i|/w_i and ||.|| the operator norm that belongs to it. All bounds
+below are verified at run time, by a ``Band`` (a polynomial with balls as coefficients that
+contains a function at each s of the interval):
+
+- **B** Balls contain the exact results of the operations. (Tested against rational arithmetic.)
+- **S1** |F(p(s)) - p'(s)| <= d on [0, S].
+- **S2** T is a tube that contains every p(s) + x with |x| <= r. On it F is defined and continuously
+  differentiable (each division met a divisor that excludes zero), DF(y) lies in the band A(s) for
+  every y of the tube at s, and every matrix in A has a norm of at most a.
+- **S3** P is a polynomial matrix, P(0) = 1, with ||M P - P'|| <= q for every matrix M in A(s).
+- **S4** (|e0| + d S) exp(a S) < r for every e0 in the set of initial errors E0.
+
+**Theorem.** Under B and S1 to S4 the solution y that starts at t0 from p(0) + e0, e0 in E0,
+exists on the whole step and is unique. With G = (exp(a S) - 1)/a,
+
+    |y - p(s)| <= (|e0| + d S) exp(a S)                      for all s in [0, S], and
+    y(S) = p(S) + (P(S) + Q) e0 + x    with  ||Q|| <= q G  and  |x| <= d G.
+
+*Proof.* f is continuously differentiable near p(0) + e0, so y exists and is unique as long as it
+stays in the tube. There e = y - p obeys e' = F(p + e) - F(p) + (F(p) - p') = M(s) e + c(s), where
+M(s), the integral of DF(p + h e) over 0 <= h <= 1, lies in A(s), which is convex, and |c| <= d. So
+|e|' <= a |e| + d, and Gronwall gives |e(s)| <= |e0| exp(a s) + d (exp(a s) - 1)/a, which is at
+most (|e0| + d S) exp(a S) < r: e cannot be the first time at the tube's wall, and y exists up to
+S. Let W be the fundamental matrix of M with W(0) = 1. (W - P)' = M (W - P) + (M P - P'), hence
+||W - P|| <= q G; and e(S) = W(S) e0 + integral of W(S) W(s)^-1 c(s) ds, where the norm of
+W(S) W(s)^-1 is at most exp(a (S - s)), so the integral is at most d G. ∎
+
+Step after step, the set of errors is carried as B z, z in a box (``error_set``), and shifted by
+the gap between the end of one polynomial and the start of the next. By induction every state is
+enclosed at every time. What fails to verify is tried again with half the step; what still fails
+ends the enclosure there and is reported as ``NotProved``, never rounded up.
+
+On it stand proved signs (g_n > 0 throughout, so E' = -mu g_n v^2 <= 0: the energy never grows),
+proved zeros (``zeros``: existence, uniqueness, enclosure of time and state), hence proved
+initiation and ending times, and the count of printed digits that are proved (``printed``).
+
+    >>> import dataclasses
+    >>> import tt_precise as tt
+    >>> from tt_precise.certify import prove
+    >>> proof = prove(dataclasses.replace(tt.load_scene("reference"), until="0.02"))
+    >>> proof.state("0.02")["theta"].str(30)
+    '[0.0975078397397478853946117131283 +/- 5.96e-32]'
+
+Needs python-flint (the extra ``certify``).
+"""
+
+from tt_precise.certify.enclosure import Enclosure, enclose
+from tt_precise.certify.problem import Problem, problem_of
+from tt_precise.certify.proof import Proof, prove
+from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.zeros import Zero, zeros
+
+__all__ = [
+    "Enclosure", "NotProved", "Problem", "Proof", "Zero", "enclose", "problem_of", "prove", "zeros",
+]  # fmt: skip

@@ -1,0 +1,98 @@
+"""Where the approximate solution comes from: heyoka's Taylor polynomials in ``mp``.
+
+Nothing is assumed about them; a wrong one makes the proof fail, or the enclosure wide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+from flint import arb, arb_poly
+
+from tt_precise.certify.problem import Problem
+
+# Time is counted in units of a power of two near this many steps: about where the series stops
+# converging (heyoka steps radius/e^2). Coefficients are then of one size, which arb multiplies
+# twice as fast.
+UNIT_STEPS = 6
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Polynomials p(s), exact, for 0 <= s <= end, of the time t0 + s unit.
+
+    ``unit`` is a power of two, ``end`` exact; one polynomial for each component.
+    """
+
+    polynomials: tuple[arb_poly, ...]
+    unit: arb
+    end: arb
+
+    @property
+    def first(self) -> list[arb]:
+        """p(0)."""
+        return [p[0] for p in self.polynomials]
+
+    @property
+    def last(self) -> list[arb]:
+        """p(end), as balls."""
+        return [p(self.end) for p in self.polynomials]
+
+
+class Steps:
+    """heyoka's adaptive Taylor steps for a ``Problem``, one ``Piece`` after the other."""
+
+    def __init__(self, problem: Problem, bits: int):
+        import heyoka
+
+        variables = heyoka.make_vars(*problem.columns)
+        variables = [variables] if len(problem.columns) == 1 else list(variables)
+        parameters = [_decimal(p) for p in problem.parameters()]
+        open_ones = [heyoka.par[i] for i in range(len(parameters))]
+        rates = problem.rates(open_ones, variables, heyoka)
+        self._real = lambda text: heyoka.real(text, bits)
+        self._adaptive = heyoka.taylor_adaptive(
+            list(zip(variables, rates, strict=True)),
+            [self._real(_decimal(x)) for x in problem.start()],
+            pars=[self._real(p) for p in parameters],
+            fp_type=heyoka.real,
+            prec=bits,
+            compact_mode=True,
+        )
+        self._before: Any = None
+
+    def step(self, limit: arb | None = None) -> Piece:
+        """The next piece, no longer than ``limit``."""
+        adaptive = self._adaptive
+        self._before = [adaptive.state[i] + 0 for i in range(len(adaptive.state))]
+        limits = {} if limit is None else {"max_delta_t": self._real(_decimal(limit))}
+        adaptive.step(write_tc=True, **limits)
+        rows = [[arb(str(c)).mid() for c in row] for row in adaptive.tc]
+        length = arb(str(adaptive.last_h)).mid()
+        unit = _power_of_two(UNIT_STEPS * float(length))
+        return Piece(tuple(_scaled(row, unit) for row in rows), unit, length / unit)
+
+    def back(self) -> None:
+        """Undo the last step, to make it again with a shorter limit."""
+        for i, value in enumerate(self._before):
+            self._adaptive.state[i] = value
+
+
+def _decimal(number: arb) -> str:
+    return str(number.mid().str(int(flint.ctx.prec * 0.30103) + 5, radius=False))
+
+
+def _power_of_two(size: float) -> arb:
+    import math
+
+    return arb(2) ** round(math.log2(size))
+
+
+def _scaled(coefficients: list[arb], unit: arb) -> arb_poly:
+    powers, power = [], arb(1)
+    for coefficient in coefficients:
+        powers.append(coefficient * power)
+        power *= unit
+    return arb_poly(powers)

@@ -1,0 +1,134 @@
+"""Ball arithmetic: python-flint's ``arb`` as one more arithmetic for the mechanics.
+
+An ``arb`` is a midpoint with a radius, and stands for every real number in between; each operation
+returns a ball that contains every result (Johansson, "Arb: efficient arbitrary-precision
+midpoint-radius interval arithmetic", IEEE Trans. Comput. 66, 2017).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from typing import Any
+
+import flint
+from flint import arb, arb_poly, fmpq
+
+from tt_precise.certify.verdict import NotProved
+
+
+class Balls:
+    """The elementary functions that the mechanics ask of an arithmetic, on balls."""
+
+    @staticmethod
+    def sin(x: Any) -> Any:
+        """Sine."""
+        return arb(x).sin()
+
+    @staticmethod
+    def cos(x: Any) -> Any:
+        """Cosine."""
+        return arb(x).cos()
+
+    @staticmethod
+    def sqrt(x: Any) -> Any:
+        """Square root; not a number where the ball reaches below zero."""
+        return arb(x).sqrt()
+
+    @staticmethod
+    def acos(x: Any) -> Any:
+        """Arc cosine."""
+        return arb(x).acos()
+
+    @staticmethod
+    def atan2(y: Any, x: Any) -> Any:
+        """Angle of the point (x, y)."""
+        return arb.atan2(arb(y), arb(x))
+
+    @staticmethod
+    def hypot(x: Any, y: Any) -> Any:
+        """Length of (x, y); what the ball of x^2 + y^2 has below zero is rounding."""
+        return arb(x * x + y * y).nonnegative_part().sqrt()
+
+
+@contextmanager
+def series_length(terms: int) -> Iterator[None]:
+    """Let power series have ``terms`` terms inside the block."""
+    before = flint.ctx.cap
+    flint.ctx.cap = terms
+    try:
+        yield
+    finally:
+        flint.ctx.cap = before
+
+
+def ball(value: Fraction) -> arb:
+    """The smallest ball of the working precision around an exact number."""
+    return arb(fmpq(value.numerator, value.denominator))
+
+
+def around(radius: arb) -> arb:
+    """The ball [-radius, radius]."""
+    return arb(0, radius)
+
+
+def largest(numbers: Iterable[arb]) -> arb:
+    """An exact number that none of the balls exceeds.
+
+    Raises
+    ------
+    NotProved
+        One of them is not finite. (A comparison with NaN is false, so ``max`` would pass it over.)
+    """
+    tops = [number.upper() for number in numbers]
+    if not all(top.is_finite() for top in tops):
+        raise NotProved("balls", "a bound is not finite")
+    return max(tops)
+
+
+def between(low: arb, high: arb) -> arb:
+    """A ball that contains both arguments and all numbers between them."""
+    return low.union(high)
+
+
+def fraction(number: arb) -> Fraction:
+    """The exact value of a ball without radius."""
+    mantissa, exponent = number.man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+
+
+def bounds(number: arb) -> tuple[Fraction, Fraction]:
+    """Exact lower and upper end of a finite ball."""
+    middle, radius = fraction(number.mid()), fraction(number.rad())
+    return middle - radius, middle + radius
+
+
+def require_outward_rounding() -> None:
+    """Compare balls with exact rational arithmetic, before anything is proved with them.
+
+    Raises
+    ------
+    NotProved
+        A ball does not contain the exact result: the library in use is unsound here.
+    """
+    samples = [Fraction(n, d) for n, d in ((1, 3), (-22, 7), (10**9 + 7, 998_244_353), (5, 2**70))]
+    for a in samples:
+        for b in samples:
+            exact = {
+                "+": (ball(a) + ball(b), a + b),
+                "-": (ball(a) - ball(b), a - b),
+                "*": (ball(a) * ball(b), a * b),
+                "/": (ball(a) / ball(b), a / b),
+                "polynomial *": (
+                    (arb_poly([ball(a), ball(b)]) * arb_poly([ball(b), ball(a)]))[1],
+                    a * a + b * b,
+                ),
+                "sqrt": (ball(a * a).sqrt(), abs(a)),
+            }
+            for operation, (found, value) in exact.items():
+                low, high = bounds(found)
+                if not low <= value <= high:
+                    raise NotProved(
+                        "balls", f"{operation} of {a} and {b} gave a ball that excludes the result"
+                    )

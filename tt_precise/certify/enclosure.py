@@ -1,0 +1,153 @@
+"""Step after step: an enclosure of the exact solution over a span of time."""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import flint
+from flint import arb
+
+from tt_precise.certify.approximation import Piece, Steps
+from tt_precise.certify.balls import between, require_outward_rounding
+from tt_precise.certify.bands import Band
+from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.problem import Problem
+from tt_precise.certify.step import cross
+from tt_precise.certify.verdict import NotProved
+from tt_precise.progress import Progress, silent
+
+GUARD_BITS = 32  # balls are this much finer than heyoka's numbers
+MOST_HALVINGS = 12  # of a step that does not verify, before the proof ends there
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One verified step: |y(t) - p(s)| <= radius for t = begin + unit s, 0 <= s <= end.
+
+    ``tube`` and ``rates`` are bands of y and dy/ds in s, good to about 17 digits; ``bits`` is
+    the precision that the rest deserves.
+    """
+
+    begin: arb
+    piece: Piece
+    radius: tuple[arb, ...]
+    tube: tuple[Band, ...]
+    rates: tuple[Band, ...]
+    bits: int
+
+    @property
+    def finish(self) -> arb:
+        """The time at its end."""
+        return self.begin + self.piece.end * self.piece.unit
+
+    def state(self, s: arb) -> list[arb]:
+        """Balls around the exact state at every local time in ``s``, within [0, end]."""
+        radii = zip(self.piece.polynomials, self.radius, strict=True)
+        return [p(s) + arb(0, radius) for p, radius in radii]
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """What was proved: the solution exists, is unique and lies in the stretches, until ``finish``.
+
+    ``failure`` says why the proof ends before ``problem.until()``, if it does.
+    """
+
+    problem: Problem
+    bits: int
+    stretches: tuple[Stretch, ...]
+    failure: NotProved | None
+
+    @cached_property
+    def finish(self) -> arb:
+        """The time up to which the enclosure is proved."""
+        return self.stretches[-1].finish if self.stretches else arb(0)
+
+    @property
+    def working_bits(self) -> int:
+        """Bits of the balls."""
+        return self.bits + GUARD_BITS
+
+    @cached_property
+    def _begins(self) -> list[float]:
+        return [float(stretch.begin) for stretch in self.stretches]
+
+    def at(self, time: arb) -> list[arb]:
+        """Balls around the exact state at a time (a ball, in the problem's unit).
+
+        Raises
+        ------
+        NotProved
+            The time reaches beyond what was proved.
+        """
+        with flint.ctx.workprec(self.working_bits):
+            if not (time >= 0 and time <= self.finish):
+                raise NotProved("time", f"the proof ends at {float(self.finish):.6g}")
+            near = bisect.bisect_right(self._begins, float(time)) - 1
+            # a time so close to a boundary that it may lie on either side is taken on both
+            found: list[arb] = []
+            for stretch in self.stretches[max(near - 1, 0) : near + 2]:
+                if time < stretch.begin or time > stretch.finish:
+                    continue
+                s = (time - stretch.begin) / stretch.piece.unit
+                inside = s.intersection(between(arb(0), stretch.piece.end))
+                state = stretch.state(inside)
+                pairs = zip(found, state, strict=True)
+                found = [between(a, b) for a, b in pairs] if found else state
+            return found
+
+
+def enclose(
+    problem: Problem,
+    bits: int,
+    *,
+    ends: Callable[[Stretch], bool] | None = None,
+    progress: Progress = silent,
+) -> Enclosure:
+    """Enclose the solution from 0 to ``problem.until()``, or through the stretch where it ``ends``.
+
+    Raises
+    ------
+    NotProved
+        The arithmetic itself cannot be trusted (hypothesis B). Everything else that fails to
+        verify ends the enclosure early and is stated in its ``failure``.
+    """
+    with flint.ctx.workprec(bits + GUARD_BITS):
+        require_outward_rounding()
+        steps = Steps(problem, bits)
+        until, time = problem.until(), arb(0)
+        reached = problem.start()
+        errors = ErrorSet.of([arb(0)] * len(reached))
+        stretches: list[Stretch] = []
+        limit, halvings = until + 1, 0
+        failure: NotProved | None = None
+        while not time > until:
+            piece = steps.step(limit)
+            try:
+                shift = [x - c for x, c in zip(reached, piece.first, strict=True)]
+                crossing = cross(problem, piece, errors.shifted(shift))
+            except NotProved as why:
+                steps.back()
+                halvings += 1
+                if halvings > MOST_HALVINGS:
+                    failure = why
+                    break
+                limit = piece.end * piece.unit / 2
+                continue
+            halvings, limit = 0, limit * 2
+            stretch = Stretch(
+                time, piece, crossing.radius, crossing.tube, crossing.rates, flint.ctx.prec
+            )
+            stretches.append(stretch)
+            errors, reached, time = crossing.after, piece.last, stretch.finish
+            progress(min(1.0, float(time / until)))
+            try:
+                if ends and ends(stretch):
+                    break
+            except NotProved as why:
+                failure = why
+                break
+        return Enclosure(problem, bits, tuple(stretches), failure)

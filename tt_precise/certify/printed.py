@@ -1,0 +1,102 @@
+"""How many digits of a printed number an enclosure proves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+
+from flint import arb
+
+from tt_precise.certify.balls import bounds
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What an enclosure says of one printed number.
+
+    digits
+        Proved significant digits: the exact number differs from the printed one by at most half
+        a unit in that place. None where the number is printed as 0.
+    rounded
+        Proved to be the correctly rounded one, to all digits that are printed.
+    wrong
+        Proved not to be.
+    """
+
+    digits: int | None
+    rounded: bool
+    wrong: bool
+
+
+def judge(text: str, exact: arb, zero: Fraction = Fraction(0)) -> Judged:
+    """Judge a printed decimal by a ball around the exact number.
+
+    ``zero`` is what "0" stands for: anything no larger than that.
+    """
+    low, high = bounds(exact)
+    printed = Decimal(text)
+    value = Fraction(printed)
+    nearest = max(low - value, value - high, Fraction(0))
+    farthest = max(high - value, value - low)
+    if not value:
+        return Judged(None, farthest <= zero, nearest > zero)
+    _, figures, exponent = printed.as_tuple()
+    assert isinstance(exponent, int)  # a number, neither NaN nor infinite
+    half = Fraction(10) ** exponent / 2
+    digits = len(figures)
+    while digits and farthest > half:
+        digits -= 1
+        half *= 10
+    return Judged(digits, digits == len(figures), nearest > Fraction(10) ** exponent / 2)
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What is proved about one printed column.
+
+    digits
+        Fewest proved digits of its entries, those printed as 0 and those that the column's scale
+        excuses (``near_zero``) apart; None if there are no others.
+    entries, rounded, wrong
+        How many entries are printed and enclosed, proved to be correctly rounded, proved wrong.
+    """
+
+    digits: int | None
+    entries: int
+    rounded: int
+    wrong: int
+
+
+def tally(cells: Iterable[tuple[str, arb | None, bool]], zero: Fraction) -> Tally:
+    """The tally of a column: printed text, ball, and whether the entry is near zero."""
+    fewest: int | None = None
+    entries = rounded = wrong = 0
+    for text, exact, near_zero in cells:
+        if not text or exact is None:
+            continue
+        judged = judge(text, exact, zero)
+        entries += 1
+        rounded += judged.rounded
+        wrong += judged.wrong
+        if judged.digits is not None and not near_zero:
+            fewest = judged.digits if fewest is None else min(fewest, judged.digits)
+    return Tally(fewest, entries, rounded, wrong)
+
+
+def outward(exact: arb, digits: int = 40) -> tuple[str, str]:
+    """Midpoint and radius of a ball as decimals that enclose it."""
+    middle, radius, power = exact.mid_rad_10exp(digits)
+    return _decimal(int(middle), int(power)), _upward(int(radius), int(power))
+
+
+def _decimal(mantissa: int, power: int) -> str:
+    return str(Decimal(mantissa).scaleb(power)) if mantissa else "0"
+
+
+def _upward(radius: int, power: int) -> str:
+    """The radius with two figures, rounded up."""
+    surplus = max(len(str(radius)) - 2, 0)
+    lead = -(-radius // 10**surplus)
+    return f"{lead}e{power + surplus}" if lead else "0"

@@ -1,0 +1,81 @@
+"""The exact initial value problem that is to be enclosed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from flint import arb
+
+from tt_precise.body import Parameters, Units
+from tt_precise.certify.balls import Balls, ball
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation
+from tt_precise.scene import Scene
+
+
+@dataclass(frozen=True)
+class Problem:
+    """y' = rates(parameters, y, fn), y(0) = start, for exact real parameters and start.
+
+    ``rates`` is generic in the arithmetic, analytic, and free of time. ``parameters`` and
+    ``start`` return balls around the exact numbers, in the working precision of the moment: as
+    tight as one asks.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    rates: Callable[[Sequence[Any], Sequence[Any], Any], Sequence[Any]]
+    parameters: Callable[[], Sequence[arb]]
+    start: Callable[[], Sequence[arb]]
+    until: Callable[[], arb]
+
+
+def problem_of(scene: Scene) -> Problem:
+    """The scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0."""
+    form = formulation(scene.model, "newton")
+
+    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+        return tuple(form.rates(body_of(scene, parameters), form.State(*state), fn))
+
+    def parameters() -> Sequence[arb]:
+        body = scene.body.dimensionless(Balls, ball)
+        return [getattr(body, name) for name in form.parameters]
+
+    def start() -> Sequence[arb]:
+        body, units = body_of(scene, parameters()), units_of(scene)
+        euler = EulerState(
+            theta=None,  # only its sine and cosine enter
+            **{
+                name: ball(getattr(scene.start, name)) / units.of_dimension(STATE_DIMENSIONS[name])
+                for name in EulerState._fields[1:]
+            },
+        )
+        sine_cosine = scene.start.theta.sine_cosine(Balls, ball)
+        vectors = vectors_from_euler(body, euler, Balls, sine_cosine=sine_cosine)
+        return [arb(value) for value in vectors[: len(form.columns)]]
+
+    def until() -> arb:
+        return dimensionless_time(scene, scene.until)
+
+    return Problem(scene.name, form.columns, rates, parameters, start, until)
+
+
+def body_of(scene: Scene, parameters: Sequence[Any]) -> Parameters:
+    """The dimensionless body whose open parameters are given."""
+    names = formulation(scene.model, "newton").parameters
+    given = dict(zip(names, parameters, strict=True))
+    return Parameters(**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
+
+
+def units_of(scene: Scene) -> Units:
+    """Mass, length and time units of the scene's dimensionless form in SI, as balls."""
+    return Units.of(scene.body, Balls, ball)
+
+
+def dimensionless_time(scene: Scene, seconds: Fraction) -> arb:
+    """An exact time in s as a ball in units of sqrt(R/g)."""
+    return ball(seconds) / units_of(scene).time

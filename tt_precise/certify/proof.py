@@ -1,0 +1,183 @@
+"""``prove``: everything that is proved about one scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import flint
+from flint import arb
+
+from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
+from tt_precise.certify.observed import columns_in_si, observed
+from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
+from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.zeros import Zero, lower_bound, zeros
+from tt_precise.integrate.events import catalogue, event_named
+from tt_precise.integrate.inversion import InversionTimes, from_events
+from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.progress import Progress, silent
+from tt_precise.scene import Scene, load_scene
+
+BITS = 200
+FIRST_PART = 1024  # an undecided sign at t = 0 leaves out this part of the first stretch
+
+
+@dataclass(frozen=True)
+class ProvedEvents:
+    """All zeros of one event from ``since`` (dimensionless) on, or why they are not proved."""
+
+    name: str
+    zeros: tuple[Zero, ...]
+    since: arb
+    failure: NotProved | None = None
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is proved about ``scene``: see ``tt_precise.certify`` for the theorem.
+
+    ``lost`` is the proved instant at which the contact force reaches zero, where the model ends.
+    All numbers are balls.
+    """
+
+    scene: Scene
+    enclosure: Enclosure
+    lost: Zero | None
+
+    @property
+    def complete(self) -> bool:
+        """Whether the enclosure reaches the scene's horizon, or the loss of contact."""
+        return self.enclosure.failure is None
+
+    @cached_property
+    def finish_s(self) -> arb:
+        """Time in s up to which the solution is enclosed as a motion of the model."""
+        end = self.lost.time if self.lost else self.enclosure.finish
+        with flint.ctx.workprec(self.enclosure.working_bits):
+            return end * units_of(self.scene).time
+
+    def state(self, seconds: Fraction) -> dict[str, arb | None]:
+        """Balls for all vector and Euler columns at an exact time, in SI; None where undefined.
+
+        Raises
+        ------
+        NotProved
+            The proof ends earlier.
+        """
+        with flint.ctx.workprec(self.enclosure.working_bits):
+            time = dimensionless_time(self.scene, seconds)
+            if self.lost and not time < self.lost.time:
+                raise NotProved("time", "contact is lost before")
+            return columns_in_si(self.scene, self.enclosure.at(time))
+
+    def rows(self) -> Iterator[tuple[Fraction, dict[str, arb | None]]]:
+        """Time in s and state at each sample of the scene that the proof reaches."""
+        for seconds in self.scene.sample_times:
+            try:
+                yield seconds, self.state(seconds)
+            except NotProved:
+                return
+
+    def event_state(self, zero: Zero) -> tuple[arb, dict[str, arb | None]]:
+        """Time in s and state at an event."""
+        with flint.ctx.workprec(self.enclosure.working_bits):
+            return zero.time * units_of(self.scene).time, columns_in_si(self.scene, zero.state)
+
+    @cached_property
+    def normal_force_bound(self) -> arb:
+        """A number (in units of m g) that g_n is nowhere below until ``finish_s``.
+
+        Not available where contact is lost, as g_n comes down to zero there.
+        """
+        function = _normal_force(self.scene)
+        return -max(-lower_bound(stretch, function, 16) for stretch in self.enclosure.stretches)
+
+    def events(self, name: str) -> ProvedEvents:
+        """All zeros of an event of the catalogue."""
+        event = event_named(name, self.scene.model)
+        function = observed(self.scene, event.function)
+        stretches, since = self.enclosure.stretches, arb(0)
+        found: list[Zero] = []
+        failure = None
+        with flint.ctx.workprec(self.enclosure.working_bits):
+            at_start = arb(function(self.enclosure.problem.start()))
+        at_zero = bool(at_start == 0)
+        if not at_zero and at_start.contains(0):
+            since = stretches[0].piece.end / FIRST_PART
+        try:
+            for zero in zeros(stretches, function, zero_at_start=at_zero, since=since):
+                if self.lost and zero.time > self.lost.time:
+                    break
+                if event.direction in (0, zero.direction):
+                    found.append(zero)
+        except NotProved as why:
+            failure = why
+        return ProvedEvents(name, tuple(found), since * stretches[0].piece.unit, failure)
+
+    @cached_property
+    def all_events(self) -> dict[str, ProvedEvents]:
+        """Every event of the catalogue."""
+        return {name: self.events(name) for name in catalogue(self.scene.model)}
+
+    @cached_property
+    def inversion(self) -> InversionTimes:
+        """Initiation and ending times in s, as balls, in the three definitions.
+
+        Raises
+        ------
+        NotProved
+            An event that they depend on is undecided.
+        """
+        import pandas
+
+        rows = []
+        for name, proved in self.all_events.items():
+            if proved.failure:
+                raise proved.failure
+            for zero in proved.zeros:
+                time, state = self.event_state(zero)
+                rows.append({"name": name, "t": time, "direction": zero.direction, **state})
+        rows.sort(key=lambda row: float(row["t"]))
+        _require_signs(rows)
+        with flint.ctx.workprec(self.enclosure.working_bits):
+            return from_events(pandas.DataFrame(rows), arb.pi())
+
+
+def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) -> Proof:
+    """Enclose the scene's exact solution until its horizon, or until contact is lost.
+
+    Raises
+    ------
+    NotProved
+        Nothing at all could be proved. A proof that ends early has a ``failure`` in its enclosure.
+    """
+    scene = load_scene(scene)
+    function = _normal_force(scene)
+    lost: list[Zero] = []
+
+    def ends(stretch: Stretch) -> bool:
+        if not lower_bound(stretch, function) > 0:
+            lost.extend(zeros([stretch], function))
+        return bool(lost)
+
+    enclosure = enclose(problem_of(scene), bits, ends=ends, progress=progress)
+    if not enclosure.stretches:
+        raise enclosure.failure or NotProved("time", "the horizon is zero")
+    return Proof(scene, enclosure, lost[0] if lost else None)
+
+
+def _normal_force(scene: Scene) -> Any:
+    return observed(scene, QUANTITIES["g_n"].evaluate)
+
+
+def _require_signs(rows: list[dict[str, Any]]) -> None:
+    # comparisons of balls are true only if certain; what follows asks for these signs
+    for row in rows:
+        if row["name"] in ("theta_min", "theta_max"):
+            for name in ("phi_dot", "kz"):
+                if row[name] is None or row[name].contains(0):
+                    raise NotProved("inversion", f"the sign of {name} at an event is undecided")

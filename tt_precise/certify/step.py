@@ -1,0 +1,187 @@
+"""One step of the theorem: from the errors at its start to those at its end, and in between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+import numpy
+from flint import arb, arb_mat, arb_poly
+
+from tt_precise.certify.approximation import Piece
+from tt_precise.certify.balls import Balls, around, largest
+from tt_precise.certify.bands import Band, Frame
+from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.problem import Problem
+from tt_precise.certify.slopes import variables
+from tt_precise.certify.verdict import NotProved
+
+# The flow's derivative multiplies errors far below the working precision, so double precision
+# is plenty for it: 24 terms of a step that is e^-2 of the radius of convergence leave e^-48.
+FLOW_BITS = 80
+FLOW_DEGREE = 24
+TUBE = arb(2) ** -60  # relative to the state: no wider than what the low degree leaves anyway
+
+MOST_GROWTH = 1e5  # of the norm in one step; five digits of what the step adds
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """What one verified step proves.
+
+    radius
+        For each component a bound of |y - p| on the whole step.
+    after
+        The set of errors y - p at the end of the step.
+    tube, rates
+        Bands that contain y and unit f(y) in the step, of low degree (about 17 digits).
+    """
+
+    radius: tuple[arb, ...]
+    after: ErrorSet
+    tube: tuple[Band, ...]
+    rates: tuple[Band, ...]
+
+
+def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
+    """Verify the hypotheses S1 to S4 of the theorem for one piece.
+
+    Raises
+    ------
+    NotProved
+        A hypothesis did not verify; that of a shorter step may.
+    """
+    defects = _defects(problem, piece)
+    with flint.ctx.workprec(FLOW_BITS):
+        frame = Frame(piece.end, FLOW_DEGREE)
+        centre = [Band.cut(p, frame) for p in piece.polynomials]
+        sizes = _sizes(centre)
+        tube = [b.widened(TUBE * size) for b, size in zip(centre, sizes, strict=True)]
+        rates, jacobian = _linearised(problem, piece, tube)
+        bound = [[entry.range.abs_upper() for entry in row] for row in jacobian]
+        weights = _weights(bound, sizes)
+        rate = _norm(bound, weights)
+        growth = (rate * piece.end).exp().upper()
+        if not growth < MOST_GROWTH:
+            raise NotProved("S4", "the step is too long for a useful bound")
+        defect = largest(d / w for d, w in zip(defects, weights, strict=True))
+        before = largest(abs(x) / w for x, w in zip(errors.hull, weights, strict=True))
+        reached = ((before + defect * piece.end) * growth).upper()
+        room = min((TUBE * s / w).lower() for s, w in zip(sizes, weights, strict=True))
+        if not reached < room:
+            raise NotProved(
+                "S4", f"errors up to {float(reached):.2g} may leave the tube of {float(room):.2g}"
+            )
+        flow, flow_defect = _flow(jacobian, frame, weights)
+        gain = ((growth - 1) / rate).upper() if rate > 0 else piece.end
+        spread = (flow_defect * gain).upper()
+        at_end = [
+            [flow[i][j](piece.end) + around(spread * wi / wj) for j, wj in enumerate(weights)]
+            for i, wi in enumerate(weights)
+        ]
+        added = [around(w * defect * gain) for w in weights]
+        return Crossing(
+            radius=tuple((w * reached).upper() for w in weights),
+            after=errors.moved(arb_mat(at_end), added),
+            tube=tuple(tube),
+            rates=tuple(rates),
+        )
+
+
+def _defects(problem: Problem, piece: Piece) -> list[arb]:
+    """S1: bounds of |unit f(p) - dp/ds| on the step, in the working precision."""
+    frame = Frame(piece.end, max(1, *(p.degree() for p in piece.polynomials)))
+    bands = [Band(p, frame) for p in piece.polynomials]
+    rates = problem.rates(problem.parameters(), bands, Balls)
+    found = []
+    for rate, p in zip(rates, piece.polynomials, strict=True):
+        defect = Band(_band(rate, frame).polynomial * piece.unit - p.derivative(), frame).range
+        if not defect.is_finite():
+            raise NotProved("S1", "the defect could not be bounded")
+        found.append(defect.abs_upper())
+    return found
+
+
+def _linearised(
+    problem: Problem, piece: Piece, tube: list[Band]
+) -> tuple[list[Band], list[list[Band]]]:
+    """S2: bands of unit f and unit Df over the tube; that Df exists there proves f analytic."""
+    frame = tube[0].frame
+    zero = arb_poly([])
+    values, rows = [], []
+    for rate in problem.rates(problem.parameters(), variables(tube), Balls):
+        partials = getattr(rate, "partials", {})
+        values.append(_band(getattr(rate, "value", rate), frame) * piece.unit)
+        rows.append([_band(partials.get(j, zero), frame) * piece.unit for j in range(len(tube))])
+    return values, rows
+
+
+def _flow(
+    jacobian: list[list[Band]], frame: Frame, weights: list[arb]
+) -> tuple[list[list[arb_poly]], arb]:
+    """S3: a polynomial matrix P, P(0) = 1, and a bound of ||A P - P'|| for A in the jacobian."""
+    size = len(weights)
+    series = numpy.zeros((frame.degree + 1, size, size))
+    for i, row in enumerate(jacobian):
+        for j, entry in enumerate(row):
+            for k, c in enumerate(entry.polynomial.coeffs()):
+                series[k, i, j] = float(c.mid())
+    powers = numpy.zeros((frame.degree + 2, size, size))
+    powers[0] = numpy.eye(size)
+    for k in range(frame.degree + 1):
+        terms = numpy.matmul(series[: k + 1], powers[k::-1])
+        powers[k + 1] = terms.sum(axis=0) / (k + 1)
+    flow = [[arb_poly(powers[:, i, j].tolist()) for j in range(size)] for i in range(size)]
+    defects = []
+    for i, row in enumerate(jacobian):
+        present = [(k, e.polynomial) for k, e in enumerate(row) if e.polynomial.length()]
+        line = []
+        for j in range(size):
+            total = -flow[i][j].derivative()
+            for k, polynomial in present:
+                total += polynomial * flow[k][j]
+            line.append(total(frame.interval).abs_upper())
+        defects.append(line)
+    return flow, _norm(defects, weights)
+
+
+def _sizes(bands: Sequence[Band]) -> list[arb]:
+    """Rough sizes of the components, none smaller than 1/16 of the largest."""
+    found = [band.range.abs_upper() for band in bands]
+    floor = largest(found) / 16
+    return [largest((size, floor)) for size in found]
+
+
+def _weights(bound: list[list[arb]], sizes: list[arb]) -> list[arb]:
+    """Weights w for the norm max |x_i|/w_i in which the matrix ``bound`` is smallest.
+
+    The Perron vector, by power iteration in floats: any positive weights are right.
+    """
+    scale = numpy.array([float(size) for size in sizes])
+    matrix = numpy.array([[float(x) for x in row] for row in bound]) * scale / scale[:, None]
+    if not numpy.all(numpy.isfinite(matrix)):
+        raise NotProved("S2", "the derivative of the equations could not be bounded")
+    # a little of everything keeps the weights of loosely coupled components comparable
+    matrix = matrix + max(matrix.max(), 1e-300) * 3e-2
+    vector = numpy.ones(len(sizes))
+    for _ in range(60):
+        vector = matrix @ vector
+        vector = vector / vector.max()
+    vector = vector * scale
+    return [arb(x) for x in vector.tolist()]
+
+
+def _norm(matrix: list[list[arb]], weights: list[arb]) -> arb:
+    """Bound of the operator norm for max |x_i|/w_i of a matrix with these entries' bounds."""
+    return largest(
+        sum((x * w for x, w in zip(row, weights, strict=True)), start=arb(0)) / weight
+        for row, weight in zip(matrix, weights, strict=True)
+    )
+
+
+def _band(entry: Any, frame: Frame) -> Band:
+    if isinstance(entry, Band):
+        return entry
+    return Band(entry if isinstance(entry, arb_poly) else arb_poly([entry]), frame)
