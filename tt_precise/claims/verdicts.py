@@ -230,10 +230,11 @@ def _common(checks: Mapping[str, Check]) -> Verdict:
 
 
 def _joined(checks: Mapping[str, Check], side: str) -> str:
-    texts = [getattr(check, side) for check in checks.values()]
-    if len(set(texts)) == 1:
-        return str(texts[0])
-    return "; ".join(f"{name}: {text}" for name, text in zip(checks, texts, strict=True))
+    texts = {name: getattr(check, side) for name, check in checks.items()}
+    told = {name: text for name, text in texts.items() if text}
+    if len(set(told.values())) <= 1:
+        return next(iter(told.values()), "")
+    return "; ".join(f"{name}: {text}" for name, text in told.items())
 
 
 _NUMBER = re.compile(
