@@ -47,7 +47,7 @@ def inspect(name: str, folder: Path | None = None) -> tuple[Stored | None, list[
     if not problems and stored.manifest[SELF_HASH] != self_hash(stored.manifest):
         problems.append(
             f"{MANIFEST}: edited after it was built, in a value that the data do not determine "
-            "(title, source, rule, evidence, versions or history)"
+            "(title, source, rule, evidence, versions, history or row_marks)"
         )
     return stored, problems
 
@@ -83,7 +83,9 @@ def _problems_of_table(
     ]
     yield from bad[:FEW]
     if table.sha256 != told.get("sha256"):
-        yield from _changes(file, table, told)
+        marks = stored.manifest.get("row_marks")
+        told_marks = marks.get(file) if isinstance(marks, dict) else ""
+        yield from _changes(file, table, told, str(told_marks))
 
 
 def _missing_times(scene: Scene, table: Table, status: Any) -> Iterator[str]:
@@ -100,9 +102,8 @@ def _missing_times(scene: Scene, table: Table, status: Any) -> Iterator[str]:
         yield f"{TRAJECTORY}: ends at t = {times[-1] if times else 'no row'}, before the horizon"
 
 
-def _changes(file: str, table: Table, told: dict[str, Any]) -> Iterator[str]:
+def _changes(file: str, table: Table, told: dict[str, Any], marks: str) -> Iterator[str]:
     """Where a table whose hash is wrong was changed."""
-    marks = str(told.get("row_marks", ""))
     before = [marks[i : i + 4] for i in range(0, len(marks), 4)]
     now = [table.row_marks[i : i + 4] for i in range(0, len(table.row_marks), 4)]
     if len(before) != len(now):

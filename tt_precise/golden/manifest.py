@@ -81,6 +81,10 @@ def compose(
         },
         "versions": versions(),
         "history": list(history),
+        "row_marks": {
+            TRAJECTORY: publication.trajectory.row_marks,
+            EVENTS: publication.events.row_marks,
+        },
     }
 
 
@@ -150,7 +154,6 @@ def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Any]:
     return {
         "rows": len(table.rows),
         "sha256": table.sha256,
-        "row_marks": table.row_marks,
         "columns": columns,
     }
 
