@@ -15,13 +15,16 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tt_precise.check.asserting import assert_conserves, assert_matches_golden
     from tt_precise.check.result import Finding, Result
     from tt_precise.check.run import conservation
 
-__all__ = ["Finding", "Result", "conservation"]
+__all__ = ["Finding", "Result", "assert_conserves", "assert_matches_golden", "conservation"]
 
 _HOMES = {
     "Finding": "tt_precise.check.result",
+    "assert_conserves": "tt_precise.check.asserting",
+    "assert_matches_golden": "tt_precise.check.asserting",
     "Result": "tt_precise.check.result",
     "conservation": "tt_precise.check.run",
 }

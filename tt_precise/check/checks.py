@@ -42,11 +42,6 @@ class Check:
     sense: Sense = "at most"
 
 
-def limits() -> dict[str, float]:
-    """Default limit of every check."""
-    return {check.name: check.limit for check in CHECKS}
-
-
 def _integral(integral: Integral) -> Check:
     def skipped(case: Case, first: Stretch) -> str:
         if not integral.holds(case.scene):

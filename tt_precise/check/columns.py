@@ -85,6 +85,12 @@ def known_sets(present: Sequence[str]) -> list[ColumnSet]:
     return [entry for entry in _ALL if not entry.missing(present)]
 
 
+def known_columns(present: Iterable[str]) -> list[str]:
+    """Columns among ``present`` that some set has; others are ignored."""
+    ours = {name for entry in _ALL for name in entry.names}
+    return [name for name in present if name in ours]
+
+
 def choose_set(present: Sequence[str], where: str) -> ColumnSet:
     """The column set to check by.
 

@@ -76,6 +76,13 @@ class Evolution:
         found: Balance = stretch.shared["balance"]
         return found
 
+    def changes(self, stretch: Stretch) -> tuple[numpy.ndarray, numpy.ndarray]:
+        """Change of each entry of the state in each interval, and its balance, whatever it is."""
+        with numpy.errstate(all="ignore"):
+            functions, _ = self._functions(stretch.state, 1)
+        found = self._balance(stretch, numpy.arange(1, len(stretch.t)))
+        return numpy.diff(functions[:-1]), found.state
+
     def _apart(self, t: numpy.ndarray) -> numpy.ndarray:
         last = len(t) - 1
         if t[-1] - t[0] > last * CLOSEST * self._time:

@@ -15,6 +15,7 @@ import sys
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -51,8 +52,13 @@ class Table:
         self.where = where
         self.names = renamed([name.strip() for name in names], rename, where)
 
-    def blocks(self, wanted: Sequence[str], progress: Progress = silent) -> Iterator[Block]:
-        """The columns ``wanted``, block by block; can be asked for once."""
+    def blocks(
+        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
+    ) -> Iterator[Block]:
+        """The columns ``wanted`` as arrays, block by block; can be asked for once.
+
+        Cells of the columns ``also`` can be looked up as text, and need not be numbers.
+        """
         raise NotImplementedError
 
 
@@ -120,7 +126,9 @@ class _TextTable(Table):
                 raise InputError(f"{where}: the header is separated by {name}, expected commas")
         super().__init__(where, next(csv.reader([text])), rename)
 
-    def blocks(self, wanted: Sequence[str], progress: Progress = silent) -> Iterator[Block]:
+    def blocks(
+        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
+    ) -> Iterator[Block]:
         indices = [self.names.index(name) for name in wanted]
         rest, line = b"", 2
         while True:
@@ -143,12 +151,17 @@ class _TextTable(Table):
                 progress(min(1.0, self._told() / self._size))
 
     def _block(self, text: str, wanted: Sequence[str], indices: list[int], line: int) -> Block:
+        @cache
+        def lines() -> list[tuple[int, str]]:
+            return self._lines(text, line)
+
         def cells(row: int, names: Sequence[str]) -> list[Any]:
-            split = next(csv.reader([self._lines(text, line)[row][1]]))
-            return [split[self.names.index(name)].strip() for name in names]
+            split = next(csv.reader([lines()[row][1]]))
+            positions = [self.names.index(name) for name in names]
+            return [split[i].strip() if i < len(split) else "" for i in positions]
 
         def place(row: int) -> str:
-            return f"line {self._lines(text, line)[row][0]}"
+            return f"line {lines()[row][0]}"
 
         try:
             parsed = numpy.loadtxt(
@@ -222,15 +235,19 @@ class _ParquetTable(Table):
         self._theirs = list(self._file.schema_arrow.names)
         super().__init__(str(path), self._theirs, rename)
 
-    def blocks(self, wanted: Sequence[str], progress: Progress = silent) -> Iterator[Block]:
-        theirs = [self._theirs[self.names.index(name)] for name in wanted]
+    def blocks(
+        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
+    ) -> Iterator[Block]:
+        every = (*wanted, *also)
+        theirs = [self._theirs[self.names.index(name)] for name in every]
         total, done = self._file.metadata.num_rows, 0
         for batch in self._file.iter_batches(BLOCK_ROWS, columns=theirs):
-            found = {
-                ours: _floats(batch.column(name), ours, self.where)
-                for ours, name in zip(wanted, theirs, strict=True)
+            given = {
+                ours: numpy.asarray(batch.column(name))
+                for ours, name in zip(every, theirs, strict=True)
             }
-            yield _array_block(found, done)
+            found = {name: _floats(given[name], name, self.where) for name in wanted}
+            yield _array_block(found, done, given)
             done += len(batch)
             progress(done / total)
 
@@ -240,31 +257,33 @@ class _FrameTable(Table):
         self._theirs, self._frame = names, frame
         super().__init__("the table", names, rename)
 
-    def blocks(self, wanted: Sequence[str], progress: Progress = silent) -> Iterator[Block]:
-        columns = {name: self._frame[self._theirs[self.names.index(name)]] for name in wanted}
-        arrays = {name: _floats(column, name, self.where) for name, column in columns.items()}
-        lengths = {name: len(array) for name, array in arrays.items()}
+    def blocks(
+        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
+    ) -> Iterator[Block]:
+        given = {
+            name: numpy.asarray(self._frame[self._theirs[self.names.index(name)]])
+            for name in (*wanted, *also)
+        }
+        lengths = {name: len(column) for name, column in given.items()}
         if len(set(lengths.values())) > 1:
             raise InputError(f"{self.where}: columns of different length: {lengths}")
-        given = {name: numpy.asarray(column) for name, column in columns.items()}
-        rows = lengths["t"]
-        for first in range(0, rows, BLOCK_ROWS):
+        arrays = {name: _floats(given[name], name, self.where) for name in wanted}
+        for first in range(0, lengths["t"], BLOCK_ROWS):
             part = slice(first, first + BLOCK_ROWS)
             yield _array_block(
                 {name: array[part] for name, array in arrays.items()},
                 first,
-                {name: values[part] for name, values in given.items()},
+                {name: column[part] for name, column in given.items()},
             )
 
 
 def _array_block(
-    values: dict[str, numpy.ndarray], first: int, given: Mapping[str, numpy.ndarray] | None = None
+    values: dict[str, numpy.ndarray], first: int, given: Mapping[str, numpy.ndarray]
 ) -> Block:
-    source = given or values
     return Block(
         values,
         lambda row: f"row {first + row}",
-        lambda row, names: [source[name][row] for name in names],
+        lambda row, names: [given[name][row] for name in names],
     )
 
 

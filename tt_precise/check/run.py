@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.check.checks import CHECKS, Check, Watch
-from tt_precise.check.checks import limits as default_limits
-from tt_precise.check.columns import choose_set
-from tt_precise.check.reading import Table, checked_blocks, open_table
+from tt_precise.check.columns import choose_set, known_columns
+from tt_precise.check.golden import Distance
+from tt_precise.check.limits import chosen_limits
+from tt_precise.check.reading import Block, Table, checked_blocks, open_table
 from tt_precise.check.result import Finding, Result, Verdict
 from tt_precise.check.stretch import Case, Stretch
+from tt_precise.check.suspicion import refuse_other_units
 from tt_precise.check.trace import Trace
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
@@ -26,6 +28,7 @@ def conservation(
     limits: Mapping[str, float] | None = None,
     until: float | None = None,
     digits: float | None = None,
+    fresh: bool = False,
     friction: str = "scene",
     columns: Mapping[str, str] | None = None,
     progress: Progress = silent,
@@ -47,6 +50,8 @@ def conservation(
     digits
         Correct digits wanted of every column where there is golden data; without it the
         distance is reported and fails nothing.
+    fresh
+        Compute the solution where there is no golden row (imports heyoka).
     friction
         "scene", or "other" where the contact force is not the scene's: then only what holds for
         every friction law is checked.
@@ -63,16 +68,21 @@ def conservation(
     table = open_table(trajectory, columns)
     case = _case(table, scene, friction)
     cutoff = math.inf if until is None else _cutoff(until)
+    distance = Distance(case, table.names, digits, fresh) if case.own_force else None
     names = ("t", *(name for name in case.columns.names if name in table.names))
+    also = [name for name in known_columns(table.names) if name not in names]
     running: list[_Running] | None = None
     rows, stretch, first = 0, None, None
-    for block in checked_blocks(table.blocks(names, progress), table.where, cutoff):
+    for block in checked_blocks(table.blocks(names, also, progress), table.where, cutoff):
         read = case.stretch(block)
         if running is None:
+            _refuse(case, read, block, table)
             running, first = [_Running(check, case, read, wanted) for check in CHECKS], read
         joined = read if stretch is None else stretch.continued(read)
         for check in running:
             check.look(joined)
+        if distance is not None:
+            distance.look(block, read)
         rows, stretch = rows + len(block), read
     if running is None or first is None or stretch is None or rows < 2:
         raise InputError(
@@ -80,6 +90,10 @@ def conservation(
             + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
             + ", expected a trajectory of at least two"
         )
+    if distance is None:
+        golden = Finding("golden", "skipped", reason="golden data obey the scene's own friction")
+    else:
+        golden = distance.finding(progress)
     return Result(
         trajectory=table.where,
         scene=scene.name,
@@ -87,25 +101,8 @@ def conservation(
         rows=rows,
         t_first=float(first.t[0]),
         t_last=float(stretch.t[-1]),
-        checks=tuple(check.finding() for check in running),
+        checks=(*(check.finding() for check in running), golden),
     )
-
-
-def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
-    """The default limits, changed by those given.
-
-    Raises
-    ------
-    InputError
-        A check of that name does not exist, or its limit is no number.
-    """
-    known = default_limits()
-    for name, value in given.items():
-        if name not in known:
-            raise InputError(f"limit: got {name!r}, expected one of: {', '.join(known)}")
-        if not isinstance(value, int | float) or not math.isfinite(value):
-            raise InputError(f"limit of {name}: got {value!r}, expected a finite number")
-    return known | {name: float(value) for name, value in given.items()}
 
 
 def _case(table: Table, scene: Scene, friction: str) -> Case:
@@ -118,6 +115,13 @@ def _case(table: Table, scene: Scene, friction: str) -> Case:
             "expected all of the velocity or none"
         )
     return Case(scene, chosen, bool(given), friction)
+
+
+def _refuse(case: Case, first: Stretch, block: Block, table: Table) -> None:
+    try:
+        refuse_other_units(case, first, block, table.names)
+    except InputError as error:
+        raise InputError(f"{table.where}: {error}") from None
 
 
 def _cutoff(until: float) -> float:

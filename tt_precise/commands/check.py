@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.errors import InputError
-
 if TYPE_CHECKING:
     from tt_precise.check.result import Result
 
@@ -27,6 +25,7 @@ FAILED = 1
 )
 @click.option("--until", type=float, help="Leave out rows after this time (s).")
 @click.option("--digits", type=float, help="Fail below so many correct digits of golden data.")
+@click.option("--fresh", is_flag=True, help="Compute the solution where there is no golden row.")
 @click.option(
     "--friction",
     type=click.Choice(["scene", "other"]),
@@ -45,6 +44,7 @@ def command(
     limits: tuple[str, ...],
     until: float | None,
     digits: float | None,
+    fresh: bool,
     friction: str,
     as_json: bool,
     junit: str | None,
@@ -56,6 +56,7 @@ def command(
     Exit status 1 if a check failed.
     """
     from tt_precise.check.columns import renaming
+    from tt_precise.check.limits import read_limits
     from tt_precise.check.run import conservation
     from tt_precise.progress import progress_bar
 
@@ -70,6 +71,7 @@ def command(
             limits=read_limits(limits),
             until=until,
             digits=digits,
+            fresh=fresh,
             friction=friction,
             columns=renaming(columns),
             progress=progress,
@@ -77,30 +79,6 @@ def command(
     _write(result, junit, markdown, plot)
     click.echo(json.dumps(result.as_dict(), indent=2) if as_json else str(result))
     return 0 if result.passed else FAILED
-
-
-def read_limits(texts: tuple[str, ...]) -> dict[str, float]:
-    """Limits by name from NAME=VALUE, or from VALUE for every check that has the default 1e-6.
-
-    Raises
-    ------
-    InputError
-        A value is no number.
-    """
-    from tt_precise.check.checks import PAPER_LIMIT, limits
-
-    found: dict[str, float] = {}
-    for text in texts:
-        name, equals, value = text.rpartition("=")
-        try:
-            number = float(value)
-        except ValueError:
-            raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE") from None
-        if equals:
-            found[name.strip()] = number
-        else:
-            found |= {key: number for key, usual in limits().items() if usual == PAPER_LIMIT}
-    return found
 
 
 def _write(result: Result, junit: str | None, markdown: str | None, plot: str | None) -> None:

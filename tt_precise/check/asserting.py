@@ -1,0 +1,99 @@
+"""The checks as assertions, for tests: pass, or fail with check, time, value and limit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.errors import InputError
+
+if TYPE_CHECKING:
+    from tt_precise.check.result import Result
+
+
+def assert_conserves(
+    trajectory: Any,
+    scene: Any,
+    *,
+    limits: Mapping[str, float] | None = None,
+    until: float | None = None,
+    digits: float | None = None,
+    fresh: bool = False,
+    friction: str = "scene",
+    columns: Mapping[str, str] | None = None,
+    **demanded: float,
+) -> Result:
+    """Assert that no check fails; arguments are those of ``conservation``.
+
+    A limit can be given as a keyword, ``jellett=1e-9``; then the check must also have been
+    possible, and fails where it was skipped.
+
+    Raises
+    ------
+    AssertionError
+        A check failed; one line for each says its time, value and limit.
+    InputError
+        The trajectory cannot be used.
+    """
+    __tracebackhide__ = True
+    from tt_precise.check.run import conservation
+
+    result = conservation(
+        trajectory,
+        scene,
+        limits={**(limits or {}), **demanded},
+        until=until,
+        digits=digits,
+        fresh=fresh,
+        friction=friction,
+        columns=columns,
+    )
+    told = [finding.sentence() for finding in result.failures]
+    told += [
+        f"{name}: a limit was given, but the check was skipped: {result[name].reason}"
+        for name in demanded
+        if result[name].verdict == "skipped"
+    ]
+    if told:
+        raise AssertionError(f"{result.trajectory} against {result.scene}:\n  " + "\n  ".join(told))
+    return result
+
+
+def assert_matches_golden(
+    trajectory: Any,
+    scene: Any,
+    *,
+    digits: float,
+    until: float | None = None,
+    fresh: bool = False,
+    columns: Mapping[str, str] | None = None,
+) -> Result:
+    """Assert that every column has ``digits`` correct digits at the golden times.
+
+    With ``fresh`` the solution is computed at the trajectory's own times where there is no golden
+    row.
+
+    Raises
+    ------
+    AssertionError
+        It has fewer; the message names time and columns.
+    InputError
+        The trajectory cannot be used, or there is nothing to compare it with.
+    """
+    __tracebackhide__ = True
+    from tt_precise.check.run import conservation
+
+    if digits is None:
+        raise InputError("digits: got None, expected the number of correct digits wanted")
+    result = conservation(
+        trajectory, scene, until=until, digits=digits, fresh=fresh, columns=columns
+    )
+    golden = result["golden"]
+    if golden.verdict != "pass":
+        few = {name: found for name, found in golden.parts.items() if found < digits}
+        columns_told = ", ".join(f"{name} {found:.1f}" for name, found in few.items())
+        raise AssertionError(
+            f"{result.trajectory} against {result.scene}:\n  {golden.sentence()}\n"
+            f"  correct digits: {columns_told}"
+        )
+    return result

@@ -1,0 +1,55 @@
+"""Limits of the checks: the defaults, and what a caller or a command line makes of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from tt_precise.check.checks import CHECKS, PAPER_LIMIT
+from tt_precise.errors import InputError
+
+
+def default_limits() -> dict[str, float]:
+    """Default limit of every check."""
+    return {check.name: check.limit for check in CHECKS}
+
+
+def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
+    """The default limits, changed by those given.
+
+    Raises
+    ------
+    InputError
+        A check of that name does not exist, or its limit is no number.
+    """
+    known = default_limits()
+    for name, value in given.items():
+        if name not in known:
+            raise InputError(f"limit: got {name!r}, expected one of: {', '.join(known)}")
+        if not isinstance(value, int | float) or not math.isfinite(value):
+            raise InputError(f"limit of {name}: got {value!r}, expected a finite number")
+    return known | {name: float(value) for name, value in given.items()}
+
+
+def read_limits(texts: Iterable[str]) -> dict[str, float]:
+    """Limits by name from NAME=VALUE, or from VALUE for every check that has the default 1e-6.
+
+    Raises
+    ------
+    InputError
+        A value is no number.
+    """
+    found: dict[str, float] = {}
+    for text in texts:
+        name, equals, value = text.rpartition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE") from None
+        if equals:
+            found[name.strip()] = number
+        else:
+            found |= {
+                key: number for key, usual in default_limits().items() if usual == PAPER_LIMIT
+            }
+    return found
