@@ -36,7 +36,10 @@ EXTRA_BITS = 40  # the reference scene loses 3 digits by its sensitivity; the re
 
 
 def error_estimate(trajectory: Trajectory) -> dict[str, Any]:
-    """Absolute distance of each entry of the final state, and of ``t_end``, from a finer run."""
+    """Absolute distance of each entry of the final state, and of ``t_end``, from a finer run.
+
+    Infinite where the finer run ends in another way: then neither can be trusted.
+    """
     from tt_precise.integrate.run import integrate
 
     precision, context = trajectory.precision, trajectory.precision.context
@@ -50,24 +53,22 @@ def error_estimate(trajectory: Trajectory) -> dict[str, Any]:
         record=trajectory.key.record,
         options=dict(trajectory.key.options),
     )
-    if judge.status != trajectory.status:
-        raise ArithmeticError(
-            f"{trajectory.scene.name}: {precision.name} ended {trajectory.status} but "
-            f"{better.name} ended {judge.status}; neither can be trusted"
-        )
-    errors: dict[str, Any] = {"t_end": abs(context.mpf(trajectory.t_end) - judge.t_end)}
-    for name, value in trajectory.state.values.items():
-        other = judge.state.values[name]
-        if value is not None and other is not None:
-            errors[name] = abs(context.mpf(value) - context.mpf(other))
-    return errors
+    found = {"t_end": trajectory.t_end, **trajectory.state.values}
+    better_found = {"t_end": judge.t_end, **judge.state.values}
+    pairs = {name: (value, better_found[name]) for name, value in found.items()}
+    same = judge.status == trajectory.status
+    return {
+        name: abs(context.mpf(value) - context.mpf(other)) if same else context.inf
+        for name, (value, other) in pairs.items()
+        if value is not None and other is not None
+    }
 
 
 def digits(trajectory: Trajectory) -> float:
     """Significant digits of the worst entry, relative to the largest of its kind.
 
     A kind that is zero altogether is compared with 1 in dimensionless units. Never more than the
-    precision holds.
+    precision holds, never less than 0.
     """
     errors, values = trajectory.error_estimate, trajectory.state.values
     context = trajectory.precision.context
@@ -79,7 +80,7 @@ def digits(trajectory: Trajectory) -> float:
         if not scale and present:
             scale = trajectory.start.units.of_dimension(STATE_DIMENSIONS[present[0]])
         found += [float(-context.log10(errors[name] / scale)) for name in present if errors[name]]
-    return min(found)
+    return max(0.0, min(found))
 
 
 def integrate_to_digits(
@@ -115,6 +116,11 @@ def integrate_to_digits(
             continue
         if trajectory.digits >= wanted:
             return trajectory
+    if trajectory.status == "failed":
+        raise InputError(
+            f"digits: got {wanted}, but the integration of {trajectory.scene.name} fails after "
+            f"{float(trajectory.t_end):.3g} s; expected a scene that can be integrated"
+        )
     raise InputError(
         f"digits: got {wanted}, but {trajectory.precision.name} with "
         f"{trajectory.precision.bits} bits reaches {trajectory.digits:.1f}; expected fewer digits, "

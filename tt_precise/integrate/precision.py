@@ -24,6 +24,7 @@ NAMES = ("double", "extended", "quad", "mp")
 BITS = {"double": 53, "extended": 64, "quad": 113, "mp": 200}
 GUARD_BITS = 64  # mpmath works this much finer than heyoka, so its own rounding never shows
 FEWEST_BITS, MOST_BITS = 54, 20_000
+SCALE = 512  # binary exponents; 113 bits below it are still far inside the range of double
 
 
 @dataclass(frozen=True)
@@ -78,12 +79,11 @@ class Precision:
     @property
     def guarded(self) -> Callable[[Any], Any]:
         """Function taking a number of heyoka's type to the equal mpmath number."""
-        context = self.context
+        context, bits = self.context, self.bits
         if self.name == "double":
             return lambda value: context.mpf(float(value))
         if self.name == "mp":
-            # heyoka prints a real with enough digits to recover it; 64 guard bits hold them
-            return lambda value: context.mpf(str(value))
+            return lambda value: _read_back(str(value), bits, context)
         return lambda value: _sum_of_floats(value, context)
 
     def text(self, value: Any) -> str:
@@ -127,12 +127,25 @@ def _has_80_bit_floats() -> bool:
     return sys.platform != "win32" and numpy.finfo(numpy.longdouble).nmant == 63
 
 
+def _read_back(text: str, bits: int, context: Any) -> Any:
+    # heyoka prints a real with enough digits to recover it, by rounding to its own bits
+    with context.workprec(bits):
+        return context.mpf(text)
+
+
 def _sum_of_floats(value: Any, context: Any) -> Any:
+    kind = type(value)
+    if value != value or abs(value) == kind("inf"):
+        return context.mpf(float(value))  # NaN or an infinity
+    # doubles have fewer exponents; powers of two bring the number, and its last bit, among them
+    shift = 0
+    while abs(value) > 2.0**SCALE:
+        value, shift = value * kind(2.0**-SCALE), shift + SCALE
+    while 0 < abs(value) < 2.0**-SCALE:
+        value, shift = value * kind(2.0**SCALE), shift - SCALE
     total = context.mpf(0)
     while value != 0:
         leading = float(value)
-        if leading == 0:  # below the range of double: only the string keeps it
-            return total + context.mpf(str(value))
         total += leading
-        value = value - type(value)(leading)
-    return total
+        value = value - kind(leading)
+    return context.ldexp(total, shift)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
+from numbers import Integral
 from typing import Any, Literal
 
 from tt_precise.body import Dimension, Parameters
@@ -50,7 +51,8 @@ class State:
 
     def __getattr__(self, name: str) -> Any:
         try:
-            return self.values[name]
+            # through __dict__, which is empty while a copy is being made
+            return self.__dict__["values"][name]
         except KeyError:
             raise AttributeError(name) from None
 
@@ -235,13 +237,26 @@ class Readout:
 
 
 def as_fraction(t: Any) -> Fraction:
-    """The exact value of a time given as a string, int, float, fraction or mpmath number."""
-    if isinstance(t, float):
-        if t != t or t in (float("inf"), float("-inf")):
-            raise InputError(f"t: got {t}, expected a finite time in s")
-        return Fraction(t)
+    """The exact value of a time given as a string, or as an int, fraction, float of any kind.
+
+    Raises
+    ------
+    InputError
+        It is no finite number.
+    """
     if hasattr(t, "_mpf_"):
         sign, mantissa, power, _ = t._mpf_
+        if t - t != 0:
+            raise InputError(f"t: got {t}, expected a finite time in s")
         value = Fraction(int(mantissa)) * Fraction(2) ** int(power)
         return -value if sign else value
-    return exact(t, "t")
+    if isinstance(t, bool):
+        return exact(t, "t")
+    if isinstance(t, Integral):  # NumPy's integers too
+        return Fraction(int(t))
+    if not hasattr(t, "as_integer_ratio"):
+        return exact(t, "t")
+    try:
+        return Fraction(*map(int, t.as_integer_ratio()))
+    except (ValueError, OverflowError):
+        raise InputError(f"t: got {t}, expected a finite time in s") from None

@@ -17,7 +17,7 @@ from tt_precise.mechanics.formulations import formulation as formulation_of
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene, load_scene
 
-STEPS_IN_A_PIECE = 100_000  # half a second in double
+STEPS_IN_A_PIECE = {"double": 100_000, "extended": 10_000, "quad": 200, "mp": 200}  # about 1 s
 
 
 def integrate(
@@ -109,8 +109,11 @@ def run(
     """Propagate once from ``start``; how it went, in heyoka's own numbers.
 
     ``until`` (a number of heyoka's type) replaces the start's own horizon. A propagation that
-    produces NaN is cut back to its last good step and has the status "failed".
+    produces NaN is cut back to its last good step and has the status "failed", and so has one
+    that is given up because its steps are too short ever to arrive.
     """
+    import heyoka
+
     number, zero = key.precision.number, key.precision.context.mpf(0)
     state = [number(v) for v in key.formulation.start(start.vectors, start.euler)]
     state += [number(zero) for _ in key.record]
@@ -122,7 +125,9 @@ def run(
         status = _status(outcome, made.terminal)
         if status != "failed":
             return _course(key, start, made, status, steps, outputs)
-        last_good = _time_before_failure(made, state, parameters, number(zero), horizon)
+        last_good = made.adaptive.time
+        if outcome == heyoka.taylor_outcome.err_nf_state:
+            last_good = _time_before_failure(made, state, parameters, number(zero), horizon)
         if last_good == number(zero):
             made.reset(state, parameters, number(zero))
             return _course(key, start, made, status, 0, ())
@@ -136,7 +141,8 @@ def _propagate(
     """Outcome, steps and dense outputs of a propagation in pieces of bounded length.
 
     Between the pieces, and between the steps of wide arithmetics, Python runs: that is where
-    progress is told and Ctrl-C gets through.
+    progress is told and Ctrl-C gets through. The outcome is ``step_limit`` where a whole piece
+    covered less than eps of the horizon (mu = 1e300): the rest would take 1/eps more of them.
     """
     import heyoka
 
@@ -145,15 +151,20 @@ def _propagate(
             progress(min(1.0, float(adaptive.time) / float(horizon)))
         return True
 
-    slow = precision.name in ("quad", "mp")
-    keywords: dict[str, Any] = {"callback": tell} if slow else {"max_steps": STEPS_IN_A_PIECE}
+    guarded = precision.guarded
+    keywords: dict[str, Any] = {"max_steps": STEPS_IN_A_PIECE[precision.name]}
+    if precision.name in ("quad", "mp"):
+        keywords["callback"] = tell
     steps, outputs, outcome = 0, [], heyoka.taylor_outcome.step_limit
-    while outcome == heyoka.taylor_outcome.step_limit:
+    advance, crawl = guarded(horizon), precision.eps * guarded(horizon)
+    while outcome == heyoka.taylor_outcome.step_limit and advance >= crawl:
+        before = made.adaptive.time
         outcome, _, _, count, output, _ = made.adaptive.propagate_until(
             horizon, c_output=dense, **keywords
         )
         steps += count
         outputs.append(output)
+        advance = guarded(made.adaptive.time - before)
         tell(made.adaptive)
     return outcome, steps, tuple(output for output in outputs if output is not None)
 
