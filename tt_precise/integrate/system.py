@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from tt_precise.body import Parameters
-from tt_precise.integrate.events import EXTREMUM, event_named
+from tt_precise.integrate.events import EXTREMUM, Event, event_named
 from tt_precise.integrate.precision import Precision
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
@@ -166,6 +166,27 @@ def numeric_options(key: Key) -> dict[str, Any]:
     return options | dict(key.options)
 
 
+def event_expression(
+    event: Event, q: Motion, variables: tuple[Any, ...], rates: list[Any]
+) -> Any:
+    """The heyoka expression whose zeros are the event."""
+    import heyoka
+
+    expression = event.function(q)
+    if not event.name.startswith(EXTREMUM) or event.slope:
+        return expression
+    slopes = (heyoka.diff(expression, v) * r for v, r in zip(variables, rates, strict=True))
+    return sum(slopes, start=heyoka.expression(0.0))
+
+
+def heyoka_direction(direction: int) -> Any:
+    """heyoka's name for an event's direction."""
+    import heyoka
+
+    kinds = heyoka.event_direction
+    return {0: kinds.any, 1: kinds.positive, -1: kinds.negative}[direction]
+
+
 def _event(
     heyoka: Any,
     name: str,
@@ -176,15 +197,8 @@ def _event(
     note: Callable[[Hit], None],
 ) -> Any:
     event = event_named(name, q.model)
-    expression = event.function(q)
-    if name.startswith(EXTREMUM) and not event.slope:
-        slopes = (heyoka.diff(expression, v) * r for v, r in zip(variables, rates, strict=True))
-        expression = sum(slopes, start=heyoka.expression(0.0))
-    direction = {
-        0: heyoka.event_direction.any,
-        1: heyoka.event_direction.positive,
-        -1: heyoka.event_direction.negative,
-    }[event.direction]
+    expression = event_expression(event, q, variables, rates)
+    direction = heyoka_direction(event.direction)
 
     def callback(adaptive: Any, time: Any, sign: int) -> None:
         # sign 0: the function vanishes identically (a scene in a plane), so nothing changes sign

@@ -1,0 +1,314 @@
+"""One task of a sweep: some hundred rows, from the numbers in their columns to their results.
+
+Only arrays go in and come out. The result of a row depends on the row alone, not on the others
+in its chunk.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy
+
+from tt_precise.body import Parameters, Units
+from tt_precise.integrate.events import EXTREMUM, Event
+from tt_precise.integrate.inversion import InversionTimes, Marks, Turn, from_marks
+from tt_precise.mechanics import newton, rolling, thresholds
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, formulation
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.scene import Scene
+from tt_precise.sweep.columns import DEFINITIONS, detectors, extremum, part_named
+from tt_precise.sweep.lanes import Arrival, Build, Departure, lanes
+from tt_precise.sweep.specification import PARAMETERS, Plan
+
+EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
+SAME = 2.0**-53
+
+
+class Begun(NamedTuple):
+    """The start of one row, dimensionless, in floats."""
+
+    body: Parameters
+    units: Units
+    vectors: NewtonState
+    until: float
+
+
+def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
+    """Columns of results of the rows that start from ``values``, shape (rows, names).
+
+    Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
+    """
+    form = formulation(plan.scene.model, "newton")
+    begun = _begin(plan, values)
+    build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
+    arrivals: list[Arrival | None] = [_refused(form, one, plan.contact) for one in begun]
+    flying = [row for row, arrival in enumerate(arrivals) if arrival is None]
+    departures = [_departure(form, begun[row]) for row in flying]
+    with lanes(build) as lent:
+        for number, arrival in lent.fly(departures):
+            arrivals[flying[number]] = arrival
+    landed = [arrival for arrival in arrivals if arrival is not None]
+    return _Landed(plan, form, build, begun, landed).columns()
+
+
+def _begin(plan: Plan, values: Any) -> list[Begun]:
+    if any(name in PARAMETERS for name in plan.names):
+        rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
+        return [_begun(plan.scene_of(row), {}) for row in rows]
+    return [
+        _begun(plan.scene, dict(zip(plan.names, row, strict=True)), plan.scene)
+        for row in values.tolist()
+    ]
+
+
+_bodies: dict[Any, tuple[Parameters, Units]] = {}
+
+
+def _begun(scene: Scene, given: Mapping[str, float], shared: Scene | None = None) -> Begun:
+    if shared is None or shared.body not in _bodies:
+        body = scene.body.dimensionless(math, float)
+        units = Units.of(scene.body, math, float)
+        if shared is not None:
+            _bodies.clear()
+            _bodies[shared.body] = body, units
+    else:
+        body, units = _bodies[shared.body]
+    if "theta" in given:
+        theta = given["theta"]
+        sine_cosine = (math.sin(theta), math.cos(theta))
+    else:
+        theta = scene.start.theta.radians(math, float)
+        sine_cosine = scene.start.theta.sine_cosine(math, float)
+    euler = EulerState(
+        theta=theta,
+        **{
+            name: given.get(name, float(getattr(scene.start, name)))
+            / units.of_dimension(STATE_DIMENSIONS[name])
+            for name in EulerState._fields[1:]
+        },
+    )
+    vectors = vectors_from_euler(body, euler, math, sine_cosine=sine_cosine)
+    return Begun(body, units, NewtonState(*map(float, vectors)), float(scene.until) / units.time)
+
+
+def _departure(form: Formulation, begun: Begun) -> Departure:
+    return Departure(
+        tuple(begun.vectors[: len(form.columns)]),
+        tuple(float(getattr(begun.body, name)) for name in form.parameters),
+        begun.until,
+    )
+
+
+def _refused(form: Formulation, begun: Begun, contact: str) -> Arrival | None:
+    """The arrival of a start from which there is no contact to begin with."""
+    if form.model == "rolling":
+        numerator, denominator = rolling.constraint_force(begun.body, begun.vectors)[2], 1.0
+    else:
+        numerator, denominator = newton.contact_terms(begun.body, begun.vectors)
+    if denominator <= 0:
+        status = "singular_contact"
+    elif numerator <= 0 and contact == "unilateral":
+        status = "contact_lost"
+    else:
+        return None
+    state = numpy.array(begun.vectors[: len(form.columns)])
+    none = numpy.empty(0, dtype=int)
+    return Arrival(status, 0.0, state, 0, none, none, numpy.empty(0), numpy.empty((0, len(state))))
+
+
+class _Landed:
+    """The rows of a chunk after the integration: everything is evaluated for all at once."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        form: Formulation,
+        build: Build,
+        begun: Sequence[Begun],
+        arrivals: Sequence[Arrival],
+    ):
+
+        self.plan, self.form, self.begun, self.arrivals = plan, form, begun, arrivals
+        self.detectors = build.detectors
+        self.rows = len(begun)
+        count = [len(one.times) for one in arrivals]
+        self.owner = numpy.repeat(numpy.arange(self.rows), count)
+        self.times = numpy.concatenate([one.times for one in arrivals])
+        self.states = numpy.concatenate([one.states for one in arrivals])
+        detector = numpy.concatenate([one.detector for one in arrivals])
+        rising = numpy.concatenate([one.direction for one in arrivals]) > 0
+        self.kind = 2 * detector + rising
+        self._drop_starts([one.event for one in build.detectors])
+
+    def columns(self) -> dict[str, Any]:
+        """All columns of the rows, in SI."""
+        times = self._inversion_times()
+        unit = numpy.array([one.units.time for one in self.begun])
+        found: dict[str, Any] = {
+            "outcome": [self._outcome(row, times[row]) for row in range(self.rows)]
+        }
+        for when in ("t_init", "t_end"):
+            for which in DEFINITIONS:
+                one = [getattr(getattr(climb, which), when) for climb in times]
+                found[f"{when}_{which}"] = numpy.array(one, dtype=float) * unit
+        lost = [one.status == "contact_lost" and one.time > 0 for one in self.arrivals]
+        found["min_g_n"] = numpy.where(lost, 0.0, self._part("min", "g_n"))
+        found["jellett_drift"] = self._drift()
+        found["steps"] = numpy.array([one.steps for one in self.arrivals], dtype=numpy.int64)
+        found["t_stop"] = numpy.array([one.time for one in self.arrivals]) * unit
+        for name in self.plan.record:
+            found[name] = self._asked(name, found, times, unit)
+        return found
+
+    def _asked(
+        self, name: str, found: Mapping[str, Any], times: Sequence[InversionTimes], unit: Any
+    ) -> Any:
+
+        part = part_named(name)
+        if part is not None:
+            return self._part(part.part, part.quantity)
+        if name == "t_equator":
+            return numpy.array([climb.equator for climb in times], dtype=float) * unit
+        if name == "lambda_ratio":
+            q = self._start_motion
+            with numpy.errstate(all="ignore"):
+                return jellett(q) / thresholds.lambda_thres(q.body, numpy)
+        which = name.removeprefix("climb_")
+        return found[f"t_end_{which}"] - found[f"t_init_{which}"]
+
+    def _outcome(self, row: int, times: InversionTimes) -> str:
+        status = self.arrivals[row].status
+        if status != "complete":
+            return status
+        return "does_not_invert" if times.A.t_end is None else "inverts"
+
+    # ---- evaluation ------------------------------------------------------------------------
+
+    def _motion(self, states: Any, owner: Any) -> Motion:
+        body = Parameters(**{name: column[owner] for name, column in self._bodies.items()})
+        return self.form.motion(body, self.form.State(*states.T), numpy)
+
+    @cached_property
+    def _bodies(self) -> dict[str, Any]:
+
+        return {
+            field.name: numpy.array([float(getattr(one.body, field.name)) for one in self.begun])
+            for field in fields(Parameters)
+        }
+
+    @cached_property
+    def _start_motion(self) -> Motion:
+
+        states = numpy.array([one.vectors[: len(self.form.columns)] for one in self.begun])
+        return self._motion(states, numpy.arange(self.rows))
+
+    @cached_property
+    def _end_motion(self) -> Motion:
+
+        states = numpy.array([one.state for one in self.arrivals])
+        return self._motion(states, numpy.arange(self.rows))
+
+    def _events(self, *names: str) -> Any:
+        """Positions of the events that have one of these names."""
+        wanted = numpy.zeros(2 * len(self.detectors), dtype=bool)
+        for position, one in enumerate(self.detectors):
+            wanted[2 * position] = one.falling in names
+            wanted[2 * position + 1] = one.rising in names
+        return numpy.flatnonzero(wanted[self.kind])
+
+    def _at_events(self, *names: str) -> tuple[Any, Motion]:
+        """Positions of the events that have one of these names, and the motion there."""
+        chosen = self._events(*names)
+        return chosen, self._motion(self.states[chosen], self.owner[chosen])
+
+    def _part(self, part: str, quantity: str) -> Any:
+        """The start, end, smallest or largest value of a quantity in each row."""
+        wanted = QUANTITIES[quantity]
+        ones = numpy.ones(self.rows)
+        with numpy.errstate(all="ignore"):
+            start = wanted.evaluate(self._start_motion) * ones
+            end = wanted.evaluate(self._end_motion) * ones
+            if part in ("start", "end"):
+                found = start if part == "start" else end
+            else:
+                turning = ("theta_min", "theta_max")
+                names = turning if quantity == "theta" else (extremum(quantity),)
+                chosen, q = self._at_events(*names)
+                smaller = numpy.fmin if part == "min" else numpy.fmax
+                found = smaller(start, end)
+                smaller.at(found, self.owner[chosen], wanted.evaluate(q) * numpy.ones(len(chosen)))
+        unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.begun])
+        return found * unit
+
+    def _drift(self) -> Any:
+
+        start, end = jellett(self._start_motion), jellett(self._end_motion)
+        chosen, q = self._at_events("theta_min", "theta_max")
+        with numpy.errstate(all="ignore"):
+            found = numpy.abs(end - start) / numpy.abs(start)
+            owner = self.owner[chosen]
+            numpy.fmax.at(
+                found, owner, numpy.abs(jellett(q) - start[owner]) / numpy.abs(start[owner])
+            )
+        return found
+
+    def _inversion_times(self) -> list[InversionTimes]:
+
+        sign = numpy.sign(jellett(self._start_motion))
+
+        def times(name: str) -> list[list[Any]]:
+            chosen = self._events(name)
+            return self._by_row(self.times[chosen].tolist(), chosen)
+
+        equator = times("equator")
+        climb = numpy.array([one[0] if one else numpy.nan for one in equator])
+
+        def turns(name: str, before: bool) -> list[list[Any]]:
+            chosen = self._events(name)
+            late = self.times[chosen] > climb[self.owner[chosen]]
+            # only those that the definitions look at: objects are slow
+            chosen = chosen[~late if before else late]
+            q = self._motion(self.states[chosen], self.owner[chosen])
+            with numpy.errstate(all="ignore"):
+                theta = QUANTITIES["theta"].evaluate(q)
+                phi_dot = QUANTITIES["phi_dot"].evaluate(q) * sign[self.owner[chosen]]
+            columns = (self.times[chosen].tolist(), theta.tolist(), phi_dot.tolist())
+            return self._by_row(list(map(Turn, *columns)), chosen)
+
+        columns = (
+            equator, turns("theta_min", True), turns("theta_max", False), times("phi_dot_zero"),
+            times("Lk_equals_Lz"), times("Lk_equals_minus_Lz"),
+        )  # fmt: skip
+        return [from_marks(Marks(*row), math.pi) for row in zip(*columns, strict=True)]
+
+    def _by_row(self, items: list[Any], chosen: Any) -> list[list[Any]]:
+
+        cut = numpy.searchsorted(self.owner[chosen], numpy.arange(self.rows + 1)).tolist()
+        return [items[cut[row] : cut[row + 1]] for row in range(self.rows)]
+
+    def _drop_starts(self, events: Sequence[Event]) -> None:
+        """Leave out events that are the start itself; whether heyoka finds them is rounding."""
+        early = numpy.flatnonzero(self.times < EARLY)
+        if not len(early):
+            return
+        ones = numpy.ones(self.rows)
+        zero = numpy.array(
+            [
+                abs(event.function(self._start_motion) * ones) < SAME
+                if event.slope or not event.name.startswith(EXTREMUM)
+                else 0 * ones  # an extremum at the start has the start's own value
+                for event in events
+            ]
+        )
+        keep = numpy.ones(len(self.times), dtype=bool)
+        keep[early] = ~zero[self.kind[early] // 2, self.owner[early]].astype(bool)
+        self.kind, self.owner = self.kind[keep], self.owner[keep]
+        self.times, self.states = self.times[keep], self.states[keep]

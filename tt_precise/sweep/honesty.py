@@ -1,0 +1,90 @@
+"""Honesty: some rows are integrated again in quad, scalar, and compared.
+
+One row of every thousand, drawn with the sweep's seed. The quad run shares the equations, but
+not the arithmetic, the lanes, the step sizes or the evaluation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.integrate.inversion import NEEDED
+from tt_precise.integrate.run import integrate
+from tt_precise.scene import Scene
+from tt_precise.sweep.columns import DEFINITIONS, TIMES, extremum, parts
+
+ONE_IN = 1000
+TOLERANCE = 1e-22  # a million times finer than double, in half the time that quad's eps takes
+
+
+def drawn(rows: int, seed: int, one_in: int = ONE_IN) -> Iterator[int]:
+    """Indices of the rows to recompute: one of each ``one_in``, in order."""
+    import numpy
+
+    for block in range(-(-rows // one_in) if one_in else 0):
+        size = min(one_in, rows - block * one_in)
+        yield block * one_in + int(numpy.random.default_rng([seed, block]).integers(size))
+
+
+def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Any]:
+    """A row's results from an integration in quad: "outcome", and floats (None: there is none).
+
+    The numbers are rounded to double at the very end. Only for contact "unilateral".
+    """
+    extremes = {
+        part.quantity for part in parts(record) if part.extreme and part.quantity != "theta"
+    }
+    events = (*NEEDED, *(extremum(name) for name in sorted(extremes)))
+    try:
+        run = integrate(scene, "quad", events=events, record=(), tolerance=TOLERANCE)
+    except InputError as refused:  # not on the table at the start
+        lost = "g_n is" in str(refused)
+        return {"outcome": "contact_lost" if lost else "singular_contact", "t_stop": 0.0}
+    times = run.inversion
+    found: dict[str, Any] = {}
+    for which in DEFINITIONS:
+        climb = getattr(times, which)
+        found[f"t_init_{which}"], found[f"t_end_{which}"] = climb.t_init, climb.t_end
+        found[f"climb_{which}"] = climb.duration
+    found |= {"t_stop": run.t_end, "t_equator": times.equator}
+    turning = run.events
+    for part in parts(record):
+        asked = f"{part.part}_{part.quantity}"
+        names = (
+            ("theta_min", "theta_max") if part.quantity == "theta" else (extremum(part.quantity),)
+        )
+        inner = list(turning["t"][turning["name"].isin(names)]) if part.extreme else []
+        values = run.frame(part.quantity, times=[0, *inner, run.t_end])[part.quantity]
+        chosen = {"start": values.iloc[0], "end": values.iloc[-1]}
+        if part.extreme:
+            known = [value for value in values if value is not None]
+            chosen |= {"min": min(known), "max": max(known)}
+        found[asked] = chosen[part.part]
+    if run.status == "complete":
+        found["outcome"] = "does_not_invert" if times.A.t_end is None else "inverts"
+    else:
+        found["outcome"] = run.status
+    wanted = {"outcome", *TIMES, "min_g_n", "t_stop", *record}
+    return {
+        name: value if isinstance(value, str) or value is None else float(value)
+        for name, value in found.items()
+        if name in wanted
+    }
+
+
+def differences(row: Mapping[str, Any], again: Mapping[str, Any]) -> dict[str, float]:
+    """Absolute difference of each column that both have; infinite where only one has a value."""
+    found = {}
+    for name, fine in again.items():
+        if name == "outcome":
+            continue
+        rough = row[name]
+        missing = rough is None or math.isnan(rough)
+        if missing or fine is None:
+            found[name] = 0.0 if missing and fine is None else math.inf
+        else:
+            found[name] = abs(rough - fine)
+    return found

@@ -1,0 +1,212 @@
+"""``sweep``: from a specification to rows, on any executor, interrupted and resumed at will."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.errors import InputError
+from tt_precise.sweep import honesty
+from tt_precise.sweep.crew import Crew, Failure, crew_of, crew_on_dask, performed
+from tt_precise.sweep.specification import Plan, Specification, blocks
+from tt_precise.sweep.store import Folder, Memory, default_chunk
+from tt_precise.sweep.summary import summary_of
+
+if TYPE_CHECKING:
+    import pandas
+
+Told = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Swept:
+    """A finished sweep: its summary (see ``summary.summary_of``), and its rows when asked."""
+
+    summary: Mapping[str, Any]
+    store: Memory | Folder
+
+    @property
+    def rows(self) -> pandas.DataFrame:
+        """All rows in one table, in the order of their index."""
+        import pandas
+
+        return pandas.concat(list(self.store.frames()), ignore_index=True)
+
+
+def sweep(
+    spec: Specification,
+    *,
+    out: str | Path | None = None,
+    workers: int = 1,
+    dask: str | None = None,
+    executor: Executor | None = None,
+    size: int = 1,
+    batch: int | None = None,
+    chunk: int | None = None,
+    one_in: int = honesty.ONE_IN,
+    progress: Told | None = None,
+    checking: Told | None = None,
+) -> Swept:
+    """Integrate every row of ``spec``.
+
+    Parameters
+    ----------
+    out
+        A folder. If it holds this sweep already, only what is missing is computed. Without it
+        the rows stay in memory.
+    workers, dask, executor
+        Processes on this machine; or the address of a dask scheduler; or any executor, of
+        ``size`` workers, which is not shut down.
+    batch
+        SIMD lanes of a worker; by default what the processor has.
+    chunk
+        Rows of one task and of one file.
+    one_in
+        One row in so many is integrated again in quad; 0: none.
+    progress, checking
+        Called with rows done and all rows; and with rows recomputed and all of those.
+
+    Raises
+    ------
+    InputError
+        Something of this cannot be used.
+    """
+    if batch is not None and not 1 <= batch <= 64:
+        raise InputError(f"batch: got {batch}, expected 1 to 64")
+    if chunk is not None and not 1 <= chunk <= 1_000_000:
+        raise InputError(f"chunk: got {chunk}, expected 1 to 1000000 rows")
+    if one_in < 0:
+        raise InputError(f"one_in: got {one_in}, expected 0 (none) or a number of rows")
+    store: Memory | Folder
+    if out is None:
+        store = Memory(spec, chunk or default_chunk(spec.rows))
+    else:
+        store = Folder(out, spec, chunk)
+    disconnect: Callable[[], None] = lambda: None  # noqa: E731 - the type of what dask returns
+    if executor is not None:
+        crew = Crew(executor, lambda: size)
+    elif dask is not None:
+        crew, disconnect = crew_on_dask(dask)
+    else:
+        crew = crew_of(workers)
+    lanes = batch or _simd_lanes()
+    before, begun = len(store.done), time.perf_counter()
+    try:
+        computed = _compute(spec, store, crew, lanes, progress)
+        seconds = time.perf_counter() - begun
+        if not store.quarantined:
+            _check(spec, store, crew, one_in, checking)
+        checked = time.perf_counter() - begun - seconds
+    finally:
+        crew.leave()
+        disconnect()
+    how = {
+        "batch": lanes,
+        "workers": size if executor is not None else crew.size(),
+        "chunk": store.size,
+        "chunks_found": before,
+        "rows_computed": computed,
+        "seconds": round(seconds, 3),
+        "rows_per_second": round(computed / seconds, 1) if computed else 0.0,
+        "seconds_checking": round(checked, 3),
+    }
+    store.finish({})
+    summary = summary_of(spec, store, how)
+    store.finish(summary)
+    return Swept(summary, store)
+
+
+def chunk_task(plan: Plan, version: str, number: int, values: Any, batch: int) -> dict[str, Any]:
+    """The results of a chunk, in a worker; its ``seconds`` there are told beside the columns."""
+    import tt_precise
+    from tt_precise.sweep.chunk import compute
+
+    if tt_precise.__version__ != version:
+        raise InputError(
+            f"worker: has tt_precise {tt_precise.__version__}, expected {version} as here"
+        )
+    begun = time.perf_counter()
+    columns = compute(plan, values, batch)
+    return {"columns": columns, "seconds": time.perf_counter() - begun}
+
+
+def honest_task(plan: Plan, values: dict[str, float]) -> dict[str, Any]:
+    """A row again in quad, in a worker."""
+    return honesty.recomputed(plan.scene_of(values), plan.record)
+
+
+def _compute(
+    spec: Specification, store: Memory | Folder, crew: Crew, batch: int, progress: Told | None
+) -> int:
+    from tt_precise import __version__
+
+    tell = progress or (lambda done, all_rows: None)
+    size = store.size
+    last = -(-spec.rows // size) - 1
+
+    def rows_of(number: int) -> int:
+        return spec.rows - last * size if number == last else size
+
+    done = sum(map(rows_of, store.done))
+    found = done
+    tell(done, spec.rows)
+    tasks = (
+        (number, (spec.plan, __version__, number, values, batch))
+        for number, values in blocks(spec, size, set(store.done))
+    )
+    for number, arguments, result in performed(crew, chunk_task, tasks):
+        if isinstance(result, Failure):
+            store.quarantine(number, result.error)
+            continue
+        about = {"seconds": round(result["seconds"], 3), "batch": batch}
+        store.keep(number, arguments[3], result["columns"], about)
+        done += rows_of(number)
+        tell(done, spec.rows)
+    return done - found
+
+
+def _check(
+    spec: Specification,
+    store: Memory | Folder,
+    crew: Crew,
+    one_in: int,
+    checking: Told | None,
+) -> None:
+    tell = checking or (lambda done, all_rows: None)
+    wanted = set(honesty.drawn(spec.rows, spec.seed, one_in)) - store.checked.keys()
+    rows = {int(row["index"]): row for row in _rows(store, wanted)}
+    if spec.contact == "bilateral":
+        # quad runs end where contact is lost; beyond, there is nothing to compare with
+        rows = {index: row for index, row in rows.items() if row["min_g_n"] > 0}
+    tasks = (
+        (index, (spec.plan, {name: float(row[name]) for name in spec.names}))
+        for index, row in rows.items()
+    )
+    for done, (index, _, result) in enumerate(performed(crew, honest_task, tasks), start=1):
+        if isinstance(result, Failure):
+            store.check(index, {"error": result.error})
+        else:
+            row = rows[index]
+            store.check(
+                index,
+                {
+                    "outcomes": [row["outcome"], result["outcome"]],
+                    "differences": honesty.differences(row, result),
+                },
+            )
+        tell(done, len(rows))
+
+
+def _rows(store: Memory | Folder, wanted: set[int]) -> Iterator[dict[str, Any]]:
+    for frame in store.frames():
+        yield from frame[frame["index"].isin(wanted)].to_dict("records")
+
+
+def _simd_lanes() -> int:
+    import heyoka
+
+    return int(heyoka.recommended_simd_size())

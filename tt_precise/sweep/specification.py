@@ -1,0 +1,383 @@
+"""What to sweep: a scene, grids and boxes of start values and parameters, and what to record.
+
+The rows are numbered: every point of the grid (the last ``vary`` runs fastest), and at each of
+them every sample of the box. A row starts from the float64 numbers in its columns, exactly;
+what is not varied is the scene's. So a row can be made again from its own line of the file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.numerals import exact
+from tt_precise.scene import Scene, Start, load_scene
+from tt_precise.sweep.columns import check_names
+
+STARTS = tuple(field.name for field in fields(Start))
+PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
+SAMPLERS = ("sobol", "latin")
+CONTACTS = ("unilateral", "bilateral")
+MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
+LARGEST_FILE = 1_000_000  # bytes
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A name and the exact values it takes, one after the other."""
+
+    name: str
+    values: tuple[Fraction, ...]
+
+    @classmethod
+    def parse(cls, name: str, text: str) -> Axis:
+        """Read "0.05,0.1,0.2", or "-200:200:801" for 801 values from -200 to 200, ends included."""
+        _check_name(name)
+        parts = text.split(":")
+        if len(parts) == 1:
+            values = [exact(value, name) for value in text.split(",")]
+        elif len(parts) == 3 and parts[2].strip().isdecimal() and int(parts[2]) >= 2:
+            first, last, count = exact(parts[0], name), exact(parts[1], name), int(parts[2])
+            values = [first + (last - first) * i / (count - 1) for i in range(count)]
+        else:
+            raise InputError(
+                f"vary {name}: got {text[:60]!r}, expected values such as 0.05,0.1,0.2 or "
+                "first:last:count such as -200:200:801"
+            )
+        return cls(name, tuple(values))
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A name and the range it is sampled from."""
+
+    name: str
+    low: Fraction
+    high: Fraction
+
+    @classmethod
+    def parse(cls, name: str, text: str) -> Interval:
+        """Read "low:high"."""
+        _check_name(name)
+        parts = text.split(":")
+        if len(parts) != 2:
+            raise InputError(f"box {name}: got {text[:60]!r}, expected low:high such as -15:15")
+        low, high = (exact(part, name) for part in parts)
+        if not low < high:
+            raise InputError(f"box {name}: got {text}, expected the lower end first")
+        return cls(name, low, high)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the result of a row depends on, beside the numbers in its columns."""
+
+    scene: Scene
+    names: tuple[str, ...]
+    record: tuple[str, ...]
+    contact: str
+
+    def scene_of(self, values: Mapping[str, float]) -> Scene:
+        """The scene of one row, from the numbers in its columns."""
+        return _varied(self.scene, {name: Fraction(values[name]) for name in self.names})
+
+
+@dataclass(frozen=True)
+class Specification:
+    """A sweep. Everything that its rows depend on is in here.
+
+    ``contact`` is "unilateral" (a trajectory ends where g_n reaches 0) or "bilateral" (it goes
+    on with g_n < 0, as the paper's own equations do). ``record`` names further columns.
+
+    Raises
+    ------
+    InputError
+        A name or value cannot be used; checked for both ends of every axis and interval.
+    """
+
+    scene: Scene
+    axes: tuple[Axis, ...] = ()
+    box: tuple[Interval, ...] = ()
+    samples: int = 0
+    sampler: str = "sobol"
+    seed: int = 0
+    record: tuple[str, ...] = ()
+    contact: str = "unilateral"
+
+    def __post_init__(self) -> None:
+        for value, allowed, what in (
+            (self.sampler, SAMPLERS, "sampler"),
+            (self.contact, CONTACTS, "contact"),
+        ):
+            if value not in allowed:
+                expected = " or ".join(allowed)
+                raise InputError(f"{what}: got {str(value)[:60]!r}, expected {expected}")
+        if len(set(self.names)) < len(self.names):
+            raise InputError(f"sweep: got {', '.join(self.names)}, expected each name once")
+        if bool(self.box) != (self.samples > 0):
+            raise InputError(
+                f"samples: got {self.samples} with {len(self.box)} box ranges, "
+                "expected both or neither"
+            )
+        if self.box and (self.sampler == "latin" or self.axes) and self.samples > MOST_KEPT_SAMPLES:
+            raise InputError(
+                f"samples: got {self.samples}, expected at most {MOST_KEPT_SAMPLES} in a Latin "
+                "hypercube or on a grid; Sobol samples without a grid have no limit"
+            )
+        check_names(self.record, self.scene.model)
+        self._check_ends()
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The varied names, in the order of their columns."""
+        return (*(axis.name for axis in self.axes), *(one.name for one in self.box))
+
+    @cached_property
+    def grid_points(self) -> int:
+        """Points of the grid; 1 without one."""
+        return math.prod(len(axis.values) for axis in self.axes)
+
+    @cached_property
+    def rows(self) -> int:
+        """Rows of the sweep."""
+        return self.grid_points * max(1, self.samples)
+
+    def description(self) -> dict[str, Any]:
+        """Everything the rows depend on, in plain JSON values."""
+        scene, body, start = self.scene, self.scene.body, self.scene.start
+        return {
+            "scene": scene.name,
+            "model": scene.model,
+            "body": {
+                field.name: str(getattr(scene.body, field.name)) for field in fields(scene.body)
+            },
+            "start": {one.name: str(getattr(start, one.name)) for one in fields(start)},
+            "until": str(scene.until),
+            "vary": {axis.name: [str(value) for value in axis.values] for axis in self.axes},
+            "box": {one.name: [str(one.low), str(one.high)] for one in self.box},
+            "samples": self.samples,
+            "sampler": self.sampler,
+            "seed": self.seed,
+            "record": list(self.record),
+            "contact": self.contact,
+        }
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """SHA-256 of the description: two sweeps with the same one have the same rows."""
+        text = json.dumps(self.description(), sort_keys=True)
+        return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+    @cached_property
+    def plan(self) -> Plan:
+        """What a worker has to know."""
+        return Plan(self.scene, self.names, self.record, self.contact)
+
+    def _check_ends(self) -> None:
+        ends = {axis.name: (min(axis.values), max(axis.values)) for axis in self.axes}
+        ends |= {one.name: (one.low, one.high) for one in self.box}
+        inertia = {name: ends.pop(name) for name in ("I1", "I3") if name in ends}
+        for name, pair in ends.items():
+            for value in pair:
+                _varied(self.scene, {name: value})
+        # I3 <= 2 I1 and both positive: the corners with one low and one high are the worst
+        for corner in ((0, 1), (1, 0)) if inertia else ():
+            which = dict(zip(("I1", "I3"), corner, strict=True))
+            _varied(self.scene, {name: pair[which[name]] for name, pair in inertia.items()})
+
+
+def specification(
+    scene: str | Scene,
+    *,
+    vary: Mapping[str, str] | None = None,
+    box: Mapping[str, str] | None = None,
+    until: str | None = None,
+    **others: Any,
+) -> Specification:
+    """A ``Specification`` from text, as on the command line.
+
+    >>> specification("reference", vary={"phi_dot": "-200:200:801"}).rows
+    801
+    """
+    loaded = load_scene(scene)
+    if until is not None:
+        loaded = replace(loaded, until=exact(until, "until"))
+    return Specification(
+        loaded,
+        axes=tuple(Axis.parse(name, text) for name, text in (vary or {}).items()),
+        box=tuple(Interval.parse(name, text) for name, text in (box or {}).items()),
+        **others,
+    )
+
+
+def read_specification(path: str | Path) -> Specification:
+    """Read a TOML file.
+
+        scene = "reference"            # a shipped name, or a path beside this file
+        until = "8"                    # s; by default the scene's
+        record = ["climb_A", "max_nu_y"]
+        contact = "unilateral"         # or "bilateral"
+        [vary]
+        phi_dot = "-200:200:801"
+        theta = "0.05,0.1,0.2"
+        [box]
+        theta_dot = "-15:15"
+        [sampling]
+        samples = 100000
+        sampler = "sobol"              # or "latin"
+        seed = 1
+
+    Raises
+    ------
+    InputError
+        No such file, no TOML, or its content is refused; the line names the file.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, expected a TOML file")
+        table = tomllib.loads(path.read_text("utf-8"), parse_float=str)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: {error}; expected a TOML file of a sweep") from None
+    try:
+        return _from_table(table, path.parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def blocks(spec: Specification, size: int, skip: set[int]) -> Iterator[tuple[int, Any]]:
+    """(number, values) of each block of ``size`` rows that is not in ``skip``.
+
+    ``values`` is float64 of shape (rows, names). Memory does not grow with the number of rows.
+    """
+    import numpy
+
+    axes = [numpy.array([float(value) for value in axis.values]) for axis in spec.axes]
+    sampled = _Samples(spec) if spec.box else None
+    for number in range(-(-spec.rows // size)):
+        if number in skip:
+            continue
+        index = numpy.arange(number * size, min((number + 1) * size, spec.rows))
+        point, sample = numpy.divmod(index, max(1, spec.samples))
+        values = numpy.empty((len(index), len(spec.names)))
+        for column in reversed(range(len(axes))):
+            point, at = numpy.divmod(point, len(axes[column]))
+            values[:, column] = axes[column][at]
+        if sampled is not None:
+            values[:, len(axes) :] = sampled.at(sample)
+        yield number, values
+
+
+class _Samples:
+    """Points of the box by their numbers, which never fall where there is no grid."""
+
+    def __init__(self, spec: Specification):
+        import numpy
+        from scipy.stats import qmc
+
+        self._low = numpy.array([float(one.low) for one in spec.box])
+        self._width = numpy.array([float(one.high) for one in spec.box]) - self._low
+        dimensions = len(spec.box)
+        self._kept: Any = None
+        if spec.sampler == "latin":
+            self._kept = qmc.LatinHypercube(dimensions, rng=spec.seed).random(spec.samples)
+            return
+        # 30 bits, the default, would repeat points after a billion
+        self._sobol = qmc.Sobol(dimensions, scramble=True, bits=52, rng=spec.seed)
+        self._next = 0
+        if spec.axes:
+            self._kept = self._draw(spec.samples)
+
+    def at(self, numbers: Any) -> Any:
+        if self._kept is not None:
+            points = self._kept[numbers]
+        else:
+            if numbers[0] > self._next:
+                self._sobol.fast_forward(int(numbers[0]) - self._next)
+            self._next = int(numbers[-1]) + 1
+            points = self._draw(len(numbers))
+        return self._low + self._width * points
+
+    def _draw(self, count: int) -> Any:
+        import warnings
+
+        with warnings.catch_warnings():
+            # SciPy recommends powers of 2; how many points there are is the caller's choice
+            warnings.filterwarnings("ignore", message="The balance properties of Sobol'")
+            return self._sobol.random(count)
+
+
+def _varied(scene: Scene, given: Mapping[str, Fraction]) -> Scene:
+    # a float64 is an exact number too, so the row's scene holds what its columns hold
+    start = {name: value for name, value in given.items() if name in STARTS}
+    scale = given.get("m", scene.body.m) * given.get("R", scene.body.R) ** 2
+    before = scene.body.m * scene.body.R**2
+    body = {field.name: getattr(scene.body, field.name) for field in fields(scene.body)}
+    body |= {name: value for name, value in given.items() if name in PARAMETERS}
+    for name in ("I1", "I3"):  # in units of m R^2, also when m or R are varied
+        body[name] = given[name] * scale if name in given else body[name] / before * scale
+    return replace(
+        scene, body=type(scene.body)(**body), start=replace(scene.start, **_started(start))
+    )
+
+
+def _started(start: Mapping[str, Fraction]) -> dict[str, Any]:
+    return {name: str(value) if name == "theta" else value for name, value in start.items()}
+
+
+def _check_name(name: str) -> None:
+    if name not in STARTS + PARAMETERS:
+        raise InputError(
+            f"sweep: got {name[:60]!r}, expected one of: {', '.join(STARTS + PARAMETERS)}"
+        )
+
+
+def _from_table(table: Mapping[str, Any], folder: Path) -> Specification:
+    known = {"scene", "until", "record", "contact", "vary", "box", "sampling"}
+    for key in table.keys() - known:
+        raise InputError(f"unknown key {key[:60]}, expected only: {', '.join(sorted(known))}")
+    scene = table.get("scene")
+    if not isinstance(scene, str):
+        raise InputError(f"scene: got {scene!r}, expected a shipped name or a path")
+    sampling = _table(table, "sampling")
+    for key in sampling.keys() - {"samples", "sampler", "seed"}:
+        raise InputError(f"unknown key sampling.{key[:60]}, expected only: samples, sampler, seed")
+    for key in ("samples", "seed"):
+        if not isinstance(sampling.get(key, 0), int) or sampling.get(key, 0) < 0:
+            raise InputError(f"sampling.{key}: got {sampling[key]!r}, expected a whole number")
+    record = table.get("record", [])
+    if not isinstance(record, list) or not all(isinstance(name, str) for name in record):
+        raise InputError(f"record: got {str(record)[:60]!r}, expected a list of names")
+    return specification(
+        str(folder / scene) if scene.endswith(".toml") else scene,
+        until=table.get("until"),
+        vary=_texts(table, "vary"),
+        box=_texts(table, "box"),
+        record=tuple(record),
+        contact=table.get("contact", "unilateral"),
+        **sampling,
+    )
+
+
+def _table(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    value = table.get(key, {})
+    if not isinstance(value, dict):
+        raise InputError(f"{key}: got {str(value)[:60]!r}, expected a table [{key}]")
+    return value
+
+
+def _texts(table: Mapping[str, Any], key: str) -> dict[str, str]:
+    found = _table(table, key)
+    for name, value in found.items():
+        if not isinstance(value, str):
+            raise InputError(f"{key}.{name}: got {value!r}, expected text such as '-200:200:801'")
+    return dict(found)
