@@ -1,0 +1,66 @@
+"""``tt-precise thresholds``: lambda, its thresholds and asymptotic values, each determined twice."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from tt_precise.exact.thresholds import Determination, Thresholds
+
+SCHEMA = "tt_precise.thresholds/1"
+DISAGREE = 1
+
+
+@click.command("thresholds")
+@click.argument("scene")
+@click.option("--digits", type=int, default=50, show_default=True, help="Digits to determine.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(scene: str, digits: int, as_json: bool) -> int:
+    """Determine lambda, its thresholds and the asymptotic values of SCENE, each in two ways.
+
+    Exit status 1 if the two determinations of a quantity differ in one of the digits asked for,
+    or if only one of them finds that it exists.
+    """
+    from tt_precise.exact.thresholds import thresholds
+    from tt_precise.progress import progress_bar
+    from tt_precise.scene import load_scene
+
+    loaded = load_scene(scene)
+    with progress_bar(f"{loaded.name}: {digits} digits"):
+        found = thresholds(loaded, digits)
+    if as_json:
+        told = {"schema": SCHEMA, "scene": loaded.name, **found.to_json()}
+        click.echo(json.dumps(told, indent=2, ensure_ascii=False))
+    else:
+        click.echo("\n".join(lines(found)))
+    return 0 if agree(found) else DISAGREE
+
+
+def agree(found: Thresholds) -> bool:
+    """Whether both determinations of every quantity agree in all digits, or in its absence."""
+    agreed = [one.digits_agreed for one in found.quantities.values()]
+    return all(digits is None or digits >= found.digits for digits in agreed)
+
+
+def lines(found: Thresholds) -> list[str]:
+    """What a person reads: value, unit, in how many digits the other way agrees; and the end."""
+    texts = found.to_json()["quantities"]
+    told = [
+        f"{name:>12}  {texts[name]['value'] or 'does not exist':<{found.digits + 9}} "
+        f"{one.unit:<10}  {_agreement(one, found.digits)}"
+        for name, one in found.quantities.items()
+    ]
+    inverts = {True: "yes", False: "no", None: "undecided"}[found.inverts]
+    return [*told, f"{'inverts':>12}  {inverts}: {found.inverts_reason}"]
+
+
+def _agreement(one: Determination, asked: int) -> str:
+    if one.digits_agreed is None:
+        return f"determined twice: {one.reason}"
+    told = f"{one.digits_agreed} digits agree"
+    if one.digits_agreed < asked:
+        told = f"ONLY {told}"
+    return f"{told}: {one.reason}" if one.reason else told
