@@ -24,7 +24,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, for
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.scene import Scene
-from tt_precise.sweep.columns import DEFINITIONS, detectors, extremum, part_named
+from tt_precise.sweep.columns import DEFINITIONS, detectors, part_named, turning_events
 from tt_precise.sweep.lanes import Arrival, Build, Departure, lanes
 from tt_precise.sweep.specification import PARAMETERS, Plan
 
@@ -239,9 +239,7 @@ class _Landed:
             if part in ("start", "end"):
                 found = start if part == "start" else end
             else:
-                turning = ("theta_min", "theta_max")
-                names = turning if quantity == "theta" else (extremum(quantity),)
-                chosen, q = self._at_events(*names)
+                chosen, q = self._at_events(*turning_events(quantity))
                 smaller = numpy.fmin if part == "min" else numpy.fmax
                 found = smaller(start, end)
                 smaller.at(found, self.owner[chosen], wanted.evaluate(q) * numpy.ones(len(chosen)))

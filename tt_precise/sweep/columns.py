@@ -106,6 +106,11 @@ def extremum(quantity: str) -> str:
     return f"{EXTREMUM}{quantity}"
 
 
+def turning_events(quantity: str) -> tuple[str, ...]:
+    """The events among which the extrema of a quantity are."""
+    return ("theta_min", "theta_max") if quantity == "theta" else (extremum(quantity),)
+
+
 def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
     """The event functions to compile in; theta's extrema are its turning points."""
     found: list[Detector] = []

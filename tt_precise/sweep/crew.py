@@ -102,8 +102,9 @@ def crew_on_dask(address: str) -> tuple[Crew, Callable[[], None]]:
     try:
         client = Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
+        reason = str(error) or "no answer"
         raise InputError(
-            f"dask: got {address}: {error or 'no answer'}; expected the address of a scheduler, "
+            f"dask: got {address}: {reason}; expected the address of a scheduler, "
             "such as tcp://127.0.0.1:8786"
         ) from None
     # pure=False: two equal tasks are two tasks; dask itself repeats those of a worker that died

@@ -14,7 +14,7 @@ from tt_precise.errors import InputError
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.integrate.run import integrate
 from tt_precise.scene import Scene
-from tt_precise.sweep.columns import DEFINITIONS, TIMES, extremum, parts
+from tt_precise.sweep.columns import DEFINITIONS, TIMES, extremum, parts, turning_events
 
 ONE_IN = 1000
 TOLERANCE = 1e-22  # a million times finer than double, in half the time that quad's eps takes
@@ -34,9 +34,7 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Any]:
 
     The numbers are rounded to double at the very end. Only for contact "unilateral".
     """
-    extremes = {
-        part.quantity for part in parts(record) if part.extreme and part.quantity != "theta"
-    }
+    extremes = {part.quantity for part in parts(record) if part.extreme} - {"theta"}
     events = (*NEEDED, *(extremum(name) for name in sorted(extremes)))
     try:
         run = integrate(scene, "quad", events=events, record=(), tolerance=TOLERANCE)
@@ -53,9 +51,7 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Any]:
     turning = run.events
     for part in parts(record):
         asked = f"{part.part}_{part.quantity}"
-        names = (
-            ("theta_min", "theta_max") if part.quantity == "theta" else (extremum(part.quantity),)
-        )
+        names = turning_events(part.quantity)
         inner = list(turning["t"][turning["name"].isin(names)]) if part.extreme else []
         values = run.frame(part.quantity, times=[0, *inner, run.t_end])[part.quantity]
         chosen = {"start": values.iloc[0], "end": values.iloc[-1]}

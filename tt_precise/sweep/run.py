@@ -114,9 +114,9 @@ def sweep(
         "rows_per_second": round(computed / seconds, 1) if computed else 0.0,
         "seconds_checking": round(checked, 3),
     }
-    store.finish({})
+    store.gather()
     summary = summary_of(spec, store, how)
-    store.finish(summary)
+    store.tell(summary)
     return Swept(summary, store)
 
 
@@ -201,7 +201,7 @@ def _check(
         tell(done, len(rows))
 
 
-def _rows(store: Memory | Folder, wanted: set[int]) -> Iterator[dict[str, Any]]:
+def _rows(store: Memory | Folder, wanted: set[int]) -> Iterator[dict[Any, Any]]:
     for frame in store.frames():
         yield from frame[frame["index"].isin(wanted)].to_dict("records")
 

@@ -157,9 +157,7 @@ class Specification:
         return {
             "scene": scene.name,
             "model": scene.model,
-            "body": {
-                field.name: str(getattr(scene.body, field.name)) for field in fields(scene.body)
-            },
+            "body": {one.name: str(getattr(body, one.name)) for one in fields(body)},
             "start": {one.name: str(getattr(start, one.name)) for one in fields(start)},
             "until": str(scene.until),
             "vary": {axis.name: [str(value) for value in axis.values] for axis in self.axes},

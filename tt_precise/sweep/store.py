@@ -54,8 +54,11 @@ class Memory:
         for number in sorted(self._frames):
             yield self._frames[number]
 
-    def finish(self, summary: Mapping[str, Any]) -> None:
-        """Nothing is left to do."""
+    def gather(self) -> None:
+        """The rows are together already."""
+
+    def tell(self, summary: Mapping[str, Any]) -> None:
+        """Nothing to write it to."""
 
 
 class Folder:
@@ -115,13 +118,17 @@ class Folder:
         for number in sorted(self.done):
             yield self._parquet.read_table(self._chunk(number)).to_pandas()
 
-    def finish(self, summary: Mapping[str, Any]) -> None:
-        """Write the summary and, if no chunk is missing, all rows in one file."""
-        if not self.quarantined and not self.rows_file.exists():
-            with replacing(self.rows_file) as temporary:
-                self._gather(temporary)
-            for number in sorted(self.done):
-                self._chunk(number).unlink(missing_ok=True)
+    def gather(self) -> None:
+        """Put all rows into one file in place of the chunks, unless some are missing."""
+        if self.quarantined or self.rows_file.exists():
+            return
+        with replacing(self.rows_file) as temporary:
+            self._gather(temporary)
+        for number in sorted(self.done):
+            self._chunk(number).unlink(missing_ok=True)
+
+    def tell(self, summary: Mapping[str, Any]) -> None:
+        """Write ``summary.json``."""
         atomic_write(self.path / "summary.json", json.dumps(summary, indent=2) + "\n")
 
     def _gather(self, target: Path) -> None:

@@ -23,7 +23,7 @@ def summary_of(spec: Specification, store: Memory | Folder, how: dict[str, Any])
     rows = 0
     for frame in store.frames():
         rows += len(frame)
-        outcomes.update(frame["outcome"].value_counts().to_dict())
+        outcomes.update(frame["outcome"].tolist())
         for name in frame.columns:
             if name not in ("index", "outcome"):
                 ranges.setdefault(name, _Range()).take(frame[name].to_numpy(dtype=float))
@@ -83,9 +83,8 @@ def _honesty(store: Memory | Folder) -> dict[str, Any]:
             errors[str(index)] = found["error"]
             continue
         if found["outcomes"][0] != found["outcomes"][1]:
-            other.append(
-                {"index": index, "double": found["outcomes"][0], "quad": found["outcomes"][1]}
-            )
+            rough, fine = found["outcomes"]
+            other.append({"index": index, "double": rough, "quad": fine})
         for name, difference in found["differences"].items():
             if not math.isfinite(difference):
                 unmatched.append({"index": index, "column": name})
