@@ -1,4 +1,4 @@
-"""``tt-precise thresholds``: lambda, its thresholds and asymptotic values, each determined twice."""
+"""``tt-precise thresholds``: lambda, thresholds and asymptotic values, each determined twice."""
 
 from __future__ import annotations
 
