@@ -8,6 +8,7 @@ import json
 import multiprocessing
 import os
 import shutil
+import zlib
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
@@ -48,7 +49,7 @@ class Kept:
                 rows = tuple(map(tuple, told[name]["rows"]))
                 told[name] = Table(tuple(told[name]["columns"]), rows)
             return Run(**{**told, "suspects": tuple(told["suspects"])})
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError):
             return None
 
     def keep(self, task: Task, run: Run) -> None:

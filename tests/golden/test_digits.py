@@ -1,0 +1,68 @@
+"""What is printed of an entry is what all computed values round to."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+
+import pytest
+
+from tt_precise.golden.digits import (
+    EXACT,
+    ColumnDigits,
+    agreement,
+    column_digits,
+    common_text,
+    is_near_zero,
+    scale_of,
+)
+
+ONE = Decimal(1)
+TWO_THIRDS = Decimal("0." + "6" * 60)
+
+
+def test_prints_34_digits_correctly_rounded() -> None:
+    text = common_text([TWO_THIRDS, EXACT.add(TWO_THIRDS, Decimal("1e-45"))], ONE)
+    assert text == "6." + "6" * 32 + "7e-1"
+
+
+def test_prints_fewer_digits_where_values_differ() -> None:
+    text = common_text([TWO_THIRDS, EXACT.add(TWO_THIRDS, Decimal("4e-20"))], ONE)
+    assert text == "6." + "6" * 17 + "7e-1"
+
+
+def test_a_rounding_that_is_undecided_is_not_printed() -> None:
+    # 5e-35 below and above a tie at the 34th digit: 33 digits are common
+    tie = Decimal("1." + "0" * 33 + "5")
+    step = Decimal("1e-40")
+    text = common_text([EXACT.subtract(tie, step), EXACT.add(tie, step)], ONE)
+    assert text == "1." + "0" * 32 + "e+0"
+
+
+def test_prints_nothing_where_not_even_the_sign_is_common() -> None:
+    assert common_text([Decimal("1e-3"), Decimal("-1e-3")], ONE) == ""
+
+
+def test_prints_0_below_1e_34_of_the_scale_and_not_above() -> None:
+    noise = [Decimal("9e-35"), Decimal("-3e-40")]
+    assert common_text(noise, ONE) == "0"
+    assert common_text([Decimal("1.1e-34"), Decimal("-3e-40")], ONE) == ""
+
+
+def test_agreement_is_relative_to_the_entry() -> None:
+    assert agreement(Decimal("1e-10"), Decimal("1.001e-10")) == pytest.approx(3)
+    assert agreement(ONE, ONE) == math.inf
+    assert agreement(Decimal(0), ONE) == -math.inf
+
+
+def test_near_a_zero_digits_count_relative_to_the_scale() -> None:
+    assert is_near_zero("0", ONE)
+    assert is_near_zero("1.23456789012e-23", ONE)  # last digit at 1e-34
+    assert not is_near_zero("1.23456789012e-21", ONE)  # last digit at 1e-32
+    assert not is_near_zero("1." + "0" * 33 + "e-9", ONE)  # has all its digits
+
+
+def test_column_claims_its_weakest_entry() -> None:
+    full = "1." + "0" * 33 + "e+0"
+    entries = [full, "1.5e+0", "0", ""]
+    assert column_digits(entries, scale_of(entries)) == ColumnDigits(2, "1.50e+0", 1, 1)

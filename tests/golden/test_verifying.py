@@ -1,0 +1,280 @@
+"""Every damage to golden data is found and named, with and without a fresh computation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tt_precise.errors import InputError
+from tt_precise.golden import manifest as manifests
+from tt_precise.golden import store
+from tt_precise.golden.inspection import inspect
+from tt_precise.golden.recipe import Run, Task, perform
+from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY
+from tt_precise.golden.table import Table
+from tt_precise.golden.verifying import FRESH_DIGITS, _judged, fresh_tasks, verify
+
+if TYPE_CHECKING:
+    from tests.golden.conftest import Small
+
+
+@pytest.fixture(scope="module")
+def fresh(small_built: Small) -> list[Run]:
+    """The fresh computations of the small scene, in quad and in double."""
+    stored = store.read(small_built.scene.name, small_built.folder)
+    return [perform(task) for task in fresh_tasks(stored)]
+
+
+def path_of(small: Small, file: str) -> Path:
+    return small.folder / small.scene.name / file
+
+
+def edit_table(small: Small, file: str, change: Callable[[list[list[str]]], object]) -> None:
+    lines = [line.split(",") for line in path_of(small, file).read_text().splitlines()]
+    change(lines)
+    path_of(small, file).write_text("".join(",".join(line) + "\n" for line in lines))
+
+
+def edit_manifest(small: Small, change: Callable[[dict[str, Any]], None], seal: bool) -> None:
+    manifest = json.loads(path_of(small, MANIFEST).read_text())
+    change(manifest)
+    if seal:
+        path_of(small, MANIFEST).write_text(manifests.dump(manifest))
+    else:
+        path_of(small, MANIFEST).write_text(json.dumps(manifest))
+
+
+def with_digit_flipped(cell: str, place: int) -> str:
+    """A printed number with another digit at ``place``, counted from 1."""
+    index = cell.index(".") + place - 1
+    assert cell[index].isdigit()
+    return cell[:index] + str((int(cell[index]) + 5) % 10) + cell[index + 1 :]
+
+
+def problems(small: Small) -> str:
+    return "\n".join(inspect(small.scene.name, small.folder)[1])
+
+
+def reseal(small: Small) -> None:
+    """Make the manifest say what the spoiled tables say, all hashes included."""
+    stored = store.read(small.scene.name, small.folder)
+    derived = manifests.derive(stored.scene, stored.trajectory, stored.events)
+
+    def change(manifest: dict[str, Any]) -> None:
+        for file in (TRAJECTORY, EVENTS):
+            for name, column in derived["files"][file]["columns"].items():
+                manifest["files"][file]["columns"][name] |= column
+            rest = {k: v for k, v in derived["files"][file].items() if k != "columns"}
+            manifest["files"][file] |= rest
+            manifest["row_marks"][file] = stored.table(file).row_marks
+        manifest |= {key: derived[key] for key in ("t_end", "digits")}
+
+    edit_manifest(small, change, seal=True)
+
+
+def judged(small: Small, fresh: list[Run]) -> str:
+    stored, found = inspect(small.scene.name, small.folder)
+    assert stored is not None
+    return "\n".join(_judged(stored, found, fresh).problems)
+
+
+def test_good_data_have_no_problems(small: Small) -> None:
+    assert problems(small) == ""
+
+
+def test_a_digit_in_the_30th_place_is_found_and_named(small: Small) -> None:
+    def change(lines: list[list[str]]) -> None:
+        column = lines[0].index("Lx")
+        lines[4][column] = with_digit_flipped(lines[4][column], 30)
+
+    edit_table(small, TRAJECTORY, change)
+    assert "trajectory.csv: changed since it was built: line 5, column Lx" in problems(small)
+
+
+def test_a_digit_of_an_event_is_found_and_named(small: Small) -> None:
+    def change(lines: list[list[str]]) -> None:
+        column = lines[0].index("t")
+        lines[1][column] = with_digit_flipped(lines[1][column], 34)
+
+    edit_table(small, EVENTS, change)
+    assert "events.csv: changed since it was built: line 2, column t" in problems(small)
+
+
+def test_a_missing_row_is_found_and_named(small: Small) -> None:
+    edit_table(small, TRAJECTORY, lambda lines: lines.pop(4))
+    found = problems(small)
+    assert "the row of t = 0.03 is missing" in found
+    assert "6 rows, expected 7; the first change at line 5" in found
+
+
+def test_a_missing_last_row_is_found_and_named(small: Small) -> None:
+    edit_table(small, TRAJECTORY, lambda lines: lines.pop())
+    assert "ends at t = 0.05, before the horizon" in problems(small)
+
+
+def test_a_missing_event_is_found(small: Small) -> None:
+    edit_table(small, EVENTS, lambda lines: lines.pop(2))
+    assert "events.csv" in problems(small)
+    assert "the first change at line 3" in problems(small)
+
+
+def swap(lines: list[list[str]], a: str, b: str) -> None:
+    i, j = lines[0].index(a), lines[0].index(b)
+    for line in lines:
+        line[i], line[j] = line[j], line[i]
+
+
+def test_swapped_columns_are_found_and_named(small: Small) -> None:
+    edit_table(small, TRAJECTORY, lambda lines: swap(lines, "vx", "nu_x"))
+    assert "trajectory.csv: columns are t,kx,ky,kz,Lx,Ly,Lz,nu_x" in problems(small)
+
+
+def test_swapped_columns_under_their_old_names_are_found_and_named(small: Small) -> None:
+    def change(lines: list[list[str]]) -> None:
+        header = list(lines[0])
+        swap(lines, "kx", "kz")
+        lines[0] = header
+
+    edit_table(small, TRAJECTORY, change)
+    assert "trajectory.csv: columns kx and kz are swapped" in problems(small)
+
+
+@pytest.mark.parametrize("seal", [False, True])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda m: m.update(digits=33), "manifest.json: digits is '33', the data say '34'"),
+        (
+            lambda m: m["files"][TRAJECTORY]["columns"]["kx"].update(digits=30),
+            "columns: kx: digits is '30', the data say '34'",
+        ),
+        (lambda m: m["files"][EVENTS].update(rows=1), "events.csv: rows is '1'"),
+        (lambda m: m.update(scene="other"), "manifest.json: scene is 'other'"),
+        (lambda m: m.update(schema="tt_precise.golden/0"), "schema is 'tt_precise.golden/0'"),
+        (lambda m: m.pop("evidence"), "manifest.json: evidence missing"),
+        (lambda m: m["files"].update({"scene.toml": {}}), "scene.toml: says something else"),
+    ],
+)
+def test_an_edited_manifest_is_found_and_named(
+    small: Small, change: Callable[[dict[str, Any]], None], words: str, seal: bool
+) -> None:
+    edit_manifest(small, change, seal)
+    assert words in problems(small)
+
+
+def test_an_edited_number_of_the_evidence_is_found(small: Small) -> None:
+    edit_manifest(small, lambda m: m["evidence"]["runs"][0].update(bits=200), seal=False)
+    assert "manifest.json: edited after it was built" in problems(small)
+
+
+def test_another_scene_text_is_found(small: Small) -> None:
+    path = path_of(small, "scene.toml")
+    path.write_text(path.read_text().replace('mu = "0.3"', 'mu = "0.31"'))
+    assert "scene.toml: says something else" in problems(small)
+    path.write_text(path.read_text().replace('mu = "0.31"', 'mu = "0.3" # as it was'))
+    assert problems(small) == ""
+
+
+@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize("content", [None, b"", b"\xff\xfe", b"nonsense"])
+def test_a_missing_or_broken_file_is_named(small: Small, file: str, content: bytes | None) -> None:
+    if content is None:
+        path_of(small, file).unlink()
+    else:
+        path_of(small, file).write_bytes(content)
+    if file == MANIFEST and content is None:
+        with pytest.raises(InputError, match="golden data"):
+            store.read(small.scene.name, small.folder)
+    assert problems(small) != ""
+
+
+def test_a_cell_that_is_no_printed_number_is_named(small: Small) -> None:
+    def change(lines: list[list[str]]) -> None:
+        lines[2][1] = "nan"
+
+    edit_table(small, TRAJECTORY, change)
+    assert "trajectory.csv, line 3, kx: got 'nan'" in problems(small)
+
+
+def test_the_fresh_computation_agrees(small: Small, fresh: list[Run]) -> None:
+    assert fresh[0].label == "newton quad"
+    assert judged(small, fresh) == ""
+
+
+@pytest.mark.parametrize("column", ["kx", "Lz", "theta", "omega_3"])
+def test_a_wrong_digit_under_right_hashes_is_found(
+    small: Small, fresh: list[Run], column: str
+) -> None:
+    def change(lines: list[list[str]]) -> None:
+        at = lines[0].index(column)
+        lines[4][at] = with_digit_flipped(lines[4][at], FRESH_DIGITS - 1)
+
+    edit_table(small, TRAJECTORY, change)
+    reseal(small)
+    found = judged(small, fresh)
+    assert f"trajectory.csv, line 5, {column}: newton quad agrees to" in found
+
+
+def test_a_wrong_event_time_under_right_hashes_is_found(small: Small, fresh: list[Run]) -> None:
+    def change(lines: list[list[str]]) -> None:
+        at = lines[0].index("t")
+        lines[1][at] = with_digit_flipped(lines[1][at], FRESH_DIGITS - 1)
+
+    edit_table(small, EVENTS, change)
+    reseal(small)
+    assert "events.csv, line 2, t: newton quad agrees to" in judged(small, fresh)
+
+
+def test_a_dropped_event_under_right_hashes_is_found(small: Small, fresh: list[Run]) -> None:
+    edit_table(small, EVENTS, lambda lines: lines.pop())
+    reseal(small)
+    assert "events.csv: " in judged(small, fresh)
+
+
+def test_rows_that_break_jellett_are_found_without_a_computation(small: Small) -> None:
+    def change(lines: list[list[str]]) -> None:
+        at = lines[0].index("Lz")
+        lines[3][at] = with_digit_flipped(lines[3][at], 31)
+
+    edit_table(small, TRAJECTORY, change)
+    reseal(small)
+    assert "trajectory.csv: jellett is constant to" in problems(small)
+    assert "worst in line 4" in problems(small)
+
+
+def test_a_sensitive_scene_gets_the_bits_it_needs(small: Small) -> None:
+    def change(manifest: dict[str, Any]) -> None:
+        columns = manifest["files"][TRAJECTORY]["columns"]
+        columns["kx"]["agreement"]["newton 160"] = 36.0
+
+    edit_manifest(small, change, seal=False)
+    finer, double = fresh_tasks(store.read(small.scene.name, small.folder))
+    assert isinstance(finer, Task)
+    assert (finer.precision, double.precision) == ("mp", "double")
+    assert finer.bits is not None
+    assert finer.bits > 113
+
+
+def test_verify_computes_in_worker_processes(small: Small) -> None:
+    (found,) = verify(folder=small.folder, workers=1)
+    assert found.verdict == "pass"
+    assert found.digits_claimed == 34
+    assert found.digits_found is not None
+    assert found.digits_found >= FRESH_DIGITS
+    assert found.double_digits is not None
+    assert found.double_digits > 11
+
+
+def test_unknown_scenes_are_refused(small: Small) -> None:
+    with pytest.raises(InputError, match="expected one of: reference"):
+        verify(["nowhere"], folder=small.folder)
+
+
+def test_tables_without_rows_do_not_break_the_inspection(small: Small) -> None:
+    empty = Table(store.read(small.scene.name, small.folder).trajectory.columns, ())
+    path_of(small, TRAJECTORY).write_text(empty.csv())
+    assert "before the horizon" in problems(small)
