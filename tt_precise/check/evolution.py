@@ -32,7 +32,9 @@ from tt_precise.mechanics.vectors import cross, dot
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval
 RESOLVED = 1e-9  # wanted doubt of a whole check, before a higher order is tried
 HORIZON = 100.0  # in sqrt(R/g), over which RESOLVED is shared out; the reference has 177
-MARGIN = 10.0  # the next term of a series is taken to be up to so much larger than expected
+# What a rule misses is taken to be the difference from the rule one order below, times its ratio
+# to the difference before, times MARGIN; where the ratio is no small one, MOST times it.
+MARGIN, MOST = 100.0, 10.0
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows tell the equations nothing new
 EPS = float(numpy.finfo(float).eps)
 
@@ -102,7 +104,7 @@ class Evolution:
                 if not len(open_):
                     break
                 finer, finer_doubt = self._intervals(stretch, open_, order)
-                better = ~(finer_doubt > doubt[open_])
+                better = (finer_doubt <= doubt[open_]) | numpy.isnan(doubt[open_])
                 mismatch[:, open_[better]] = finer[:, better]
                 doubt[open_[better]] = finer_doubt[better]
         doubt = numpy.where(numpy.isfinite(mismatch).all(axis=0), doubt, numpy.inf)
@@ -128,7 +130,7 @@ class Evolution:
         if order == 2:  # Hermite's rule has no order below 1: the left end alone takes its place
             lowest = left[:, 0] * steps
         last, before = abs(best - lower).max(axis=0), abs(lower - lowest).max(axis=0)
-        shrinking = numpy.where(before > 0, numpy.minimum(1.0, MARGIN * last / before), 1.0)
+        shrinking = numpy.where(before > 0, numpy.minimum(MOST, MARGIN * last / before), MOST)
         change = values[:, ends[1]] - values[:, ends[0]]
         return change - best, last * shrinking
 

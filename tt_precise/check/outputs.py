@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from html import escape
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -42,10 +43,9 @@ def _heading(result: Result) -> str:
 
 
 def table(result: Result, width: int = WIDTH) -> str:
-    """The result for a terminal of ``width`` characters; long notes go on below themselves."""
-    import textwrap
-
-    rows = [HEADINGS, *map(_cells, result.checks)]
+    """The result for a terminal of ``width`` characters; what was skipped stands below."""
+    done = [finding for finding in result.checks if finding.verdict != "skipped"]
+    rows = [HEADINGS, *map(_cells, done)]
     widths = [max(len(row[i]) for row in rows) for i in range(5)]
     margin = sum(widths) + 2 * len(widths)
     lines = textwrap.wrap(_heading(result), width)
@@ -54,10 +54,21 @@ def table(result: Result, width: int = WIDTH) -> str:
         notes = textwrap.wrap(row[5], max(24, width - margin)) or [""]
         lines.append((start + notes[0]).rstrip())
         lines += [" " * margin + note for note in notes[1:]]
-    for finding in result.checks:
+    for finding in done:
         if finding.parts:
             told = "  ".join(f"{name} {digits:.1f}" for name, digits in finding.parts.items())
-            lines += textwrap.wrap(f"{finding.name}, correct digits of each column: {told}", width)
+            lines += textwrap.wrap(
+                f"{finding.name}, correct digits of each column: {told}", width,
+                subsequent_indent="  ",
+            )  # fmt: skip
+    reasons: dict[str, list[str]] = {}
+    for finding in result.checks:
+        if finding.verdict == "skipped":
+            reasons.setdefault(finding.reason, []).append(finding.name)
+    for reason, names in reasons.items():
+        lines += textwrap.wrap(
+            f"skipped {', '.join(names)}: {reason}", width, subsequent_indent="  "
+        )
     return "\n".join(lines)
 
 

@@ -1,0 +1,110 @@
+"""Column sets: one motion in each of them, and the rigid body's way to vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mpmath
+import numpy
+import pandas
+import pytest
+
+import tt_precise as tt
+from tt_precise.check.columns import choose_set, renamed, renaming
+from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
+from tt_precise.mechanics.newton import NewtonState, angular_velocity, arm
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import cross
+
+Healthy = Callable[..., pandas.DataFrame]
+BODY = tt.load_scene("reference").body.numbers(float)
+
+
+def as_rigid_body(frame: pandas.DataFrame, twist: float = 0.7) -> pandas.DataFrame:
+    """The same motion as a physics engine would write it, at an arbitrary angle about the axis."""
+    state = NewtonState(*(frame[name].to_numpy() for name in NewtonState._fields))
+    q = Motion(BODY, state, numpy)
+    # the shortest rotation from z to k, after a twist about z
+    half = numpy.sqrt((1 + state.kz) / 2)
+    lean = (half, -state.ky / (2 * half), state.kx / (2 * half), 0 * half)
+    c, s = numpy.cos(twist), numpy.sin(twist)
+    quaternion = (
+        lean[0] * c, lean[1] * c + lean[2] * s, lean[2] * c - lean[1] * s, lean[0] * s,
+    )  # fmt: skip
+    columns = dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
+    columns |= dict(zip(("wx", "wy", "wz"), angular_velocity(BODY, state), strict=True))
+    columns |= dict(zip(("vcx", "vcy", "vcz"), q.s_dot, strict=True))
+    return pandas.DataFrame({"t": frame["t"], **columns})
+
+
+def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy) -> None:
+    frame = as_rigid_body(healthy())
+    result = tt.check.conservation(frame, "reference", limits={"jellett": 1e-13})
+    assert result.passed, str(result)
+    assert result.columns == "rigid body"
+    assert result["contact_velocity"].verdict == "pass"
+    assert result["quaternion_norm"].verdict == "pass"
+    assert result["equations"].verdict == "pass"
+    assert result["axis_norm"].verdict == "skipped"
+
+
+def test_a_rigid_body_off_the_table_and_a_drifting_quaternion_fail(healthy: Healthy) -> None:
+    frame = as_rigid_body(healthy())
+    lifted = frame.assign(vcz=frame["vcz"] + numpy.where(frame["t"] > 6, 1e-4, 0))
+    assert tt.check.conservation(lifted, "reference")["contact_velocity"].verdict == "fail"
+    longer = frame.assign(qw=frame["qw"] * 1.00001)
+    assert tt.check.conservation(longer, "reference")["quaternion_norm"].verdict == "fail"
+
+
+def test_a_rigid_body_without_velocity_keeps_jellett(healthy: Healthy) -> None:
+    frame = as_rigid_body(healthy())[["t", "qw", "qx", "qy", "qz", "wx", "wy", "wz"]]
+    result = tt.check.conservation(frame, "reference")
+    assert result["jellett"].verdict == "pass"
+    assert result["energy"].reason == "needs the velocity: columns vcx, vcy, vcz"
+
+
+def test_the_conversion_in_exact_numbers() -> None:
+    # a quarter turn about y lays the axis along x; spinning about it, the centre at rest
+    body = tt.load_scene("reference").body.numbers(
+        lambda value: mpmath.mpf(value.numerator) / value.denominator
+    )
+    half = mpmath.sqrt(mpmath.mpf(1) / 2)
+    state = RigidBodyState(half, 0, half, 0, 5, 0, 0, 0, 0, 0)
+    vectors, lift = vectors_from_rigid_body(body, state)
+    eps = mpmath.mp.eps
+    assert abs(vectors.kx - 1) < eps
+    assert abs(vectors.kz) < eps
+    assert abs(vectors.Lx - 5 * body.I3) < eps
+    v = cross((5, 0, 0), arm(body, (1, 0, 0)))
+    assert (abs(vectors.vx - v[0]) < eps, abs(vectors.vy - v[1]) < eps) == (True, True)
+    assert vectors.vy == 5 * body.R
+    assert abs(lift) < eps
+
+
+def test_what_is_missing_is_named() -> None:
+    with pytest.raises(tt.InputError, match=r"f.csv: no column t .* rename yours with --columns"):
+        choose_set(["time", "kx"], "f.csv")
+    with pytest.raises(tt.InputError, match=r"f.csv: missing kz of the vectors columns"):
+        choose_set(["t", "kx", "ky", "Lx", "Ly", "Lz"], "f.csv")
+    with pytest.raises(tt.InputError, match=r"f.csv: no column set among the columns t, a"):
+        choose_set(["t", "a"], "f.csv")
+    frame = pandas.DataFrame({name: [0.0, 1.0] for name in ("t", "kx", "ky", "kz")})
+    frame = frame.assign(Lx=0.0, Ly=0.0, Lz=1.0, vx=0.0)
+    with pytest.raises(tt.InputError, match="has vx but not vy, expected all of the velocity"):
+        tt.check.conservation(frame, "reference")
+
+
+def test_renames(healthy: Healthy) -> None:
+    frame = healthy()[["t", "theta", "theta_dot", "phi_dot", "omega_3"]]
+    theirs = frame.rename(columns={"t": "time", "omega_3": "spin"})
+    result = tt.check.conservation(theirs, "reference", columns={"time": "t", "spin": "omega_3"})
+    assert result.columns == "Euler"
+    assert renaming(["time=t, spin=omega_3"]) == {"time": "t", "spin": "omega_3"}
+    with pytest.raises(tt.InputError, match="got 'time', expected theirs=ours"):
+        renaming(["time"])
+    with pytest.raises(tt.InputError, match="got 'omega3' as one of ours, expected one of: "):
+        renaming(["w=omega3"])
+    with pytest.raises(tt.InputError, match="no column 'spin' to rename"):
+        renamed(["t"], {"spin": "omega_3"}, "f.csv")
+    with pytest.raises(tt.InputError, match="column t occurs twice"):
+        renamed(["t", "time"], {"time": "t"}, "f.csv")

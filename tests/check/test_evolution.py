@@ -1,0 +1,58 @@
+"""The balance of changes and rates: its own doubt bounds it, at every sampling interval."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy
+import pandas
+import pytest
+
+import tt_precise as tt
+from tt_precise.check.columns import COLUMN_SETS
+from tt_precise.check.evolution import Evolution
+from tt_precise.check.reading import open_table
+from tt_precise.check.stretch import Case
+
+Healthy = Callable[..., pandas.DataFrame]
+
+
+def balance(frame: pandas.DataFrame, columns: str) -> tuple[Any, Any]:
+    case = Case(tt.load_scene("reference"), COLUMN_SETS[columns], True)
+    block = next(open_table(frame).blocks(("t", *case.columns.names)))
+    stretch = case.stretch(block)
+    return Evolution(case, stretch).balance(stretch), stretch
+
+
+@pytest.mark.parametrize("columns", ["vectors", "Euler"])
+@pytest.mark.parametrize("rows", [101, 151, 201, 301, 401, 601, 801, 1201, 3201])
+def test_the_doubt_bounds_the_error_of_the_quadrature(
+    healthy: Healthy, columns: str, rows: int
+) -> None:
+    found, _ = balance(healthy("reference", rows), columns)
+    resolved = found.doubt < 1e-6
+    error = numpy.abs(numpy.vstack((found.state, found.energy)))[:, resolved].max(axis=0)
+    # the states themselves are rounded, and the coarser the steps, the larger their powers
+    rounding = 1e-12
+    assert (error <= found.doubt[resolved] + rounding).all()
+    assert resolved.mean() > (0.99 if rows > 400 else 0.02)
+
+
+def test_dense_rows_are_passed_over_and_nothing_is_lost(healthy: Healthy) -> None:
+    frame = healthy("reference", 20001, 0.5)
+    found, stretch = balance(frame, "vectors")
+    assert len(found.ends) < len(stretch.t) / 5
+    assert found.ends[-1] == len(stretch.t) - 1
+    change = frame["Lz"].iloc[len(stretch.t) - 1] - frame["Lz"].iloc[0]
+    assert abs(change) > 1e-8
+    assert abs(found.state).max() < 1e-13
+
+
+def test_coarse_rows_are_told_not_judged(healthy: Healthy) -> None:
+    result = tt.check.conservation(healthy("reference", 41), "reference")
+    equations = result["equations"]
+    assert equations.verdict == "skipped"
+    assert equations.reason.startswith("rows too far apart: ")
+    assert "intervals too wide to tell" in equations.reason
+    assert result.passed

@@ -1,0 +1,63 @@
+"""Truncated series against closed forms."""
+
+from __future__ import annotations
+
+from math import factorial
+
+import numpy
+
+from tt_precise.check.series import Series, integral, solution
+
+EPS = numpy.finfo(float).eps
+
+
+def test_products_and_quotients_of_geometric_series() -> None:
+    # 1/(1 - h) = 1 + h + h^2 + ..., its square has the coefficients 1, 2, 3, ...
+    h = Series(numpy.array([[0.0], [1.0], [0.0], [0.0], [0.0]]))
+    geometric = 1 / (1 - h)
+    assert geometric.c[:, 0].tolist() == [1] * 5
+    assert (geometric * geometric).c[:, 0].tolist() == [1, 2, 3, 4, 5]
+    assert (geometric / geometric).c[:, 0].tolist() == [1, 0, 0, 0, 0]
+    assert (geometric * geometric).rate[:, 0].tolist() == [2, 6, 12, 20]
+
+
+def test_arrays_stand_on_either_side() -> None:
+    array = numpy.array([2.0, 3.0])
+    h = Series(numpy.array([[1.0, 1.0], [1.0, 1.0]]))
+    for found in (array * h, h * array):
+        assert isinstance(found, Series)
+        assert found.c.tolist() == [[2, 3], [2, 3]]
+    assert (array + h).c.tolist() == [[3, 4], [1, 1]]
+    assert (array - h).c.tolist() == [[1, 2], [-1, -1]]
+    assert (h / array).c.tolist() == [[1 / 2, 1 / 3], [1 / 2, 1 / 3]]
+
+
+def test_the_series_of_an_oscillator() -> None:
+    t = numpy.linspace(0, 3, 7)
+    x, v = solution(lambda s: (s[1], -s[0]), [numpy.sin(t), numpy.cos(t)], 12)
+    for k in range(13):
+        expected = [numpy.sin, numpy.cos, lambda a: -numpy.sin(a), lambda a: -numpy.cos(a)]
+        numpy.testing.assert_allclose(
+            x.c[k], expected[k % 4](t) / factorial(k), rtol=0, atol=4 * EPS / factorial(k)
+        )
+    assert (v.c[0] == numpy.cos(t)).all()
+
+
+def test_hermites_rule_is_exact_up_to_its_degree_and_not_beyond() -> None:
+    for terms in (1, 2, 3, 5, 8, 13):
+        for degree, exact in ((2 * terms - 1, True), (2 * terms, False)):
+            # h^degree about 0 and about 1, over [0, 1]; its integral is 1/(degree + 1)
+            left = numpy.zeros((1, 2 * terms + 1, 1))
+            left[0, degree] = 1
+            right = numpy.array(
+                [
+                    [
+                        [factorial(degree) / factorial(j) / factorial(degree - j)]
+                        for j in range(degree + 1)
+                    ]
+                ]
+            )
+            found = integral(left[:, :terms], right[:, :terms], numpy.ones(1), terms)[0, 0]
+            error = abs(found * (degree + 1) - 1)
+            # the weights alternate: their sum loses up to 2^terms eps
+            assert (error < 2 ** (2 * terms) * EPS) == exact, (terms, degree, error)
