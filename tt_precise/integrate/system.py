@@ -122,7 +122,10 @@ def build(key: Key) -> Integrator:
         [number(zero) for _ in names],
         pars=[number(zero + 1) for _ in form.parameters],
         fp_type=fp_type,
-        t_events=[heyoka.t_event(ex, fp_type=fp_type) for ex in terminal.values()],
+        t_events=[
+            heyoka.t_event(ex, fp_type=fp_type, direction=heyoka_direction(-1))
+            for ex in terminal.values()
+        ],
         nt_events=[
             _event(heyoka, name, q, variables, rates, fp_type, hits.append) for name in key.events
         ],
@@ -140,7 +143,7 @@ def symbolic_body(form: Formulation) -> Parameters:
 
 
 def terminal_functions(form: Formulation, q: Motion, theta: Any) -> dict[str, Any]:
-    """Functions at whose zeros the model ends."""
+    """Functions that are positive where the model holds; it ends where one falls to zero."""
     if form.model == "rolling":
         found = {"contact_lost": q.force[2]}
     else:
@@ -166,9 +169,7 @@ def numeric_options(key: Key) -> dict[str, Any]:
     return options | dict(key.options)
 
 
-def event_expression(
-    event: Event, q: Motion, variables: tuple[Any, ...], rates: list[Any]
-) -> Any:
+def event_expression(event: Event, q: Motion, variables: tuple[Any, ...], rates: list[Any]) -> Any:
     """The heyoka expression whose zeros are the event."""
     import heyoka
 
