@@ -24,7 +24,14 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, for
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.scene import Scene
-from tt_precise.sweep.columns import DEFINITIONS, detectors, part_named, turning_events
+from tt_precise.sweep.columns import (
+    DEFINITIONS,
+    NU_FALLS,
+    NU_RISES,
+    detectors,
+    part_named,
+    turning_events,
+)
 from tt_precise.sweep.lanes import Arrival, Build, Departure, lanes
 from tt_precise.sweep.specification import PARAMETERS, Plan
 
@@ -181,8 +188,21 @@ class _Landed:
             q = self._start_motion
             with numpy.errstate(all="ignore"):
                 return jellett(q) / thresholds.lambda_thres(q.body, numpy)
+        if name.startswith("nu_crossing"):
+            climbs = numpy.array([climb.equator for climb in times], dtype=float)
+            return self._nearest(climbs, after=name.endswith("end")) * unit
         which = name.removeprefix("climb_")
         return found[f"t_end_{which}"] - found[f"t_init_{which}"]
+
+    def _nearest(self, climbs: Any, *, after: bool) -> Any:
+        """Time of the crossing of nu_y and nu_x that is next to the climb on one side."""
+        chosen = self._events(NU_FALLS if after else NU_RISES)
+        owner, times = self.owner[chosen], self.times[chosen]
+        beyond = times > climbs[owner] if after else times < climbs[owner]
+        found = numpy.full(self.rows, numpy.nan)
+        nearer = numpy.fmin if after else numpy.fmax
+        nearer.at(found, owner[beyond], times[beyond])
+        return found
 
     def _outcome(self, row: int, times: InversionTimes) -> str:
         status = self.arrivals[row].status

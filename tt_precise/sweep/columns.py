@@ -2,7 +2,8 @@
 
 Every row has ``FIXED``. Further ones are asked for by name: ``climb_A``, ``climb_B``, ``climb_C``
 (climbing time t_end - t_init), ``t_equator`` (theta first rises through pi/2), ``lambda_ratio``
-(lambda/lambda_thres), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
+(lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses nu_x around the
+climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
 are events of the integration together with both ends, never samples.
 """
 
@@ -31,7 +32,10 @@ DERIVED = {
     **{f"climb_{which}": f"climbing time in definition {which}, s" for which in DEFINITIONS},
     "t_equator": "when theta first rises through pi/2, s",
     "lambda_ratio": "lambda/lambda_thres",
+    "nu_crossing_init": "when nu_y last rises through nu_x before t_equator, s",
+    "nu_crossing_end": "when nu_y first falls through nu_x after t_equator, s",
 }
+NU_RISES, NU_FALLS = "nu_y rises through nu_x", "nu_y falls through nu_x"
 PARTS = ("min", "max", "start", "end")
 
 
@@ -124,6 +128,8 @@ def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
         if events[0].name == "equator":  # the climb: cos theta falls
             rising = ""
         found.append(Detector(events[0], rising, falling))
+    if {"nu_crossing_init", "nu_crossing_end"} & set(record):
+        found.append(Detector(event_named("nu_crossing", model), NU_RISES, NU_FALLS))
     extreme = [part for part in parts(record) if part.extreme and part.quantity != "theta"]
     for quantity in dict.fromkeys(part.quantity for part in extreme):
         asked = {part.part for part in extreme if part.quantity == quantity}

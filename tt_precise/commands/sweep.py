@@ -1,0 +1,251 @@
+"""``tt-precise sweep``: many starts at once; ``tt-precise sweep plot``: pictures of them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tt_precise.errors import InputError
+
+if TYPE_CHECKING:
+    from tt_precise.sweep import Specification
+
+SOME_FAILED = 1
+
+
+class _RunByDefault(click.Group):
+    """``sweep SCENE ...`` is ``sweep run SCENE ...``; ``sweep plot`` stays itself."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group("sweep", cls=_RunByDefault)
+def command() -> None:
+    """Many starts at once: sweep SCENE --vary ..., or sweep plot RESULT --x ... --y ..."""
+
+
+@command.command("run")
+@click.argument("scene")
+@click.option("--vary", multiple=True, metavar="NAME=FIRST:LAST:COUNT", help="A grid; or NAME=1,2.")
+@click.option("--box", multiple=True, metavar="NAME=LOW:HIGH", help="A range to sample from.")
+@click.option("--samples", type=int, default=0, help="How many samples of the box.")
+@click.option("--sampler", default="sobol", show_default=True, help="sobol or latin.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of samples and honesty.")
+@click.option("--until", help="Horizon in s, instead of the scene's.")
+@click.option("--record", help="Further columns, separated by commas, such as climb_A,max_nu_y.")
+@click.option(
+    "--contact", default="unilateral", show_default=True, help="Or bilateral: on at g_n<0."
+)
+@click.option("--out", type=click.Path(file_okay=False), help="A folder: rows, summary; resumes.")
+@click.option("--csv", "as_csv", is_flag=True, help="Also rows.csv in that folder.")
+@click.option("--workers", type=int, help="Processes; by default one for each core.")
+@click.option("--dask", metavar="ADDRESS", help="A dask.distributed scheduler, for a cluster.")
+@click.option("--batch", type=int, help="SIMD lanes; by default what the processor has.")
+@click.option("--chunk", type=int, help="Rows of a task and of a file.")
+@click.option("--honesty", type=int, default=1000, show_default=True, help="One row in so many.")
+@click.option("--json", "as_json", is_flag=True, help="The summary, one JSON object, on stdout.")
+def run(
+    scene: str,
+    vary: tuple[str, ...],
+    box: tuple[str, ...],
+    samples: int,
+    sampler: str,
+    seed: int,
+    until: str | None,
+    record: str | None,
+    contact: str,
+    out: str | None,
+    as_csv: bool,
+    workers: int | None,
+    dask: str | None,
+    batch: int | None,
+    chunk: int | None,
+    honesty: int,
+    as_json: bool,
+) -> int:
+    """Integrate SCENE from many starts: a shipped name, a scene, or a TOML file of a sweep.
+
+    Exit status 1 if rows are missing, because their chunk failed again and again.
+    """
+    from tt_precise.sweep import specification
+    from tt_precise.sweep.run import sweep
+
+    if is_sweep_file(scene):
+        if vary or box or samples or until or record:
+            raise InputError(f"{scene}: is a sweep already, expected no --vary, --box and the like")
+        spec = _read(scene)
+    else:
+        spec = specification(
+            scene,
+            vary=pairs(vary, "--vary"),
+            box=pairs(box, "--box"),
+            until=until,
+            samples=samples,
+            sampler=sampler,
+            seed=seed,
+            record=tuple(name for name in (record or "").split(",") if name),
+            contact=contact,
+        )
+    if as_csv and out is None:
+        raise InputError("--csv: got no --out, expected the folder to write it into")
+    with _bars(spec.rows) as (progress, checking):
+        swept = sweep(
+            spec,
+            out=out,
+            workers=workers or _cores(),
+            dask=dask,
+            batch=batch,
+            chunk=chunk,
+            one_in=honesty,
+            progress=progress,
+            checking=checking,
+        )
+    if as_csv and out is not None:
+        from tt_precise.files import replacing
+
+        with replacing(Path(out) / "rows.csv") as temporary:
+            for position, frame in enumerate(swept.store.frames()):
+                frame.to_csv(temporary, index=False, header=not position, mode="a")
+    if as_json:
+        click.echo(json.dumps(swept.summary, indent=2))
+    else:
+        click.echo("\n".join(lines(dict(swept.summary))))
+    return SOME_FAILED if swept.summary["quarantined"] else 0
+
+
+@command.command("plot")
+@click.argument("result", type=click.Path())
+@click.option("--x", required=True, help="A column.")
+@click.option("--y", required=True, help="A column; t_init, t_end and climb are of definition A.")
+@click.option("--colour", help="A column, such as outcome.")
+@click.option("--map", "z", help="Draw this column over the plane of x and y.")
+@click.option("--out", type=click.Path(dir_okay=False), help="SVG or PNG; by default Y-X.svg.")
+def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
+    """Draw the rows of RESULT, a sweep's folder, Parquet or CSV file."""
+    from tt_precise.sweep.picture import curve, map_of, save
+    from tt_precise.sweep.store import read_rows
+
+    if colour and z:
+        raise InputError("--colour: got --map too, expected one of the two")
+    rows = read_rows(result)
+    figure = map_of(rows, x, y, z) if z else curve(rows, x, y, colour)
+    target = out or f"{z or y}-{x}.svg"
+    save(figure, target)
+    click.echo(target)
+
+
+def lines(summary: dict[str, Any]) -> list[str]:
+    """What a person reads."""
+    how = summary["how"]
+    told = [
+        f"{summary['rows']} of {summary['expected']} rows in {how['seconds']:g} s "
+        f"({how['rows_per_second']:g} rows/s, {how['workers']} workers, {how['batch']} lanes)",
+        *(
+            f"  {count:>9} {name.replace('_', ' ')}"
+            for name, count in summary["outcomes"].items()
+            if count
+        ),
+    ]
+    for name in ("t_init_A", "t_end_A", "min_g_n", "jellett_drift"):
+        found = summary["columns"].get(name)
+        if found and found["min"] is not None:
+            told.append(f"  {name:>13}: {found['min']:.6g} to {found['max']:.6g}")
+    honest = summary["honesty"]
+    if honest["rows"]:
+        told.append(f"  {honest['rows']} rows again in quad; largest differences:")
+        told += [
+            f"  {name:>13}: {found['value']:.2g} (row {found['index']})"
+            for name, found in honest["largest_difference"].items()
+        ]
+    told += [f"  ANOTHER OUTCOME IN QUAD: {one}" for one in honest["other_outcome"]]
+    told += [f"  ONLY IN DOUBLE OR QUAD: {one}" for one in honest["only_in_one"]]
+    told += [f"  ROW {index} FAILED IN QUAD: {error}" for index, error in honest["errors"].items()]
+    told += [
+        f"  MISSING: rows {one['first']} to {one['first'] + one['rows'] - 1}: {one['error']}"
+        for one in summary["quarantined"]
+    ]
+    return told
+
+
+def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:
+    """NAME=TEXT pairs by name."""
+    found: dict[str, str] = {}
+    for one in given:
+        name, equals, text = one.partition("=")
+        if not equals or name in found:
+            raise InputError(f"{option}: got {one[:60]!r}, expected NAME=... , each name once")
+        found[name] = text
+    return found
+
+
+def is_sweep_file(path: str) -> bool:
+    """Whether a TOML file names a scene, so that it is a sweep and not a scene itself."""
+    import tomllib
+
+    if not path.endswith(".toml"):
+        return False
+    try:
+        return "scene" in tomllib.loads(Path(path).read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return False  # the scene's own reader says what is wrong
+
+
+def _read(path: str) -> Specification:
+    from tt_precise.sweep import read_specification
+
+    return read_specification(path)
+
+
+def _cores() -> int:
+    import os
+
+    return len(os.sched_getaffinity(0))
+
+
+@contextmanager
+def _bars(
+    rows: int,
+) -> Iterator[tuple[Callable[[int, int], None] | None, Callable[[int, int], None] | None]]:
+    """Bars on stderr with rate and time left, while it is a terminal."""
+    import sys
+
+    if not sys.stderr.isatty():
+        yield None, None
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    ) as shown:
+        first = shown.add_task("rows", total=rows, rate="")
+        second = shown.add_task("again in quad", total=None, rate="", visible=False)
+
+        def progress(done: int, all_rows: int) -> None:
+            speed = shown.tasks[0].speed
+            shown.update(first, completed=done, rate=f"{speed:.0f}/s" if speed else "")
+
+        def checking(done: int, all_rows: int) -> None:
+            shown.update(second, completed=done, total=all_rows, visible=True)
+
+        yield progress, checking

@@ -1,0 +1,174 @@
+"""Pictures of a sweep: one column against another, or a map over two parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.errors import InputError
+from tt_precise.files import replacing
+from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.sweep.columns import OUTCOMES, part_named
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SHORT = {"t_init": "t_init_A", "t_end": "t_end_A", "climb": "climb_A", "inverts": "outcome"}
+FORMATS = (".svg", ".png")
+# Okabe and Ito's colours, which everybody can tell apart; and a mark of its own for each
+STYLES = dict(
+    zip(
+        OUTCOMES,
+        (("#0072B2", "o"), ("#E69F00", "^"), ("#D55E00", "x"), ("#CC79A7", "s"), ("#000000", "*")),
+        strict=True,
+    )
+)
+_UNITS = {
+    **dict.fromkeys(("theta",), "rad"),
+    **dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), "rad/s"),
+    **dict.fromkeys(("nu_x", "nu_y"), "m/s"),
+    **dict.fromkeys(("I1", "I3"), "m R²"),
+    "m": "kg", "R": "m", "g": "m/s²", "mu": "s/m",
+}  # fmt: skip
+
+
+def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> Figure:
+    """``y`` against ``x``, a point a row; coloured by outcome, or by any other column.
+
+    Rows that have no value of ``y`` stand as ticks on the lower edge, so that none is lost.
+    """
+    figure, axes = _empty()
+    x, y = (column_named(rows, name) for name in (x, y))
+    table = with_climb(rows)
+    missing = table[table[y].isna()] if y != "outcome" else table[:0]
+    shown = column_named(rows, colour) if colour else None
+    if shown == "outcome":
+        for outcome, (hue, mark) in STYLES.items():
+            some = table[(table["outcome"] == outcome) & table[y].notna()]
+            if len(some):
+                label = f"{outcome.replace('_', ' ')} ({len(some)})"
+                axes.plot(some[x], some[y], mark, color=hue, ms=3, label=label)
+    elif shown:
+        points = axes.scatter(table[x], table[y], c=table[shown], s=8, cmap="viridis")
+        figure.colorbar(points, ax=axes, label=label_of(shown))
+    else:
+        axes.plot(table[x], table[y], "o", color=STYLES["inverts"][0], ms=3)
+    if len(missing):
+        low = axes.get_ylim()[0]
+        label = f"no {y} ({len(missing)})"
+        axes.plot(missing[x], [low] * len(missing), "|", color="#999999", ms=8, label=label)
+    if shown == "outcome" or len(missing):
+        axes.legend(frameon=False, fontsize="small")
+    axes.set_xlabel(label_of(x))
+    axes.set_ylabel(label_of(y))
+    return figure
+
+
+def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
+    """``z`` over the plane of ``x`` and ``y``: cells where the rows are a grid, else points."""
+    figure, axes = _empty()
+    x, y, z = (column_named(rows, name) for name in (x, y, z))
+    table = with_climb(rows)
+    if z == "outcome":
+        _outcomes(axes, table, x, y)
+    else:
+        drawn = _cells(axes, table, x, y, table[z], cmap="viridis")
+        figure.colorbar(drawn, ax=axes, label=label_of(z))
+    axes.set_xlabel(label_of(x))
+    axes.set_ylabel(label_of(y))
+    return figure
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a picture as SVG or PNG, by the name's ending; equal pictures make equal files.
+
+    Raises
+    ------
+    InputError
+        Another ending, or the place cannot be written.
+    """
+    import matplotlib
+
+    path = Path(path)
+    if path.suffix not in FORMATS:
+        raise InputError(f"{path}: got {path.suffix or 'no ending'}, expected .svg or .png")
+    # no date and fixed ids, so that the file changes only with the picture
+    metadata: dict[str, Any] = {"Date": None} if path.suffix == ".svg" else {"Software": None}
+    with (
+        matplotlib.rc_context({"svg.hashsalt": "tt-precise", "svg.fonttype": "none"}),
+        replacing(path) as temporary,
+    ):
+        figure.savefig(temporary, format=path.suffix[1:], metadata=metadata, dpi=150)
+
+
+def column_named(rows: pandas.DataFrame, name: str) -> str:
+    """The column meant by ``name``; t_init, t_end and climb stand for definition A.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    wanted = SHORT.get(name, name)
+    if wanted in rows.columns or (wanted.startswith("climb_") and "t_end_A" in rows.columns):
+        return wanted
+    raise InputError(
+        f"column: got {name[:60]!r}, expected one of: {', '.join(rows.columns)}, or climb"
+    )
+
+
+def with_climb(rows: pandas.DataFrame) -> pandas.DataFrame:
+    """The rows with climbing times in all three definitions."""
+    times = {f"climb_{one}": rows[f"t_end_{one}"] - rows[f"t_init_{one}"] for one in "ABC"}
+    return rows.assign(**times)
+
+
+def label_of(name: str) -> str:
+    """A column with its unit, for an axis."""
+    part = part_named(name)
+    if name.startswith(("t_", "climb_")):
+        unit = "s"
+    elif part is not None:
+        unit = QUANTITIES[part.quantity].unit
+    else:
+        unit = _UNITS.get(name, "")
+    return f"{name} ({unit})" if unit not in ("", "1") else name
+
+
+def _empty() -> tuple[Figure, Axes]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure, axes
+
+
+def _outcomes(axes: Axes, table: pandas.DataFrame, x: str, y: str) -> None:
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+    from matplotlib.patches import Patch
+
+    codes = table["outcome"].map({name: code for code, name in enumerate(OUTCOMES)})
+    hues = ListedColormap([hue for hue, _ in STYLES.values()])
+    norm = BoundaryNorm([code - 0.5 for code in range(len(OUTCOMES) + 1)], len(OUTCOMES))
+    _cells(axes, table, x, y, codes, cmap=hues, norm=norm)
+    counts = table["outcome"].value_counts()
+    axes.legend(
+        handles=[
+            Patch(color=STYLES[name][0], label=f"{name.replace('_', ' ')} ({counts[name]})")
+            for name in OUTCOMES
+            if name in counts
+        ],
+        frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0),
+    )  # fmt: skip
+
+
+def _cells(axes: Axes, table: pandas.DataFrame, x: str, y: str, z: Any, **style: Any) -> Any:
+    grid = table.assign(z=z).pivot_table(index=y, columns=x, values="z", dropna=False)
+    if len(table) == grid.size and len(grid.index) > 1 and len(grid.columns) > 1:
+        return axes.pcolormesh(
+            grid.columns, grid.index, grid.to_numpy(), shading="nearest", **style
+        )
+    return axes.scatter(table[x], table[y], c=z, s=6, **style)
