@@ -1,0 +1,142 @@
+"""Starts: dimensionless, rounded once, exact at the poles, and only on the table."""
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+
+from tt_precise.errors import InputError
+from tt_precise.integrate import integrate
+from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.start import beginning, vanishes
+from tt_precise.integrate.system import Key
+from tt_precise.mechanics.formulations import formulation
+from tt_precise.scene import Inclination, Scene, Start
+
+QUAD = precision_named("quad")
+
+
+def starting(scene: Scene, **entries: Any) -> Scene:
+    theta = Inclination.parse(entries.pop("theta", str(scene.start.theta)))
+    values = {name: Fraction(value) for name, value in entries.items()}
+    return replace(scene, start=replace(scene.start, theta=theta, **values))
+
+
+def test_dimensionless_numbers_of_the_reference_scene(reference: Scene) -> None:
+    begun = beginning(starting(reference, nu_y="0.1"), QUAD)
+    with mpmath.workdps(60):
+        second = mpmath.sqrt(mpmath.mpf("0.02") / mpmath.mpf("9.82"))
+        speed = mpmath.sqrt(mpmath.mpf("9.82") * mpmath.mpf("0.02"))
+        expected = {
+            "alpha": mpmath.mpf("0.3"),
+            "I1": mpmath.mpf(131) / 350,
+            "I3": mpmath.mpf(2) / 5,
+            "mu": mpmath.mpf("0.3") * speed,
+        }
+        found = {name: getattr(begun.body, name) for name in expected}
+        expected |= {"until": 8 / second, "omega_3": 155 * second}
+        expected["nu_y"] = mpmath.mpf("0.1") / speed
+        found |= {"until": begun.until, "omega_3": begun.euler.omega_3, "nu_y": begun.euler.nu_y}
+        # a few roundings of the guarded context, 64 bits finer than quad
+        bound = mpmath.ldexp(1, -113 - 60)
+        for name, value in expected.items():
+            assert abs(mpmath.mpf(found[name]) / value - 1) < bound, name
+        assert abs(mpmath.mpf(begun.vectors.kx) - mpmath.sin(mpmath.mpf("0.1"))) < bound
+
+
+def test_a_start_1e_300_from_the_inverted_pole_keeps_its_digits(reference: Scene) -> None:
+    begun = beginning(starting(reference, theta="pi - 1e-300"), QUAD)
+    assert begun.vectors.kz == -1
+    assert abs(begun.vectors.kx / mpmath.mpf("1e-300") - 1) < mpmath.mpf("1e-15")
+    assert begun.vectors.kx > 0
+
+
+@pytest.mark.parametrize(("theta", "kz"), [("0", 1), ("pi", -1)])
+def test_the_poles_are_exact(reference: Scene, theta: str, kz: int) -> None:
+    vectors = beginning(starting(reference, theta=theta), QUAD).vectors
+    assert (vectors.kx, vectors.ky, vectors.kz) == (0, 0, kz)
+    assert vectors.Lx == vectors.Ly == 0
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_scaling_by_powers_of_two_changes_no_bit(half: Scene, precision: str) -> None:
+    """m, R and g scaled, and the start and the horizon accordingly: the same dimensionless top."""
+    mass, length, gravity = Fraction(8), Fraction(1, 4), Fraction(16)
+    time = Fraction(1, 8)  # sqrt(length/gravity)
+    body = half.body
+    inertia = mass * length**2
+    other = replace(
+        half,
+        body=replace(
+            body,
+            m=body.m * mass,
+            R=body.R * length,
+            g=body.g * gravity,
+            I1=body.I1 * inertia,
+            I3=body.I3 * inertia,
+            mu=body.mu / (length / time),
+        ),
+        start=replace(half.start, omega_3=half.start.omega_3 / time),
+        until=half.until * time,
+    )
+    one, two = integrate(half, precision), integrate(other, precision)
+    factors = {
+        "k": Fraction(1),
+        "L": inertia / time,
+        "v": length / time,
+        "nu": length / time,
+        "theta": Fraction(1),
+        "theta_dot": 1 / time,
+        "phi_dot": 1 / time,
+        "omega_3": 1 / time,
+    }
+    for name, value in one.state.values.items():
+        factor = factors.get(name) or factors.get(name.split("_")[0]) or factors[name[0]]
+        assert two.state.values[name] == value * float(factor), name
+    assert two.steps == one.steps
+    wrong = replace(other, body=replace(other.body, mu=other.body.mu * (1 + Fraction(1, 10**15))))
+    assert integrate(wrong, precision).state.theta != two.state.theta
+
+
+@pytest.mark.parametrize(
+    ("entries", "mu", "message"),
+    [
+        ({"theta": "1", "phi_dot": "60"}, "0.3", r"g_n is -.* m g at t = 0, .* lower the start's"),
+        ({"theta": "0.8", "nu_x": "1"}, "3", r"denominator of g_n is -.* lower mu or nu_x"),
+    ],
+)
+def test_a_start_off_the_table_is_refused(
+    reference: Scene, entries: dict[str, str], mu: str, message: str
+) -> None:
+    scene = starting(replace(reference, body=replace(reference.body, mu=mu)), **entries)
+    with pytest.raises(InputError, match=message):
+        integrate(scene)
+
+
+def test_a_rolling_start_off_the_table_is_refused() -> None:
+    from tt_precise.scene import load_scene
+
+    with pytest.raises(InputError, match="g_n is -"):
+        integrate(starting(load_scene("rolling"), theta="1", phi_dot="100"))
+
+
+def test_which_events_vanish_at_the_start(reference: Scene) -> None:
+    key = Key(formulation("gliding", "newton"), QUAD, (), (), 0.0, ())
+    begun = beginning(reference, QUAD)
+    at_rest = ("theta_min", "theta_max", "phi_dot_zero", "nu_x_zero", "nu_y_zero", "nu_crossing")
+    assert all(vanishes(name, key, begun) for name in at_rest)
+    moving = ("equator", "omega_3_zero", "Lk_equals_Lz", "Lk_equals_minus_Lz")
+    assert not any(vanishes(name, key, begun) for name in moving)
+    turning = beginning(starting(reference, theta_dot="1e-25"), QUAD)
+    assert not vanishes("theta_min", key, turning)
+
+
+def test_which_extrema_are_at_the_start(reference: Scene) -> None:
+    key = Key(formulation("gliding", "newton"), QUAD, (), (), 0.0, ())
+    at_rest, moving = beginning(reference, QUAD), beginning(starting(reference, nu_y="1"), QUAD)
+    for name in ("extremum:E_pot", "extremum:theta"):
+        assert vanishes(name, key, at_rest), name
+    assert not vanishes("extremum:g_n", key, moving)
+    assert not vanishes("extremum:omega_3", key, moving)

@@ -1,0 +1,115 @@
+"""Compiled integrators: one for each key, used again, never with a memory of earlier runs."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import heyoka
+import pytest
+
+from tt_precise.integrate import Trajectory, integrate, system
+from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.system import Key, integrator, numeric_options
+from tt_precise.mechanics.formulations import formulation
+from tt_precise.scene import Scene
+
+KEY = Key(formulation("gliding", "newton"), precision_named("double"), (), (), 0.0, ())
+
+
+@pytest.fixture
+def builds(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Key]]:
+    """Keys built during the test, which starts without idle integrators."""
+    built: list[Key] = []
+    original = system.build
+
+    def build(key: Key) -> system.Integrator:
+        built.append(key)
+        return original(key)
+
+    monkeypatch.setattr(system, "_idle", {})
+    monkeypatch.setattr(system, "build", build)
+    yield built
+
+
+def test_one_integrator_serves_every_body_and_start(builds: list[Key], half: Scene) -> None:
+    heavy = replace(half, body=replace(half.body, m="1", I1="2", I3="3", alpha="1/7"))
+    first, other, again = integrate(half), integrate(heavy), integrate(half)
+    assert len(builds) == 1
+    assert first.state.values == again.state.values != other.state.values
+
+
+def test_two_at_once_get_one_each(builds: list[Key]) -> None:
+    with integrator(KEY) as one, integrator(KEY) as two:
+        assert one is not two
+    assert len(builds) == 2
+    assert len(system._idle[KEY]) == 2
+
+
+def test_an_interrupted_integrator_is_not_used_again(builds: list[Key]) -> None:
+    with pytest.raises(KeyboardInterrupt), integrator(KEY):
+        raise KeyboardInterrupt
+    assert not system._idle[KEY]
+
+
+def test_idle_integrators_do_not_pile_up(
+    builds: list[Key], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(system, "KEPT_IDLE", 1)
+    with integrator(KEY), integrator(KEY):
+        pass
+    assert len(system._idle[KEY]) == 1
+
+
+def test_events_of_an_earlier_run_are_forgotten(double: Trajectory, half: Scene) -> None:
+    first = integrate(half, events=double.key.events)
+    second = integrate(half, events=double.key.events)
+    before = double.events[double.events["t"] <= 0.5]
+    assert len(first.events) == len(second.events) == len(before) > 10
+    assert first.events["t"].equals(second.events["t"])
+
+
+def test_recorded_quadratures_do_not_disturb_the_state(double: Trajectory) -> None:
+    bound_eps = 100  # rounding alone, grown by the sensitivity to the start, about 400 at 8 s
+    recorded = integrate("reference", record=("phi", "psi", "x", "y"))
+    for name in ("kx", "ky", "kz"):
+        moved = recorded.state.values[name] - double.state.values[name]
+        assert abs(moved) < bound_eps * 2.0**-52
+    assert abs(recorded.state.psi) > 100  # unscaled it would rule heyoka's tolerance
+
+
+def test_a_numeric_option_reaches_heyoka() -> None:
+    coarse = KEY._replace(tolerance=1e-6)
+    assert numeric_options(coarse)["tol"] == 1e-6
+    assert numeric_options(KEY)["tol"] == 2.0**-56
+    assert numeric_options(KEY._replace(options=(("tol", 0.5),)))["tol"] == 0.5
+    quad = numeric_options(KEY._replace(precision=precision_named("quad")))
+    assert quad == {"compact_mode": True}
+
+
+def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Scene) -> None:
+    options = {"compact_mode": True}  # compiles faster
+    fine = integrate(half, options=options)
+    coarse = integrate(half, tolerance=1e-6, options=options)
+    assert coarse.order < fine.order
+    assert coarse.drift["jellett"] > 1000 * fine.drift["jellett"]
+
+
+def test_terminal_functions_are_those_of_the_model() -> None:
+    def names(model: str, coordinates: str) -> list[str]:
+        form = formulation(model, coordinates)
+        variables = tuple(heyoka.make_vars(*form.columns))
+        q: Any = system.motion(form, (), system.symbolic_body(form), variables, heyoka)
+        return list(system.terminal_functions(form, q, variables[0]))
+
+    assert names("gliding", "newton") == ["contact_lost", "singular_contact"]
+    assert names("gliding", "euler") == ["contact_lost", "singular_contact", "pole"]
+    assert names("rolling", "newton") == ["contact_lost"]
+    assert names("rolling", "euler") == ["contact_lost", "pole"]
+
+
+def test_mu_is_exact_though_it_comes_as_a_square(reference: Scene) -> None:
+    with_exact_root = replace(reference.body, g=Fraction("12.5"), mu="3")
+    context = precision_named("quad").context
+    body = with_exact_root.dimensionless(context, precision_named("quad").exact)
+    assert body.mu == context.mpf("1.5")
