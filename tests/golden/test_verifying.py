@@ -16,7 +16,7 @@ from tt_precise.golden.inspection import inspect
 from tt_precise.golden.recipe import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY
 from tt_precise.golden.table import Table
-from tt_precise.golden.verifying import FRESH_DIGITS, _judged, fresh_tasks, verify
+from tt_precise.golden.verifying import FRESH_DIGITS, Verification, bits_needed, judge, verify
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 @pytest.fixture(scope="module")
 def fresh(small_built: Small) -> list[Run]:
     """The fresh computations of the small scene, in quad and in double."""
-    stored = store.read(small_built.scene.name, small_built.folder)
-    return [perform(task) for task in fresh_tasks(stored)]
+    name, text = small_built.scene.name, small_built.scene.text
+    return [perform(Task(name, text, kind, None, "newton")) for kind in ("quad", "double")]
 
 
 def path_of(small: Small, file: str) -> Path:
@@ -79,7 +79,7 @@ def reseal(small: Small) -> None:
 def judged(small: Small, fresh: list[Run]) -> str:
     stored, found = inspect(small.scene.name, small.folder)
     assert stored is not None
-    return "\n".join(_judged(stored, found, fresh).problems)
+    return "\n".join(judge(stored, found, fresh).problems)
 
 
 def test_good_data_have_no_problems(small: Small) -> None:
@@ -246,17 +246,20 @@ def test_rows_that_break_jellett_are_found_without_a_computation(small: Small) -
     assert "worst in line 4" in problems(small)
 
 
-def test_a_sensitive_scene_gets_the_bits_it_needs(small: Small) -> None:
-    def change(manifest: dict[str, Any]) -> None:
-        columns = manifest["files"][TRAJECTORY]["columns"]
-        columns["kx"]["agreement"]["newton 160"] = 36.0
+@pytest.mark.parametrize(
+    ("found", "bits"), [(28.0, None), (24.0, 130), (5.0, 193), (-100.0, None), (None, None)]
+)
+def test_a_sensitive_scene_gets_the_bits_it_needs(found: float | None, bits: int | None) -> None:
+    assert bits_needed(Verification("some", 34, found)) == bits
 
-    edit_manifest(small, change, seal=False)
-    finer, double = fresh_tasks(store.read(small.scene.name, small.folder))
-    assert isinstance(finer, Task)
-    assert (finer.precision, double.precision) == ("mp", "double")
-    assert finer.bits is not None
-    assert finer.bits > 113
+
+def test_a_wrong_start_is_no_matter_of_bits(small: Small) -> None:
+    path = path_of(small, "scene.toml")
+    path.write_text(path.read_text().replace('omega_3 = "155"', 'omega_3 = "155.0001"'))
+    (found,) = verify(folder=small.folder, workers=1)
+    assert found.verdict == "fail"
+    assert found.digits_found is not None
+    assert found.digits_found < 9
 
 
 def test_verify_computes_in_worker_processes(small: Small) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import pandas
 
@@ -91,14 +91,6 @@ class Comparison:
             self.figure().savefig(temporary, dpi=150)
 
 
-class Worst(NamedTuple):
-    """The entry of a column with the fewest correct digits."""
-
-    column: str
-    digits: float
-    row: int
-
-
 def compare(frame: pandas.DataFrame, scene: str, *, folder: Path | None = None) -> Comparison:
     """Compare a trajectory with the golden data of ``scene``.
 
@@ -132,43 +124,46 @@ def compare(frame: pandas.DataFrame, scene: str, *, folder: Path | None = None) 
             f"{golden.rows[min(1, len(golden.rows) - 1)][0]}, ... {golden.rows[-1][0]} s"
         )
     measured: dict[str, list[float]] = {"t": [float(golden.rows[j][0]) for _, j in pairs]}
-    floors = near_zero_below(stored)
+    scales = scales_of(stored)
     for name in names:
         cells, values = golden.column(name), list(frame[name])
-        measured[name] = [_digits(values[i], cells[j], floors[name]) for i, j in pairs]
+        floor = scales[name] * NEAR_ZERO
+        measured[name] = [_digits(values[i], cells[j], floor) for i, j in pairs]
     over_time = pandas.DataFrame(measured)
     return Comparison(scene, over_time[names].min(), over_time, len(frame) - len(pairs))
 
 
-def compare_tables(table: Table, golden: Table, floors: dict[str, Decimal]) -> list[Worst]:
-    """Where the columns of ``table`` are farthest from those of ``golden``, row by row.
-
-    ``floors`` names the columns to compare, with the size below which an entry is near zero.
-    """
-    found = []
-    for name, floor in floors.items():
-        pairs = zip(table.column(name), golden.column(name), strict=False)
-        digits = [_digits(value, cell, floor) for value, cell in pairs]
-        row = min(range(len(digits)), key=lambda i: (math.isnan(digits[i]), digits[i]), default=-1)
-        found.append(Worst(name, digits[row] if digits else math.nan, row))
-    return found
-
-
-def near_zero_below(stored: Stored) -> dict[str, Decimal]:
-    """For each column, the size below which its entries count as near zero.
+def scales_of(stored: Stored) -> dict[str, Decimal]:
+    """The scale of each column, its largest entry.
 
     A component that is zero altogether takes the scale of its kind, and a kind that is zero
     altogether that of the dimensionless form (m = R = g = 1).
     """
-    scales = {name: scale_of(stored.trajectory.column(name)) for name in stored.trajectory.columns}
-    body = stored.scene.body
-    units = Units(*(Decimal(float(unit)) for unit in Units.of(body, math, float)))
-    floors = {}
+    own = {name: scale_of(stored.trajectory.column(name)) for name in stored.trajectory.columns}
+    units = Units.of(stored.scene.body, math, float)
+    scales = {}
     for name in stored.trajectory.columns[1:]:
         kind = next(kind for kind in KINDS if name in kind)
-        scale = scales[name] or max(scales.get(other, Decimal(0)) for other in kind)
-        floors[name] = (scale or units.of_dimension(STATE_DIMENSIONS[name])) * NEAR_ZERO
-    return floors
+        scale = own[name] or max(own.get(other, Decimal(0)) for other in kind)
+        scales[name] = scale or Decimal(float(units.of_dimension(STATE_DIMENSIONS[name])))
+    return scales
+
+
+def correct_digits(value: Any, cell: str, size: Decimal) -> float:
+    """Digits of ``value`` that agree with the golden ``cell``, relative to ``size``; at most 34.
+
+    NaN where the golden entry is undefined. A value that is missing or not finite where there is
+    one has none.
+    """
+    if not cell:
+        return math.nan
+    given = _decimal(value)
+    if given is None:
+        return 0.0
+    error = abs(EXACT.subtract(given, Decimal(cell)))
+    if not error:
+        return float(DIGITS)
+    return min(float(DIGITS), max(0.0, float((size / error).log10())))
 
 
 def _matched(times: list[Any], golden: Table) -> list[tuple[int, int]]:
@@ -186,21 +181,7 @@ def _matched(times: list[Any], golden: Table) -> list[tuple[int, int]]:
 
 
 def _digits(value: Any, cell: str, floor: Decimal) -> float:
-    """Correct digits of ``value``; NaN where the golden entry is undefined.
-
-    A value that is missing or not finite where there is one has none.
-    """
-    if not cell:
-        return math.nan
-    given = _decimal(value)
-    if given is None:
-        return 0.0
-    expected = Decimal(cell)
-    error = abs(EXACT.subtract(given, expected))
-    if not error:
-        return float(DIGITS)
-    size = max(abs(expected), floor)
-    return min(float(DIGITS), max(0.0, float((size / error).log10())))
+    return correct_digits(value, cell, max(abs(Decimal(cell or 0)), floor))
 
 
 def _decimal(value: Any) -> Decimal | None:

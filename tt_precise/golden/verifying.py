@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
+from typing import NamedTuple
 
 from tt_precise.errors import InputError
 from tt_precise.golden import store
-from tt_precise.golden.comparing import Worst, compare_tables, near_zero_below
+from tt_precise.golden.comparing import correct_digits, scales_of
 from tt_precise.golden.inspection import inspect
 from tt_precise.golden.publication import ordered_events
-from tt_precise.golden.recipe import Run, Task
+from tt_precise.golden.recipe import LADDER, Run, Task
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import cores, perform_all, pool
@@ -21,11 +22,35 @@ from tt_precise.progress import Progress, silent
 
 FRESH_DIGITS = 28  # a fresh computation has to find at least so many
 DIGITS_PER_BIT = math.log10(2)
-QUAD_BITS, DOUBLE_BITS = 113, 53
+QUAD, QUAD_BITS, DOUBLE_BITS = "newton quad", 113, 53
+
+# Digits of a fresh computation count relative to the size of the component at that time, its
+# largest golden entry within so many rows: a zero passed on the way does not decide, and a
+# component that decays is still judged by its own size. One that has decayed further than to
+# 1e-10 of its largest is judged as if it had not.
+NEIGHBOURS = 20
+DECAYED = Decimal("1e-10")
+
+# Where quad finds fewer digits, the scene is too sensitive for it and is computed again with as
+# many bits as that takes; no more than golden data are made with.
+MARGIN = 1
+MOST_BITS = LADDER[-1][-1]
 
 # A scene loses the same digits in every arithmetic (its sensitivity); beyond that, rounding
 # errors and the libraries of another machine move double by less than these.
 DOUBLE_MARGIN = 2.5
+
+
+class Worst(NamedTuple):
+    """The entry of a column with the fewest correct digits."""
+
+    file: str
+    row: int
+    column: str
+    digits: float
+
+    def __str__(self) -> str:
+        return f"{self.file}, line {self.row + 2}, {self.column}"
 
 
 @dataclass(frozen=True)
@@ -59,9 +84,9 @@ def verify(
 ) -> list[Verification]:
     """Judge golden data, by default all there are, by their hashes and by fresh computations.
 
-    Fresh is a computation in quad (at least 28 digits of every entry have to come out again, and
-    every event), in vector form; a scene too sensitive for quad takes as many bits as it needs. A
-    second one is in double. Entries near a zero of their component count relative to its scale.
+    Fresh is a computation in quad, in vector form, of which at least 28 digits of every entry,
+    and every event, have to come out again; a scene too sensitive for that takes as many bits as
+    it needs. A second one is in double. Digits count relative to the component's size at the time.
 
     Raises
     ------
@@ -78,11 +103,19 @@ def verify(
 
     def finish(name: str, runs: list[Run]) -> list[Task]:
         stored, problems = inspected[name]
-        if stored:
-            found[name] = _judged(stored, problems, runs)
+        if stored is None:
+            return []
+        found[name] = judge(stored, problems, runs)
+        bits = bits_needed(found[name])
+        if runs[0].label == QUAD and bits:
+            return [Task(name, stored.scene_text, "mp", bits, "newton"), _double(stored)]
         return []
 
-    plans = {name: fresh_tasks(stored) for name, (stored, _) in inspected.items() if stored}
+    plans = {
+        name: [Task(name, stored.scene_text, "quad", None, "newton"), _double(stored)]
+        for name, (stored, _) in inspected.items()
+        if stored
+    }
     with pool(workers or cores(), recycled=False) as executor:
         perform_all(executor, plans, finish, progress=progress)
     for name, (stored, problems) in inspected.items():
@@ -91,60 +124,43 @@ def verify(
     return [found[name] for name in wanted]
 
 
-def fresh_tasks(stored: Stored) -> list[Task]:
-    """The computations that the data are judged by, the finer one first."""
-    bits = math.ceil((FRESH_DIGITS + 1 + _digits_lost(stored)) / DIGITS_PER_BIT)
-    name, text = stored.name, stored.scene_text
-    finer = (
-        Task(name, text, "quad", None, "newton")
-        if bits <= QUAD_BITS
-        else Task(name, text, "mp", bits, "newton")
-    )
-    return [finer, Task(name, text, "double", None, "newton", events=False)]
+def bits_needed(verification: Verification) -> int | None:
+    """With how many bits to compute again; None if the digits found are enough, or hopeless."""
+    digits = verification.digits_found
+    if digits is None or digits >= FRESH_DIGITS:
+        return None
+    lost = QUAD_BITS * DIGITS_PER_BIT - digits
+    bits = math.ceil((FRESH_DIGITS + MARGIN + lost) / DIGITS_PER_BIT)
+    return bits if bits <= MOST_BITS else None
 
 
-def _digits_lost(stored: Stored) -> float:
-    """Digits that the sensitivity of the scene costs: what a run lost against its precision."""
-    try:
-        runs = stored.manifest["evidence"]["runs"]
-        low = next(run for run in runs[1:] if run["formulation"] == "newton")
-        agreements = [
-            column["agreement"][low["name"]]
-            for file in (TRAJECTORY, EVENTS)
-            for column in stored.manifest["files"][file]["columns"].values()
-            if "agreement" in column
-        ]
-        kept = min(digits for digits in agreements if digits != "equal")
-        return float(low["bits"] * DIGITS_PER_BIT - kept)
-    except (KeyError, TypeError, ValueError, StopIteration):
-        return 0.0  # an edited manifest; the inspection tells that
-
-
-def _judged(stored: Stored, problems: list[str], runs: list[Run]) -> Verification:
+def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verification:
+    """The verdict on data with these ``problems`` of their own, by a fine run and a double one."""
     finer, double = runs
-    floors = {**near_zero_below(stored), "t": Decimal(0)}
-    problems = list(problems)
-    worst = list(_compared(TRAJECTORY, finer.trajectory, stored.trajectory, floors, problems))
-    worst += _compared(EVENTS, _events_table(finer), stored.events, floors, problems)
+    found = list(problems)
     status = stored.manifest.get("status")
     if finer.status != status:
-        problems.append(f"status: {finer.label} ends {finer.status}, the manifest says {status}")
-    for file, one in worst:
-        if one.digits < FRESH_DIGITS:
-            problems.append(
-                f"{file}, line {one.row + 2}, {one.column}: {finer.label} agrees to "
-                f"{one.digits:.1f} digits, expected {FRESH_DIGITS}"
-            )
-    digits = min((one.digits for _, one in worst), default=None)
-    rough = list(_compared(TRAJECTORY, double.trajectory, stored.trajectory, floors, []))
-    double_digits = min((one.digits for _, one in rough), default=None)
-    if digits is not None and double_digits is not None:
+        found.append(f"status: {finer.label} ends {finer.status}, the manifest says {status}")
+    worst = list(_compared(stored, TRAJECTORY, finer.trajectory, found))
+    worst += _compared(stored, EVENTS, _events_table(finer), found)
+    found += [
+        f"{one}: {finer.label} agrees to {one.digits:.1f} digits, expected {FRESH_DIGITS}"
+        for one in worst
+        if one.digits < FRESH_DIGITS
+    ]
+    digits = min((one.digits for one in worst), default=None)
+    rough = min(
+        _compared(stored, TRAJECTORY, double.trajectory, []),
+        key=lambda one: one.digits,
+        default=None,
+    )
+    if digits is not None and rough is not None:
         lost = finer.bits * DIGITS_PER_BIT - digits
         expected = DOUBLE_BITS * DIGITS_PER_BIT - lost - DOUBLE_MARGIN
-        if double_digits < expected:
-            problems.append(
-                f"{TRAJECTORY}: double agrees to {double_digits:.1f} digits, expected "
-                f"{expected:.1f}, as {finer.label} lost {lost:.1f}"
+        if rough.digits < expected:
+            found.append(
+                f"{rough}: double agrees to {rough.digits:.1f} digits, expected {expected:.1f}, "
+                f"as {finer.label} lost {lost:.1f}"
             )
     claimed = stored.manifest.get("digits")
     return Verification(
@@ -152,30 +168,56 @@ def _judged(stored: Stored, problems: list[str], runs: list[Run]) -> Verificatio
         claimed if isinstance(claimed, int) else None,
         digits,
         finer.label,
-        double_digits,
-        tuple(problems),
+        rough.digits if rough else None,
+        tuple(found),
     )
 
 
-def _compared(
-    file: str, fresh: Table, golden: Table, floors: dict[str, Decimal], problems: list[str]
-) -> list[tuple[str, Worst]]:
+def _double(stored: Stored) -> Task:
+    return Task(stored.name, stored.scene_text, "double", None, "newton", events=False)
+
+
+def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[Worst]:
     """The worst entry of each column, apart from undefined ones; row by row where rows agree."""
+    golden = stored.table(file)
     if len(fresh.rows) != len(golden.rows):
         problems.append(f"{file}: {len(golden.rows)} rows, a fresh one has {len(fresh.rows)}")
-    known = {name: floors[name] for name in golden.columns if name in floors}
-    if not set(known) <= set(fresh.columns):
+    if golden.columns != fresh.columns:
         return []
     for label in ("name", "direction"):
-        if label in golden.columns:
-            pairs = zip(golden.column(label), fresh.column(label), strict=False)
-            for row, (mine, other) in enumerate(pairs):
-                if mine != other:
-                    line = f"{file}, line {row + 2}, {label}"
-                    problems.append(f"{line}: got {mine}, a fresh computation has {other}")
-                    return []
-    worst = compare_tables(fresh, golden, known)
-    return [(file, one) for one in worst if not math.isnan(one.digits)]
+        if label not in golden.columns:
+            continue
+        pairs = zip(golden.column(label), fresh.column(label), strict=False)
+        for row, (mine, other) in enumerate(pairs):
+            if mine != other:
+                line = f"{file}, line {row + 2}, {label}"
+                problems.append(f"{line}: got {mine}, a fresh computation has {other}")
+                return []
+    scales = scales_of(stored)
+    worst = []
+    for name in golden.columns:
+        if name in ("name", "direction"):
+            continue
+        cells = golden.column(name)
+        sizes = _sizes(cells, scales[name]) if name != "t" else [abs(Decimal(t)) for t in cells]
+        triples = zip(fresh.column(name), cells, sizes, strict=False)
+        digits = [correct_digits(*triple) for triple in triples]
+        told = [row for row in range(len(digits)) if not math.isnan(digits[row])]
+        if told:
+            row = min(told, key=digits.__getitem__)
+            worst.append(Worst(file, row, name, digits[row]))
+    return worst
+
+
+def _sizes(cells: Sequence[str], scale: Decimal) -> list[Decimal]:
+    """For each row, the size of its component at that time."""
+    own = [abs(Decimal(cell or 0)) for cell in cells]
+    if not any(own):
+        return [scale] * len(own)
+    return [
+        max(*own[max(0, row - NEIGHBOURS) : row + NEIGHBOURS + 1], scale * DECAYED)
+        for row in range(len(own))
+    ]
 
 
 def _events_table(run: Run) -> Table:
