@@ -13,7 +13,7 @@ from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.start import beginning, vanishes
 from tt_precise.integrate.system import Key
 from tt_precise.mechanics.formulations import formulation
-from tt_precise.scene import Inclination, Scene, Start
+from tt_precise.scene import Inclination, Scene
 
 QUAD = precision_named("quad")
 

@@ -1,6 +1,5 @@
 """Compiled integrators: one for each key, used again, never with a memory of earlier runs."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -18,7 +17,7 @@ KEY = Key(formulation("gliding", "newton"), precision_named("double"), (), (), 0
 
 
 @pytest.fixture
-def builds(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Key]]:
+def builds(monkeypatch: pytest.MonkeyPatch) -> list[Key]:
     """Keys built during the test, which starts without idle integrators."""
     built: list[Key] = []
     original = system.build
@@ -29,7 +28,7 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Key]]:
 
     monkeypatch.setattr(system, "_idle", {})
     monkeypatch.setattr(system, "build", build)
-    yield built
+    return built
 
 
 def test_one_integrator_serves_every_body_and_start(builds: list[Key], half: Scene) -> None:
