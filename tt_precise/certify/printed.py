@@ -92,7 +92,11 @@ def outward(exact: arb, digits: int = 40) -> tuple[str, str]:
 
 
 def _decimal(mantissa: int, power: int) -> str:
-    return str(Decimal(mantissa).scaleb(power)) if mantissa else "0"
+    # digit by digit, as arithmetic on Decimals rounds to the context's precision
+    figures = str(abs(mantissa))
+    sign = "-" if mantissa < 0 else ""
+    text = f"{sign}{figures[0]}.{figures[1:]}".rstrip(".")
+    return f"{text}e{power + len(figures) - 1:+03d}" if mantissa else "0"
 
 
 def _upward(radius: int, power: int) -> str:

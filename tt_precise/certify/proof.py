@@ -15,9 +15,9 @@ from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
 from tt_precise.certify.observed import columns_in_si, observed
 from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
 from tt_precise.certify.verdict import NotProved
-from tt_precise.certify.zeros import Zero, lower_bound, zeros
+from tt_precise.certify.zeros import Zero, lower_bound, start_slope, zeros
 from tt_precise.integrate.events import catalogue, event_named
-from tt_precise.integrate.inversion import InversionTimes, from_events
+from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
@@ -104,13 +104,15 @@ class Proof:
         found: list[Zero] = []
         failure = None
         with flint.ctx.workprec(self.enclosure.working_bits):
+            # the last stretch reaches beyond the horizon
+            end = self.lost.time if self.lost else self.enclosure.problem.until()
             at_start = arb(function(self.enclosure.problem.start()))
-        at_zero = bool(at_start == 0)
+        at_zero = bool(at_start == 0) and not start_slope(stretches[0], function).contains(0)
         if not at_zero and at_start.contains(0):
             since = stretches[0].piece.end / FIRST_PART
         try:
             for zero in zeros(stretches, function, zero_at_start=at_zero, since=since):
-                if self.lost and zero.time > self.lost.time:
+                if zero.time > end:
                     break
                 if event.direction in (0, zero.direction):
                     found.append(zero)
@@ -135,7 +137,8 @@ class Proof:
         import pandas
 
         rows = []
-        for name, proved in self.all_events.items():
+        for name in NEEDED:
+            proved = self.all_events[name]
             if proved.failure:
                 raise proved.failure
             for zero in proved.zeros:

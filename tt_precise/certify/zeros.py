@@ -64,6 +64,12 @@ def zeros(
         yield from sorted(found, key=lambda zero: float(zero.time))
 
 
+def start_slope(stretch: Stretch, function: Function) -> arb:
+    """A ball around the derivative of the function at the start of the stretch."""
+    with flint.ctx.workprec(stretch.bits):
+        return _Part.of(stretch, function, False).slope.polynomial(arb(0))
+
+
 def lower_bound(stretch: Stretch, function: Function, pieces: int = 8) -> arb:
     """A number that the function is nowhere below on the stretch.
 

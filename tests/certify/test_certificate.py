@@ -1,0 +1,153 @@
+"""Printed tables judged by a proof, and the files that go beside them."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import pandas
+
+import tt_precise as tt
+from tt_precise.certify.certificate import ENCLOSURE, PROOF, certify, judged, verify
+from tt_precise.certify.proof import Proof, prove
+from tt_precise.commands.certify_golden import command
+from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
+from tt_precise.golden.table import Table
+from tt_precise.integrate import catalogue
+from tt_precise.scene import parse_scene
+
+NAME = "short"
+
+
+@pytest.fixture(scope="module")
+def scene() -> tt.Scene:
+    text = tt.load_scene("reference").text
+    return parse_scene(text.replace('until = "8"', 'until = "0.05"'), NAME, NAME)
+
+
+@pytest.fixture(scope="module")
+def stored(scene: tt.Scene) -> Stored:
+    """Tables as golden data have them, printed from heyoka's own numbers at 200 bits."""
+    run = tt.integrate(scene, precision="mp", bits=200, events=catalogue("gliding"))
+    return Stored(
+        NAME,
+        scene.text,
+        _printed(run.frame(numbers="native")),
+        _printed(run.events),
+        {},
+    )
+
+
+@pytest.fixture(scope="module")
+def proof(scene: tt.Scene) -> Proof:
+    return prove(scene)
+
+
+def _run(*arguments: str) -> int:
+    status: int = command.main(args=list(arguments), standalone_mode=False)
+    return status
+
+
+def _printed(frame: pandas.DataFrame) -> Table:
+    columns: dict[str, Sequence[str]] = {}
+    for name in map(str, frame.columns):
+        values = list(frame[name])
+        if name in ("name", "direction"):
+            columns[name] = [str(value) for value in values]
+        else:
+            columns[name] = [
+                "0" if abs(value) < 1e-40 else f"{Decimal(str(value)):.33e}" for value in values
+            ]
+    return Table.of_columns(columns)
+
+
+def _spoiled(table: Table, row: int, column: str, place: int) -> Table:
+    """One digit of one entry changed, in the given place after the point."""
+    position = table.columns.index(column)
+    cells = [list(one) for one in table.rows]
+    text = cells[row][position]
+    at = text.index(".") + place
+    cells[row][position] = text[:at] + str((int(text[at]) + 5) % 10) + text[at + 1 :]
+    return Table(table.columns, tuple(tuple(one) for one in cells))
+
+
+def test_every_printed_digit_is_proved(stored: Stored, proof: Proof) -> None:
+    certificate = judged(stored, proof)
+    assert certificate.complete
+    assert certificate.digits == 34
+    assert certificate.rounded == certificate.entries > 100
+    assert certificate.wrong == 0
+    assert certificate.content["contact"]["g_n_positive"]
+    assert certificate.content["contact"]["energy_never_grows"]
+
+
+@pytest.mark.parametrize("file", [TRAJECTORY, EVENTS])
+def test_a_digit_spoiled_in_the_30th_place_is_proved_wrong(
+    stored: Stored, proof: Proof, file: str
+) -> None:
+    spoiled = _spoiled(stored.table(file), 2, "vy", 30)
+    in_events = file == EVENTS
+    changed = replace(stored, events=spoiled) if in_events else replace(stored, trajectory=spoiled)
+    certificate = judged(changed, proof)
+    assert not certificate.complete
+    assert certificate.wrong == 1
+    assert certificate.content[file]["columns"]["vy"]["wrong"] == 1
+    assert "1 WRONG" in certificate.summary
+
+
+def test_a_missing_event_is_noticed(stored: Stored, proof: Proof) -> None:
+    fewer = Table(stored.events.columns, stored.events.rows[1:])
+    certificate = judged(replace(stored, events=fewer), proof)
+    assert not certificate.content["same_events"]
+    assert not certificate.complete
+
+
+def test_too_few_bits_prove_fewer_digits(stored: Stored) -> None:
+    certificate = judged(stored, prove(stored.scene, bits=100))
+    assert certificate.wrong == 0
+    assert certificate.digits is not None
+    assert 15 < certificate.digits < 30
+    assert certificate.rounded < certificate.entries
+
+
+def _write(stored: Stored, folder: Path) -> None:
+    texts = {
+        SCENE: stored.scene_text,
+        TRAJECTORY: stored.trajectory.csv(),
+        EVENTS: stored.events.csv(),
+        MANIFEST: json.dumps(stored.manifest),
+    }
+    (folder / NAME).mkdir(exist_ok=True)
+    for file in FILES:
+        (folder / NAME / file).write_text(texts[file])
+
+
+def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, tmp_path: Path) -> None:
+    _write(stored, tmp_path)
+    assert _run(NAME, "--folder", str(tmp_path)) == 0
+    content = json.loads((tmp_path / NAME / PROOF).read_text())
+    assert content["failure"] is None
+    assert content[TRAJECTORY]["columns"]["theta"]["digits"] == 34
+    enclosure = Table.parse((tmp_path / NAME / ENCLOSURE).read_text())
+    assert len(enclosure.rows) == 6
+    assert verify(NAME, tmp_path) == []
+    _write(replace(stored, trajectory=_spoiled(stored.trajectory, 3, "kx", 30)), tmp_path)
+    complaints = verify(NAME, tmp_path)
+    assert len(complaints) == 2
+    assert "not the table that was proved" in complaints[0]
+    assert complaints[1] == f"{TRAJECTORY}: row 4, kx: excluded by proof"
+
+
+def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> None:
+    # the tables of one friction, the equations of another that differs in the 30th digit
+    text = stored.scene_text.replace('mu = "0.3"', 'mu = "0.300000000000000000000000000001"')
+    assert text != stored.scene_text
+    _write(replace(stored, scene_text=text), tmp_path)
+    certificate = certify(NAME, folder=tmp_path)
+    assert certificate.wrong > 0
+    assert _run(NAME, "--folder", str(tmp_path)) == 1

@@ -1,0 +1,159 @@
+"""A Monte Carlo of exact problems with closed-form solutions: always contained."""
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import flint
+from flint import arb
+
+import tt_precise as tt
+from tt_precise.certify import NotProved, Problem, enclose, prove, zeros
+from tt_precise.certify.balls import ball
+
+BITS = 120
+
+
+def oscillator(frequency: Fraction, until: Fraction) -> Problem:
+    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+        (w,) = parameters
+        x, v = state
+        return v, -w * w * x
+
+    return Problem(
+        "oscillator",
+        ("x", "v"),
+        rates,
+        lambda: [ball(frequency)],
+        lambda: [arb(1), arb(0)],
+        lambda: ball(until),
+    )
+
+
+def kepler(eccentricity: Fraction, until: Callable[[], arb]) -> Problem:
+    """Planar Kepler motion from the pericentre; u = 1/r is carried along, so f is polynomial."""
+
+    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+        x, y, vx, vy, u = state
+        cube = u * u * u
+        return vx, vy, -x * cube, -y * cube, -(x * vx + y * vy) * cube
+
+    def start() -> Sequence[arb]:
+        e = ball(eccentricity)
+        return [1 - e, arb(0), arb(0), ((1 + e) / (1 - e)).sqrt(), 1 / (1 - e)]
+
+    return Problem("kepler", ("x", "y", "vx", "vy", "u"), rates, lambda: [], start, until)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_oscillator_is_contained(seed: int) -> None:
+    dice = random.Random(seed)
+    w = Fraction(dice.randint(1, 400), 100)
+    enclosure = enclose(oscillator(w, Fraction(20)), BITS)
+    assert enclosure.failure is None
+    with flint.ctx.workprec(2 * BITS):
+        for _ in range(20):
+            time = ball(Fraction(dice.randint(0, 2000), 100))
+            x, v = enclosure.at(time)
+            assert x.overlaps((ball(w) * time).cos())
+            assert v.overlaps(-ball(w) * (ball(w) * time).sin())
+            assert x.rad() < 1e-30
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_kepler_orbit_is_contained(seed: int) -> None:
+    dice = random.Random(seed)
+    eccentricity = Fraction(dice.randint(0, 60), 100)
+    anomaly = Fraction(dice.randint(100, 1000), 100)
+
+    def when(angle: Fraction) -> arb:
+        return ball(angle) - ball(eccentricity) * ball(angle).sin()
+
+    enclosure = enclose(kepler(eccentricity, lambda: when(anomaly)), BITS)
+    assert enclosure.failure is None
+    with flint.ctx.workprec(2 * BITS):
+        for part in range(11):
+            angle = anomaly * part / 10
+            x, y, *_ = enclosure.at(when(angle))
+            assert x.overlaps(ball(angle).cos() - ball(eccentricity))
+            assert y.overlaps((1 - ball(eccentricity) ** 2).sqrt() * ball(angle).sin())
+            assert x.rad() < 1e-25
+
+
+@pytest.mark.parametrize("name", ["upright", "inverted"])
+def test_a_steady_spin_is_contained(name: str) -> None:
+    scene = replace(tt.load_scene(name), until=Fraction(1, 2))
+    proof = prove(scene, BITS)
+    start, end = proof.state(Fraction(0)), proof.state(Fraction(1, 2))
+    for column in ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"):
+        first, last = start[column], end[column]
+        assert first is not None
+        assert last is not None
+        assert last.overlaps(first)
+        assert last.rad() < 1e-25
+    assert end["kz"].contains(-1 if name == "inverted" else 1)  # type: ignore[union-attr]
+
+
+def test_another_frequency_is_excluded() -> None:
+    # negative control: an oscillator that is wrong in the 25th digit is told apart
+    enclosure = enclose(oscillator(Fraction(3, 2), Fraction(20)), BITS)
+    with flint.ctx.workprec(2 * BITS):
+        wrong = Fraction(3, 2) * (1 + Fraction(1, 10**25))
+        x, _ = enclosure.at(arb(20))
+        assert not x.overlaps((ball(wrong) * 20).cos())
+
+
+def test_zeros_of_an_oscillator() -> None:
+    enclosure = enclose(oscillator(Fraction(2), Fraction(10)), BITS)
+    found = list(zeros(enclosure.stretches, lambda state: state[0]))
+    with flint.ctx.workprec(2 * BITS):
+        inside = [zero for zero in found if zero.time < 10]
+        assert len(inside) == 6
+        for k, zero in enumerate(inside):
+            assert zero.time.overlaps((2 * k + 1) * arb.pi() / 4)
+            assert zero.time.rad() < 1e-30
+            assert zero.direction == (-1) ** (k + 1)
+    backwards = next(zeros(reversed(enclosure.stretches), lambda state: state[0]))
+    assert backwards.time.overlaps(found[-1].time)
+
+
+def test_a_zero_at_the_start_is_passed_over() -> None:
+    enclosure = enclose(oscillator(Fraction(2), Fraction(2)), BITS)
+    found = zeros(enclosure.stretches, lambda state: state[1], zero_at_start=True)
+    assert next(found).time.overlaps(arb.pi() / 2)
+
+
+def test_a_touching_zero_is_undecided() -> None:
+    # x - 1 touches zero at each period; no arithmetic with errors can prove or exclude it
+    enclosure = enclose(oscillator(Fraction(2), Fraction(5)), BITS)
+    with pytest.raises(NotProved, match="undecided"):
+        list(zeros(enclosure.stretches, lambda state: state[0] - 1))
+
+
+def test_beyond_the_proof_nothing_is_said() -> None:
+    enclosure = enclose(oscillator(Fraction(2), Fraction(1)), BITS)
+    with pytest.raises(NotProved, match="ends at"):
+        enclosure.at(enclosure.finish + 1)
+
+
+def test_a_solution_that_blows_up_is_enclosed_until_shortly_before() -> None:
+    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+        # y' = y^2 with a division, as in g_n: y = 1/(1 - t) has no value at t = 1
+        (z,) = state
+        return (1 / (1 / (z * z)),)
+
+    problem = Problem("pole", ("y",), rates, lambda: [], lambda: [arb(1)], lambda: arb(2))
+    enclosure = enclose(problem, BITS)
+    assert enclosure.failure is not None
+    with flint.ctx.workprec(BITS):
+        assert enclosure.finish > 0.99
+        assert enclosure.finish < 1
+        (value,) = enclosure.at(arb(0.75))
+        assert value.contains(4)
+        assert value.rad() < 1e-25

@@ -1,0 +1,40 @@
+import random
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import flint
+from flint import arb, arb_mat
+
+from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.verdict import NotProved
+
+
+def test_a_moved_set_contains_the_moved_points() -> None:
+    dice = random.Random(1)
+    with flint.ctx.workprec(80):
+        point = [arb(dice.uniform(-1, 1)) for _ in range(4)]
+        errors = ErrorSet.of([arb(0, 1)] * 4)
+        for _ in range(40):
+            flow = arb_mat([[arb(dice.uniform(-1, 1)) for _ in range(4)] for _ in range(4)])
+            more = arb(dice.uniform(-1, 1))
+            point = [x + more for x in (flow * arb_mat(4, 1, point)).entries()]
+            errors = errors.moved(flow, [arb(0, 1)] * 4)
+            assert all(h.contains(x) for h, x in zip(errors.hull, point, strict=True))
+
+
+def test_a_rotated_box_does_not_grow_by_wrapping() -> None:
+    with flint.ctx.workprec(80):
+        c, s = arb(1).cos(), arb(1).sin()
+        errors = ErrorSet.of([arb(0, 1), arb(0, 1)])
+        for _ in range(100):
+            errors = errors.moved(arb_mat([[c, -s], [s, c]]), [arb(0), arb(0)])
+        assert max(h.rad() for h in errors.hull) < 1.42
+
+
+def test_what_is_not_finite_is_not_proved() -> None:
+    with flint.ctx.workprec(80), pytest.raises(NotProved):
+        ErrorSet.of([arb("nan")])
+    with flint.ctx.workprec(80), pytest.raises(NotProved):
+        ErrorSet.of([arb(1)] * 2).moved(arb_mat([[0, 0], [0, 0]]), [arb("inf")] * 2)

@@ -1,0 +1,67 @@
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import flint
+from flint import arb
+
+from tt_precise.certify.balls import bounds
+from tt_precise.certify.printed import judge, outward, tally
+
+
+@pytest.mark.parametrize(
+    ("text", "middle", "radius", "digits", "rounded", "wrong"),
+    [
+        ("1.2346e+00", "1.23456", "1e-9", 5, True, False),
+        ("1.2345e+00", "1.23456", "1e-9", 4, False, True),
+        ("1.2346e+00", "1.23455", "1e-9", 4, False, False),  # a tie within the ball: undecided
+        ("1.2346e+00", "1.23456", "1e-3", 3, False, False),
+        ("-1.2346e-7", "-1.23456e-7", "1e-16", 5, True, False),
+        ("9.999e+00", "9.99", "1e-9", 2, False, True),
+        ("1.2346e+00", "7", "1e-9", 0, False, True),
+    ],
+)
+def test_judge(
+    text: str, middle: str, radius: str, digits: int, rounded: bool, wrong: bool
+) -> None:
+    with flint.ctx.workprec(100):
+        judged = judge(text, arb(middle, radius))
+    assert (judged.digits, judged.rounded, judged.wrong) == (digits, rounded, wrong)
+
+
+def test_a_printed_zero_stands_for_little() -> None:
+    little = Fraction(1, 10**34)
+    assert judge("0", arb(0, 1e-40), little).rounded
+    undecided = judge("0", arb(0, 1e-30), little)
+    assert not undecided.rounded
+    assert not undecided.wrong
+    assert judge("0", arb(1, 1e-30), little).wrong
+
+
+def test_a_tally_counts_and_takes_the_worst() -> None:
+    with flint.ctx.workprec(100):
+        cells = [
+            ("1.25e+00", arb("1.25", "1e-9"), False),
+            ("1.3e+00", arb("1.31", "1e-9"), False),
+            ("1.4e+00", arb("1.31", "1e-9"), True),
+            ("", arb(1), False),
+            ("1.0e+00", None, False),
+        ]
+        one = tally(cells, Fraction(0))
+    assert (one.digits, one.entries, one.rounded, one.wrong) == (2, 3, 2, 1)
+
+
+@pytest.mark.parametrize(
+    ("middle", "radius"),
+    [("0.333333333333333333", "1e-50"), ("-2.857e-10", "3e-45"), ("0", "1e-31"), ("155e20", "0")],
+)
+def test_outward_decimals_enclose_the_ball(middle: str, radius: str) -> None:
+    with flint.ctx.workprec(200):
+        exact = arb(middle, radius) / 3
+        low, high = bounds(exact)
+        centre, spread = (Fraction(Decimal(text)) for text in outward(exact))
+    assert centre - spread <= low <= high <= centre + spread
+    assert spread <= 3 * (high - low) + Fraction(Decimal(abs(float(centre)) * 1e-39))

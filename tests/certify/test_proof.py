@@ -1,0 +1,128 @@
+"""Scenes: proved states, events, signs and times against heyoka, and against each other."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import flint
+from flint import arb
+
+import tt_precise as tt
+from tt_precise.certify import Proof, prove
+from tt_precise.integrate import catalogue
+from tt_precise.scene import Inclination
+
+SHORT = Fraction(1, 10)
+TIMES = [Fraction(k, 40) for k in range(5)]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def precision() -> Iterator[None]:
+    with flint.ctx.workprec(400):
+        yield
+
+
+@pytest.fixture(scope="module")
+def short() -> tt.Scene:
+    return replace(tt.load_scene("reference"), until=SHORT)
+
+
+@pytest.fixture(scope="module")
+def proof(short: tt.Scene) -> Proof:
+    return prove(short)
+
+
+def test_the_proof_reaches_the_horizon(proof: Proof) -> None:
+    assert proof.complete
+    assert proof.finish_s >= arb(0.1)
+    assert proof.lost is None
+    assert len(list(proof.rows())) == 11
+
+
+def test_a_finer_integration_lies_in_the_enclosure(short: tt.Scene, proof: Proof) -> None:
+    finer = tt.integrate(short, precision="mp", bits=320)
+    with flint.ctx.workprec(400):
+        for time in TIMES:
+            state, other = proof.state(time), finer.at(time)
+            for name, enclosed in state.items():
+                assert enclosed is not None
+                assert enclosed.rad() < 1e-48
+                assert enclosed.overlaps(arb(str(other.values[name]), 1e-80))
+
+
+def test_a_coarser_integration_does_not(short: tt.Scene, proof: Proof) -> None:
+    # negative control: quad is right to about 33 digits, and the enclosure tells
+    coarser = tt.integrate(short, precision="quad")
+    state, other = proof.state(SHORT), coarser.at(SHORT)
+    apart = [not state[n].overlaps(arb(str(other.values[n]))) for n in ("kx", "ky", "vx")]  # type: ignore[union-attr]
+    assert all(apart)
+
+
+def test_other_precision_and_steps_intersect(short: tt.Scene, proof: Proof) -> None:
+    other = prove(short, bits=150)
+    begins = {str(stretch.begin) for stretch in proof.enclosure.stretches[1:]}
+    assert not begins & {str(stretch.begin) for stretch in other.enclosure.stretches[1:]}
+    for time in TIMES:
+        a, b = proof.state(time), other.state(time)
+        for name, enclosed in a.items():
+            assert enclosed is not None
+            assert b[name] is not None
+            assert enclosed.overlaps(b[name])
+
+
+def test_parameters_wrong_in_the_45th_digit_are_told_apart(short: tt.Scene, proof: Proof) -> None:
+    body = replace(short.body, mu=short.body.mu * (1 + Fraction(1, 10**45)))
+    other = prove(replace(short, body=body))
+    a, b = proof.state(SHORT), other.state(SHORT)
+    assert not a["vx"].overlaps(b["vx"])  # type: ignore[union-attr]
+
+
+def test_events_are_those_that_heyoka_finds(short: tt.Scene, proof: Proof) -> None:
+    events = tt.integrate(short, precision="quad", events=catalogue("gliding")).events
+    for name, proved in proof.all_events.items():
+        assert proved.failure is None
+        rows = events[events["name"] == name]
+        assert list(rows["direction"]) == [zero.direction for zero in proved.zeros]
+        for time, zero in zip(rows["t"], proved.zeros, strict=True):
+            seconds, state = proof.event_state(zero)
+            assert abs(seconds - arb(str(time))) < 1e-28
+            assert state["kz"] is not None
+            assert seconds.rad() < 1e-44
+
+
+def test_contact_is_kept(proof: Proof) -> None:
+    frame = tt.integrate(proof.scene).frame("g_n", numbers="float")
+    weight = float(proof.scene.body.m * proof.scene.body.g)
+    bound = float(proof.normal_force_bound)
+    assert 0.9 < bound <= frame["g_n"].min() / weight
+
+
+def test_rolling_is_enclosed() -> None:
+    scene = replace(tt.load_scene("rolling"), until=SHORT)
+    proof = prove(scene)
+    finer = tt.integrate(scene, precision="mp", bits=320)
+    with flint.ctx.workprec(400):
+        state, other = proof.state(SHORT), finer.at(SHORT)
+        for name in ("kx", "ky", "kz", "Lx", "Ly", "Lz"):
+            assert state[name].rad() < 1e-48  # type: ignore[union-attr]
+            assert state[name].overlaps(arb(str(other.values[name]), 1e-80))  # type: ignore[union-attr]
+
+
+def test_lost_contact_ends_the_proof() -> None:
+    scene = tt.load_scene("reference")
+    # a fast nutation lifts the top off within milliseconds
+    start = replace(scene.start, theta=Inclination.parse("0.3"), theta_dot=Fraction(40))
+    scene = replace(scene, start=start, until=SHORT)
+    found = tt.integrate(scene, precision="quad")
+    assert found.status == "contact_lost"
+    proof = prove(scene)
+    assert proof.lost is not None
+    seconds, _ = proof.event_state(proof.lost)
+    assert abs(seconds - arb(str(found.t_end))) < 1e-25
+    assert proof.lost.direction == -1
+    assert proof.finish_s.overlaps(seconds)
+    assert len(list(proof.rows())) < 11

@@ -1,0 +1,19 @@
+from fractions import Fraction
+
+from tt_precise.certify.slopes import Slope, variables
+
+
+def test_slopes_are_the_partial_derivatives() -> None:
+    x, y = Fraction(3, 7), Fraction(-5, 11)
+    a, b = variables([x, y])
+    f = (a * a * b - 2 * b + 1) / (3 - a * b) - 1 / (b - 4) + 0 * a
+    u, v = x * x * y - 2 * y + 1, 3 - x * y
+    assert f.value == u / v - 1 / (y - 4)
+    assert f.partials[0] == (2 * x * y * v + u * y) / v**2
+    assert f.partials[1] == ((x * x - 2) * v + u * x) / v**2 + 1 / (y - 4) ** 2
+
+
+def test_a_value_without_slopes_stays_constant() -> None:
+    (a,) = variables([Fraction(2)])
+    assert (a - a).partials[0] == 0
+    assert Slope(Fraction(1), {}).partials == {}

@@ -1,0 +1,112 @@
+"""One step, and what must not pass: spoiled polynomials, other equations, steps too long."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import flint
+from flint import arb, arb_poly
+
+import tt_precise as tt
+from tt_precise.certify import NotProved, Problem, problem_of
+from tt_precise.certify.approximation import Piece, Steps
+from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.step import Crossing, cross
+
+BITS = 200
+MU = 3  # position of mu among the parameters
+
+
+@pytest.fixture(scope="module", autouse=True)
+def precision() -> Iterator[None]:
+    with flint.ctx.workprec(BITS + 32):
+        yield
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    return problem_of(tt.load_scene("reference"))
+
+
+@pytest.fixture(scope="module")
+def piece(problem: Problem) -> Piece:
+    return Steps(problem, BITS).step()
+
+
+def crossed(problem: Problem, piece: Piece) -> Crossing:
+    differences = [x - c for x, c in zip(problem.start(), piece.first, strict=True)]
+    return cross(problem, piece, ErrorSet.of(differences))
+
+
+def ends(crossing: Crossing, piece: Piece) -> list[arb]:
+    return [p + e for p, e in zip(piece.last, crossing.after.hull, strict=True)]
+
+
+def worst(crossing: Crossing) -> float:
+    return max(float(radius) for radius in crossing.radius)
+
+
+def spoiled(piece: Piece, order: int, by: Any) -> Piece:
+    first, *others = piece.polynomials
+    changed = first + arb_poly([0] * order + [arb(by).mid()])
+    return replace(piece, polynomials=(changed, *others))
+
+
+def test_one_step_of_the_reference_scene(problem: Problem, piece: Piece) -> None:
+    crossing = crossed(problem, piece)
+    assert worst(crossing) < 1e-55
+    # the exact state lies in the tube as well
+    for band, exact in zip(crossing.tube, ends(crossing, piece), strict=True):
+        assert band.polynomial(piece.end).overlaps(exact)
+
+
+@pytest.mark.parametrize("order", [0, 1, 7])
+def test_a_polynomial_spoiled_in_the_40th_digit(problem: Problem, piece: Piece, order: int) -> None:
+    honest, bad = crossed(problem, piece), spoiled(piece, order, "1e-40")
+    crossing = crossed(problem, bad)
+    # no more digits are claimed than there are, and the truth is not lost
+    assert crossing.radius[0] > arb("1e-40") * piece.end**order
+    for a, b in zip(ends(honest, piece), ends(crossing, bad), strict=True):
+        assert b.overlaps(a)
+    # what the spoiled polynomial says is excluded by the honest enclosure
+    assert not ends(honest, piece)[0].overlaps(bad.last[0])
+
+
+def test_a_coarsely_spoiled_polynomial_is_not_proved(problem: Problem, piece: Piece) -> None:
+    with pytest.raises(NotProved, match="S4"):
+        crossed(problem, spoiled(piece, 3, "1e-12"))
+
+
+def test_a_parameter_wrong_in_the_45th_digit(problem: Problem, piece: Piece) -> None:
+    def parameters() -> list[arb]:
+        right = list(problem.parameters())
+        right[MU] *= 1 + arb("1e-45")
+        return right
+
+    wrong = replace(problem, parameters=parameters)
+    other = Steps(wrong, BITS).step(piece.end * piece.unit)
+    assert worst(crossed(wrong, other)) < 1e-55
+    # the friction moves vx by mu g_n vx: what the wrong one says about the end is excluded
+    honest = ends(crossed(problem, piece), piece)
+    assert not all(a.overlaps(b) for a, b in zip(honest, other.last, strict=True))
+    # and judged by the right equations it proves fewer digits
+    assert worst(crossed(problem, other)) > 1e-48
+
+
+def test_a_dropped_term_is_not_proved(problem: Problem) -> None:
+    def rates(parameters: Any, state: Any, fn: Any) -> Any:
+        return (*problem.rates(parameters, state, fn)[:-1], 0 * state[0])
+
+    piece = Steps(replace(problem, rates=rates), BITS).step()
+    with pytest.raises(NotProved, match="S4"):
+        crossed(problem, piece)
+
+
+@pytest.mark.parametrize("factor", [4, 40])
+def test_a_step_made_too_long(problem: Problem, piece: Piece, factor: int) -> None:
+    with pytest.raises(NotProved):
+        crossed(problem, replace(piece, end=piece.end * factor))

@@ -1,0 +1,300 @@
+"""``certify``: how many printed digits of a scene's golden data are proved, and the enclosure.
+
+Two files go beside the golden tables: ``enclosure.csv`` (at each sampled row midpoint and radius
+of each vector column, SI, decimal, rounded outward) and ``proof.json`` (what is proved, about the
+tables with the hashes that it names).
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from flint import arb
+
+from tt_precise.certify.balls import bounds
+from tt_precise.certify.printed import Tally, outward, tally
+from tt_precise.certify.proof import BITS, Proof, prove
+from tt_precise.certify.verdict import NotProved
+from tt_precise.files import atomic_write
+from tt_precise.golden import store
+from tt_precise.golden.digits import is_near_zero, scale_of
+from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.table import Table
+from tt_precise.mechanics.formulations import formulation
+from tt_precise.progress import Progress, silent
+
+SCHEMA = "tt_precise.proof/1"
+PROOF, ENCLOSURE = "proof.json", "enclosure.csv"
+MORE_BITS = 64
+MOST_BITS = 456
+ALL_BUT_T = slice(1, None)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was proved about the golden data of one scene; ``content`` is proof.json.
+
+    ``digits`` are the fewest proved in any column (None if nothing is printed but zeros), ``wrong``
+    counts printed numbers that are proved not to be correctly rounded.
+    """
+
+    scene: str
+    digits: int | None
+    rounded: int
+    entries: int
+    wrong: int
+    content: dict[str, Any]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every row is enclosed and no printed number is wrong."""
+        return self.content["failure"] is None and not self.wrong and self.content["same_events"]
+
+    @property
+    def summary(self) -> str:
+        """One line for people."""
+        until = Decimal(self.content["proved_until_s"]["middle"])
+        parts = [
+            f"{self.scene}: {self.digits} digits proved",
+            f"{self.rounded} of {self.entries} numbers correctly rounded",
+            f"to t = {until:.6g} s",
+        ]
+        if self.wrong:
+            parts.append(f"{self.wrong} WRONG")
+        if not self.content["same_events"]:
+            parts.append("events.csv does not list what is proved to happen")
+        if self.content["failure"]:
+            parts.append(self.content["failure"])
+        return ", ".join(parts)
+
+
+def certify(
+    scene: str,
+    *,
+    folder: Path | None = None,
+    bits: int = BITS,
+    progress: Progress = silent,
+) -> Certificate:
+    """Prove the golden data of ``scene``, as far as it goes, and write the two files.
+
+    The precision is raised until every printed digit is proved, or ``MOST_BITS`` are reached.
+
+    Raises
+    ------
+    InputError
+        There are no golden data of that name.
+    """
+    stored = store.read(scene, folder)
+    while True:
+        proof = prove(stored.scene, bits, progress=progress)
+        certificate = judged(stored, proof)
+        settled = certificate.rounded + certificate.wrong == certificate.entries
+        if settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
+            break
+        bits += MORE_BITS
+    place = (folder or store.home()) / scene
+    text = json.dumps(certificate.content, indent=1, ensure_ascii=False) + "\n"
+    with store.locked(folder or store.home()):
+        atomic_write(place / ENCLOSURE, enclosure_table(proof).csv())
+        atomic_write(place / PROOF, text)
+    return certificate
+
+
+def judged(stored: store.Stored, proof: Proof) -> Certificate:
+    """What ``proof`` says of the golden tables ``stored``."""
+    scales = {name: scale_of(stored.trajectory.column(name)) for name in stored.trajectory.columns}
+    trajectory = _trajectory(stored, proof, scales)
+    events, same_events, undecided = _events(stored, proof, scales)
+    tallies = [*trajectory.values(), *events.values()]
+    content = {
+        "schema": SCHEMA,
+        "scene": stored.name,
+        "theorem": "docstring of tt_precise.certify",
+        "bits": proof.enclosure.bits,
+        "steps": len(proof.enclosure.stretches),
+        "proved_until_s": _number(proof.finish_s, 12),
+        "failure": str(proof.enclosure.failure) if proof.enclosure.failure else None,
+        "contact": _contact(proof),
+        "inversion": _inversion(proof),
+        "same_events": same_events,
+        "undecided_events": undecided,
+        store.TRAJECTORY: {
+            "sha256": stored.trajectory.sha256,
+            "columns": {name: asdict(one) for name, one in trajectory.items()},
+        },
+        store.EVENTS: {
+            "sha256": stored.events.sha256,
+            "columns": {name: asdict(one) for name, one in events.items()},
+        },
+        "versions": {n: importlib.metadata.version(n) for n in ("heyoka", "python-flint")},
+    }
+    return Certificate(
+        scene=stored.name,
+        digits=min((t.digits for t in tallies if t.digits is not None), default=None),
+        rounded=sum(t.rounded for t in tallies),
+        entries=sum(t.entries for t in tallies),
+        wrong=sum(t.wrong for t in tallies),
+        content=content,
+    )
+
+
+def enclosure_table(proof: Proof) -> Table:
+    """The enclosure of the vector columns at each sampled row."""
+    names = formulation(proof.scene.model, "newton").columns
+    header = ("t", *(text for name in names for text in (name, f"{name}_radius")))
+    rows = []
+    for seconds, state in proof.rows():
+        balls = [state[name] for name in names]
+        cells = [text for one in balls if one is not None for text in outward(one)]
+        rows.append((_exact_decimal(seconds), *cells))
+    return Table(header, tuple(rows))
+
+
+def verify(scene: str, folder: Path | None = None) -> list[str]:
+    """Complaints about printed golden values that the stored enclosure excludes; [] if none.
+
+    Also one if the tables are not those that were proved. Takes milliseconds.
+
+    Raises
+    ------
+    InputError
+        There are no golden data of that name, or no enclosure.
+    """
+    stored = store.read(scene, folder)
+    place = (folder or store.home()) / scene
+    content = json.loads((place / PROOF).read_text("utf-8"))
+    complaints = [
+        f"{file}: not the table that was proved; run `tt-precise golden certify {scene}`"
+        for file in (store.TRAJECTORY, store.EVENTS)
+        if content[file]["sha256"] != stored.table(file).sha256
+    ]
+    enclosure = Table.parse((place / ENCLOSURE).read_text("utf-8"))
+    for name in enclosure.columns[1::2]:
+        columns = (
+            stored.trajectory.column(name),
+            enclosure.column(name),
+            enclosure.column(f"{name}_radius"),
+        )
+        for row, (text, middle, radius) in enumerate(zip(*columns, strict=False)):
+            if not _within(text, middle, radius, scale_of(columns[0])):
+                complaints.append(f"{store.TRAJECTORY}: row {row + 1}, {name}: excluded by proof")
+    return complaints
+
+
+def _trajectory(stored: store.Stored, proof: Proof, scales: dict[str, Decimal]) -> dict[str, Tally]:
+    table = stored.trajectory
+    states = [state for _, state in proof.rows()][: len(table.rows)]
+    if proof.lost and len(states) < len(table.rows):
+        time, state = proof.event_state(proof.lost)
+        states.append({"t": time, **state})
+    return {
+        name: _tally(table.column(name), [state.get(name) for state in states], scales[name])
+        for name in table.columns[ALL_BUT_T]
+    }
+
+
+def _events(
+    stored: store.Stored, proof: Proof, scales: dict[str, Decimal]
+) -> tuple[dict[str, Tally], bool, dict[str, str]]:
+    """Tallies of events.csv, whether it lists what is proved to happen, and what is undecided."""
+    table = stored.events
+    undecided: dict[str, str] = {}
+    matched: list[tuple[tuple[str, ...], dict[str, arb | None]]] = []
+    same = True
+    listed: dict[str, list[tuple[str, ...]]] = {}
+    for row in table.rows:
+        listed.setdefault(row[0], []).append(row)
+    proved = {name: events.zeros for name, events in proof.all_events.items()}
+    if proof.lost:
+        proved["contact_lost"] = (proof.lost,)
+    for name, found in proved.items():
+        rows = listed.get(name, [])
+        events = proof.all_events.get(name)
+        if events and events.failure:
+            undecided[name] = str(events.failure)
+            continue
+        if events and events.since > 0:
+            since = float(events.since) * float(proof.finish_s / proof.enclosure.finish)
+            undecided[name] = f"not searched before {since:.3g} s"
+        states = [proof.event_state(zero) for zero in found]
+        directions = [f"{zero.direction}" for zero in found]
+        same &= len(rows) == len(states) and [row[2] for row in rows] == directions
+        pairs = zip(rows, states, strict=False)
+        matched += [(row, {"t": time, **state}) for row, (time, state) in pairs]
+    tallies = {
+        name: _tally(
+            [row[position] for row, _ in matched],
+            [state.get(name) for _, state in matched],
+            scales.get(name, Decimal(0)),
+        )
+        for position, name in enumerate(table.columns)
+        if name not in ("name", "direction")
+    }
+    return tallies, bool(same), undecided
+
+
+def _tally(texts: Iterable[str], balls: Iterable[arb | None], scale: Decimal) -> Tally:
+    cells = [
+        (text, exact, bool(text) and is_near_zero(text, scale))
+        for text, exact in zip(texts, balls, strict=False)
+    ]
+    return tally(cells, Fraction(scale.scaleb(-DIGITS)))
+
+
+def _contact(proof: Proof) -> dict[str, Any]:
+    if proof.lost:
+        time, _ = proof.event_state(proof.lost)
+        return {"g_n_positive": False, "lost_at_s": _number(time, 34)}
+    bound = proof.normal_force_bound
+    positive = bool(bound > 0)
+    # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles it; rolling conserves E
+    return {
+        "g_n_positive": positive,
+        "g_n_at_least_mg": float(bounds(bound)[0]),
+        "energy_never_grows": positive or proof.scene.model == "rolling",
+    }
+
+
+def _inversion(proof: Proof) -> dict[str, Any]:
+    try:
+        times = proof.inversion
+    except NotProved as why:
+        return {"failure": str(why)}
+    found: dict[str, Any] = {"equator": _number(times.equator, 40)}
+    for name in "ABC":
+        climb = getattr(times, name)
+        found[name] = {
+            "t_init": _number(climb.t_init, 40),
+            "t_end": _number(climb.t_end, 40),
+        }
+    return found
+
+
+def _number(exact: Any, digits: int) -> dict[str, str] | None:
+    if exact is None:
+        return None
+    middle, radius = outward(arb(exact), digits)
+    return {"middle": middle, "radius": radius}
+
+
+def _within(text: str, middle: str, radius: str, scale: Decimal) -> bool:
+    printed = Decimal(text)
+    exponent = printed.as_tuple().exponent
+    assert isinstance(exponent, int)  # golden tables hold numbers only
+    slack = Fraction(10) ** exponent / 2 if printed else Fraction(scale.scaleb(-DIGITS))
+    distance = abs(Fraction(printed) - Fraction(Decimal(middle)))
+    return distance <= Fraction(Decimal(radius)) + slack
+
+
+def _exact_decimal(seconds: Fraction) -> str:
+    from tt_precise.golden.publication import exact_decimal
+
+    text = exact_decimal(seconds)
+    return text if text is not None else str(seconds)
