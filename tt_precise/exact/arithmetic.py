@@ -1,0 +1,55 @@
+"""mpmath contexts of one's own, and how many digits of two numbers agree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from mpmath import MPContext
+
+from tt_precise.errors import InputError
+from tt_precise.numerals import to_mpmath
+
+MOST_DIGITS = 2000  # beyond, minutes turn into hours; a typing error should not start them
+
+
+def own_context(digits: int) -> Any:
+    """A new mpmath context of ``digits`` decimal digits, so that nobody's global one changes."""
+    context = MPContext()
+    context.dps = digits
+    return context
+
+
+def rounding_to(context: Any) -> Callable[[Fraction], Any]:
+    """The function that rounds an exact number once into ``context``."""
+    return lambda value: to_mpmath(value, context)
+
+
+def checked_digits(digits: int) -> int:
+    """``digits`` if it can be asked for.
+
+    Raises
+    ------
+    InputError
+        It is no whole number between 1 and ``MOST_DIGITS``.
+    """
+    if isinstance(digits, bool) or not isinstance(digits, int) or not 1 <= digits <= MOST_DIGITS:
+        raise InputError(
+            f"digits: got {digits!r}, expected a whole number between 1 and {MOST_DIGITS}"
+        )
+    return digits
+
+
+def agreed_digits(a: Any, b: Any, most: int, context: Any) -> int:
+    """Decimal digits in which ``a`` and ``b`` agree: of -log10 |a - b|/max, at most ``most``."""
+    difference = abs(a - b)
+    if difference == 0:
+        return most
+    relative = difference / max(abs(a), abs(b))
+    return max(0, min(most, int(context.floor(-context.log10(relative)))))
+
+
+def decimal(value: Any, digits: int, context: Any) -> str:
+    """``value`` as a decimal string of ``digits`` significant digits."""
+    return context.nstr(value, digits, strip_zeros=False)

@@ -1,0 +1,170 @@
+"""Symbolic coordinates: the mechanics in the field of rational functions of parameters and state.
+
+A chart names symbols for the parameters and the state and knows the relations between them:
+s^2 + c^2 = 1 for s = sin theta and c = cos theta, |k|^2 = 1 for the axis, and q^2 for the root in
+Routh's function, q = I3 sqrt(d(cos theta)). The functions of ``mechanics`` run on these symbols as
+they are. A rational function vanishes on the relations if and only if the remainder of its
+numerator does: the relations' leading terms, c^2 (or kz^2) and q^2, have no common factor, so they
+are a Groebner basis, and the ideal is prime.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple
+
+from sympy import QQ
+from sympy.polys.fields import field
+
+from tt_precise.body import Parameters
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+
+PARAMETERS = "m R alpha I1 I3 g mu"
+
+
+class Remainder(NamedTuple):
+    """Whether a rational function vanishes, and the terms of its numerator before reduction."""
+
+    vanishes: bool
+    terms: int
+
+
+class Chart:
+    """A field with relations; serves as ``fn`` for the functions of ``mechanics``.
+
+    A leaning chart differentiates at any azimuth and then works at azimuth 0, where the axis leans
+    along X: much smaller expressions, and no loss for equations that commute with rotations
+    about z.
+    """
+
+    leaning: ClassVar = False
+    azimuth: ClassVar[dict[str, int]]  # symbols, and what they are at azimuth 0
+
+    def __init__(self, leading: str, rest: str):
+        # Lexicographic order: q, then the leading symbols of the other relations, come first.
+        names = ["q", *leading.split(), *PARAMETERS.split(), *rest.split()]
+        self.field, *symbols = field(names, QQ)
+        self.symbol = dict(zip(names, symbols, strict=True))
+        self.body = Parameters(*(self.symbol[name] for name in PARAMETERS.split()))
+
+    def _relate(self, z: Any, sine_squared: Any, *unit: Any) -> None:
+        """Fix q^2 = I3^2 d(z) and the relations ``unit`` = 0."""
+        body, q = self.body, self.symbol["q"]
+        u = body.alpha - z
+        shift = body.m * body.R**2
+        self._q_squared = body.I1 * body.I3 + shift * (body.I3 * u**2 + body.I1 * sine_squared)
+        relations = [self.here(one).numer for one in (q**2 - self._q_squared, *unit)]
+        self._relations = [one for one in relations if one]
+
+    def here(self, value: Any) -> Any:
+        """``value`` at azimuth 0 in a leaning chart, as it is in others."""
+        element = self.field(value)
+        for name, number in self.azimuth.items() if self.leaning else ():
+            symbol = self.symbol[name].numer
+            numerator, denominator = (
+                self.field(part.compose(symbol, number)) for part in (element.numer, element.denom)
+            )
+            element = numerator / denominator
+        return element
+
+    def remainder(self, value: Any) -> Remainder:
+        """Reduce ``value`` modulo the relations.
+
+        Raises
+        ------
+        ZeroDivisionError
+            The denominator vanishes on the relations: ``value`` means nothing.
+        """
+        element = self.here(value)
+        if not element.denom.rem(self._relations):
+            raise ZeroDivisionError("the denominator vanishes on the relations of the chart")
+        return Remainder(not element.numer.rem(self._relations), len(element.numer))
+
+    def derivative(self, value: Any, rates: dict[str, Any]) -> Any:
+        """Time derivative of ``value`` by the chain rule; ``rates`` of the symbols that change."""
+        q_rate = self._chain(self._q_squared, rates) / (2 * self.symbol["q"])
+        return self._chain(self.field(value), rates | {"q": q_rate})
+
+    def _chain(self, value: Any, rates: dict[str, Any]) -> Any:
+        return sum(
+            (self.here(value.diff(self.symbol[name])) * rate for name, rate in rates.items()),
+            self.field.zero,
+        )
+
+    def sqrt(self, value: Any) -> Any:
+        """The root in Routh's function, I3 sqrt(d) = q; no other root is a rational function."""
+        if not self.remainder(self.body.I3**2 * value - self._q_squared).vanishes:
+            raise ValueError("the chart knows no square root of this")
+        return self.symbol["q"] / self.body.I3
+
+
+class EulerChart(Chart):
+    """Euler angles, away from the poles: c, s = cos, sin theta; C, S = cos, sin phi."""
+
+    azimuth: ClassVar = {"C": 1, "S": 0}
+
+    def __init__(self) -> None:
+        super().__init__("c C", "s S phi " + " ".join(EulerState._fields))
+        self.c, self.s, self.C, self.S = (self.symbol[name] for name in "csCS")
+        self.phi = self.symbol["phi"]
+        self.state = EulerState(*(self.symbol[name] for name in EulerState._fields))
+        self._relate(self.c, self.s**2, self.c**2 + self.s**2 - 1, self.C**2 + self.S**2 - 1)
+
+    def along(self, value: Any, rates: Any) -> Any:
+        """Time derivative of ``value`` while the Euler state changes at ``rates``."""
+        turning, precession = rates.theta, self.state.phi_dot
+        trigonometric = {
+            "c": -self.s * turning,
+            "s": self.c * turning,
+            "C": -self.here(self.S) * precession,
+            "S": self.here(self.C) * precession,
+        }
+        return self.derivative(value, trigonometric | rates._asdict())
+
+    def sin(self, angle: Any) -> Any:
+        """Sine of theta or phi."""
+        return {self.state.theta: self.s, self.phi: self.S}[angle]
+
+    def cos(self, angle: Any) -> Any:
+        """Cosine of theta or phi."""
+        return {self.state.theta: self.c, self.phi: self.C}[angle]
+
+    def hypot(self, x: Any, y: Any) -> Any:
+        """The horizontal length of the axis, sin theta > 0."""
+        if not self.remainder(x**2 + y**2 - self.s**2).vanishes:
+            raise ValueError("the chart knows the horizontal length of the axis only")
+        return self.s
+
+    def atan2(self, y: Any, x: Any) -> Any:
+        """The angle with sine ``y`` and cosine ``x``: theta."""
+        if (y, x) != (self.s, self.c):
+            raise ValueError("the chart knows no angle with this sine and cosine")
+        return self.state.theta
+
+
+class VectorChart(Chart):
+    """The vector state of eq (1), poles included: kz^2 = 1 - kx^2 - ky^2."""
+
+    azimuth: ClassVar = {"ky": 0}
+
+    def __init__(self) -> None:
+        super().__init__("kz", " ".join(name for name in NewtonState._fields if name != "kz"))
+        self.state = NewtonState(*(self.symbol[name] for name in NewtonState._fields))
+        kx, ky, kz = self.state.k
+        self._relate(kz, 1 - kz**2, kx**2 + ky**2 + kz**2 - 1)
+
+    def along(self, value: Any, rates: Any) -> Any:
+        """Time derivative of ``value`` while the vector state changes at ``rates``."""
+        return self.derivative(value, rates._asdict())
+
+
+class LeaningEulerChart(EulerChart):
+    """Euler angles at azimuth 0."""
+
+    leaning = True
+
+
+class LeaningVectorChart(VectorChart):
+    """Vectors at azimuth 0: ky = 0."""
+
+    leaning = True

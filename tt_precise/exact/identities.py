@@ -1,0 +1,315 @@
+"""Proofs that the equations of ``mechanics`` say the same, and conserve what the paper says.
+
+Each identity is one entry: a function that yields residuals, made by calling the functions of
+``mechanics`` on the symbols of a chart. All parameters and the whole state are symbols, so a proof
+holds for every body and every state where nothing is divided by zero. Euler and vector form are
+compared through ``mechanics.conversion``, gliding ones at any azimuth phi, rolling ones at
+azimuth 0.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from tt_precise.body import Parameters
+from tt_precise.errors import InputError
+from tt_precise.exact.chart import EulerChart, LeaningEulerChart, LeaningVectorChart, VectorChart
+from tt_precise.exact.proof import (
+    RATIONAL_POINTS,
+    SYMBOLIC,
+    Identity,
+    Proof,
+    circle,
+    positive,
+    signed,
+)
+from tt_precise.mechanics import conversion, euler, newton, quantities, rolling
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.rolling import RollingEulerState, RollingState
+from tt_precise.mechanics.vectors import Vector
+
+Residuals = Callable[[Any], Iterable[Any]]
+
+IDENTITIES: dict[str, Identity] = {}
+
+
+def prove(name: str) -> Proof:
+    """Prove, or refute, one identity.
+
+    Raises
+    ------
+    InputError
+        No identity has this name.
+    """
+    if name not in IDENTITIES:
+        raise InputError(f"identity: got {name!r}, expected one of: {', '.join(IDENTITIES)}")
+    return IDENTITIES[name].prove()
+
+
+def prove_all() -> list[Proof]:
+    """Prove every identity."""
+    return [prove(name) for name in IDENTITIES]
+
+
+def identity(name: str, equation: str, kind: str = SYMBOLIC) -> Callable[[Residuals], Residuals]:
+    """Register a function that yields residuals; see ``Identity``."""
+
+    def register(residuals: Residuals) -> Residuals:
+        IDENTITIES[name] = Identity(name, equation, kind, residuals)
+        return residuals
+
+    return register
+
+
+@identity("Euler form = Newton form", "(1) to (6)")
+def _euler_is_newton(chart: EulerChart) -> Iterable[Any]:
+    """The vectors of the Euler state change as the Newton equations say."""
+    vectors = _vectors(chart)
+    by_euler = euler.rates(chart.body, chart.state, chart)
+    by_newton = newton.rates(chart.body, vectors)
+    return _differences((chart.along(one, by_euler) for one in vectors), by_newton)
+
+
+@identity("g_n Euler = g_n Newton", "(7)")
+def _normal_forces(chart: EulerChart) -> Iterable[Any]:
+    """Normal force, its numerator and its denominator are the same in both forms."""
+    by_euler = euler.contact_terms(chart.body, chart.state, chart)
+    by_newton = newton.contact_terms(chart.body, _vectors(chart))
+    yield from _differences(by_euler, by_newton)
+    yield euler.normal_force(chart.body, chart.state, chart) - newton.normal_force(
+        chart.body, _vectors(chart)
+    )
+
+
+@identity("the contact keeps", "(1), (7), (13)")
+def _contact(chart: VectorChart) -> Iterable[Any]:
+    """m s_ddot = F - m g z with s_dot = v_A - omega x a, so that the contact keeps."""
+    force = newton.contact_force(chart.body, chart.state)
+    rates = newton.rates(chart.body, chart.state)
+    return _newtons_second_law(chart, rates, _gliding(chart), force)
+
+
+@identity("rate of g_n", "(7)")
+def _normal_force_slope(chart: LeaningVectorChart) -> Iterable[Any]:
+    """d g_n/dt times the denominator of eq (7) is the slope that finds extrema of g_n."""
+    here = NewtonState(*map(chart.here, chart.state))
+    rates = newton.rates(chart.body, here)
+    above, below = (
+        chart.along(one, rates) for one in newton.contact_terms(chart.body, chart.state)
+    )
+    slope = above - newton.normal_force(chart.body, here) * below
+    yield slope - newton.normal_force_slope(chart.body, here)
+
+
+@identity("the axis stays a unit vector", "(1)")
+def _unit_axis(chart: LeaningVectorChart) -> Iterable[Any]:
+    """|k|^2 does not change, gliding or rolling."""
+    gliding = newton.rates(chart.body, NewtonState(*map(chart.here, chart.state)))
+    for rates in (gliding, _rolling_rates(chart)):
+        yield chart.along(sum(k * k for k in chart.state.k), rates)
+
+
+@identity("equations turn with the frame", "(1)", RATIONAL_POINTS)
+def _symmetry(draws: random.Random) -> Iterable[Any]:
+    """Gliding and rolling equations commute with rotations about z: azimuth 0 stands for all."""
+    body = Parameters(*(positive(draws) for _ in range(7)))
+    (ring, height), (x, y), angle = circle(draws), circle(draws), circle(draws)
+    state = NewtonState(ring * x, ring * y, height, *(signed(draws) for _ in range(5)))
+    gliding = newton.rates(body, state)
+    yield from _differences(newton.rates(body, _turned(state, angle)), _turned(gliding, angle))
+    still = RollingState(*state[:6])
+    rates = rolling.rates(body, still)
+    yield from _differences(rolling.rates(body, _turned(still, angle)), _turned(rates, angle))
+
+
+@identity("Euler angles there and back", "section 1")
+def _there_and_back(chart: EulerChart) -> Iterable[Any]:
+    """Vectors of an Euler state, converted back, give its rates and velocities again."""
+    back = conversion.euler_from_vectors(chart.body, _vectors(chart), chart)
+    return _differences(back, chart.state)
+
+
+@identity("lambda in Euler angles", "(14)")
+def _jellett_forms(chart: EulerChart) -> Iterable[Any]:
+    """-L.a is eq (14)."""
+    yield _quantity(chart, "lambda") - euler.jellett(chart.body, chart.state, chart)
+
+
+@identity("lambda is constant, vectors", "(10)")
+def _jellett_vectors(chart: VectorChart) -> Iterable[Any]:
+    """d lambda/dt = 0 along the Newton equations, for every friction."""
+    yield _rate(chart, "lambda")
+
+
+@identity("lambda is constant, Euler angles", "(10)")
+def _jellett_euler(chart: EulerChart) -> Iterable[Any]:
+    """d lambda/dt = 0 along the Euler equations, for every friction."""
+    lambda_ = euler.jellett(chart.body, chart.state, chart)
+    yield chart.along(lambda_, euler.rates(chart.body, chart.state, chart))
+
+
+@identity("E falls by friction", "section 1")
+def _energy(chart: VectorChart) -> Iterable[Any]:
+    """dE/dt = v_A.F = -mu g_n v_A^2."""
+    state, body = chart.state, chart.body
+    loss = -body.mu * newton.normal_force(body, state) * (state.vx**2 + state.vy**2)
+    yield _rate(chart, "E") - loss
+    yield QUANTITIES["E_dot"].evaluate(_gliding(chart)) - loss
+
+
+@identity("rates of the parts of E", "section 2.3")
+def _energy_parts(chart: VectorChart) -> Iterable[Any]:
+    """Translational, rotational and potential energy change at their stated rates."""
+    for name in ("E_trans", "E_rot", "E_pot"):
+        yield _rate(chart, name) - QUANTITIES[f"{name}_dot"].evaluate(_gliding(chart))
+
+
+@identity("E_trans in Euler angles", "(22)")
+def _translational(chart: EulerChart) -> Iterable[Any]:
+    """m s_dot^2/2 of the vectors is the paper's expression in Euler angles."""
+    by_euler = euler.translational_energy(chart.body, chart.state, chart)
+    yield _quantity(chart, "E_trans") - by_euler
+
+
+@identity("E~ in Euler angles", "(8)")
+def _modified(chart: EulerChart) -> Iterable[Any]:
+    """E with s_dot = -omega x a is the paper's expression in Euler angles."""
+    by_euler = euler.modified_energy(chart.body, chart.state, chart)
+    yield _quantity(chart, "E_tilde") - by_euler
+
+
+@identity("Main Equation", "(17), (18)")
+def _main_equation(chart: EulerChart) -> Iterable[Any]:
+    """E~ = g(cos theta) theta_dot^2 + V(cos theta, D, lambda)."""
+    yield _quantity(chart, "E_tilde") - _quantity(chart, "E_tilde_main")
+
+
+@identity("rate of D", "(11)")
+def _routh(chart: VectorChart) -> Iterable[Any]:
+    """dD/dt = gamma m/(alpha sqrt(d)) (z x a).v_A_dot along the Newton equations."""
+    yield _rate(chart, "D") - QUANTITIES["D_dot"].evaluate(_gliding(chart))
+
+
+@identity("rate of E~", "(12)")
+def _modified_rate(chart: VectorChart) -> Iterable[Any]:
+    """dE~/dt = m (omega x a).v_A_dot along the Newton equations."""
+    yield _rate(chart, "E_tilde") - QUANTITIES["E_tilde_dot"].evaluate(_gliding(chart))
+
+
+@identity("omega_3_dot", "(4)")
+def _spin_rate(chart: VectorChart) -> Iterable[Any]:
+    """I3 omega_3_dot = (a x F).k, and is what the derivative of L.k says."""
+    yield _rate(chart, "omega_3") - QUANTITIES["omega_3_dot"].evaluate(_gliding(chart))
+
+
+@identity("rolling vectors obey Newton", "(1), v_A = 0")
+def _rolling_contact(chart: LeaningVectorChart) -> Iterable[Any]:
+    """m s_ddot = F - m g z with s_dot = -omega x a and the force of the constraint."""
+    motion = _rolling_motion(chart)
+    force = rolling.constraint_force(chart.body, NewtonState(*map(chart.here, motion.state)))
+    return _newtons_second_law(chart, _rolling_rates(chart), motion, force)
+
+
+@identity("rolling Euler = rolling vectors", "(10) to (12), v_A = 0")
+def _rolling_forms(chart: LeaningEulerChart) -> Iterable[Any]:
+    """The Euler equations made from constant lambda, D, E~ move the vectors as Newton's do."""
+    vectors = RollingState(*_rolling_vectors(chart)[:6])
+    by_euler = _rolling_euler_rates(chart)
+    by_newton = rolling.rates(chart.body, RollingState(*map(chart.here, vectors)))
+    return _differences((chart.along(one, by_euler) for one in vectors), by_newton)
+
+
+@identity("lambda, D, E~ are constant when rolling, vectors", "(10) to (12), v_A = 0")
+def _rolling_integrals(chart: LeaningVectorChart) -> Iterable[Any]:
+    """lambda, D and E~ = E do not change along the rolling equations in vectors."""
+    motion, rates = _rolling_motion(chart), _rolling_rates(chart)
+    for name in ("lambda", "D", "E_tilde", "E"):
+        yield chart.along(QUANTITIES[name].evaluate(motion), rates)
+
+
+@identity("lambda, D, E~ are constant when rolling, Euler angles", "(10) to (12), v_A = 0")
+def _rolling_euler_integrals(chart: EulerChart) -> Iterable[Any]:
+    """lambda, D and E~ do not change along the rolling equations in Euler angles."""
+    state = EulerState(*chart.state[:4], 0, 0)
+    rates = _rolling_euler_rates(chart)
+    yield chart.along(euler.jellett(chart.body, state, chart), rates)
+    yield chart.along(euler.modified_energy(chart.body, state, chart), rates)
+    routh = chart.body.I3 * state.omega_3 * chart.sqrt(quantities.d(chart.body, chart.c))
+    yield chart.along(routh, rates)
+
+
+@identity("integrals without friction", "(1), mu = 0")
+def _frictionless(chart: VectorChart) -> Iterable[Any]:
+    """With mu = 0: E, omega_3, L_z and the horizontal velocity of CM do not change."""
+    smooth = replace(chart.body, mu=chart.field.zero)
+    motion = Motion(smooth, chart.state, chart)
+    rates = newton.rates(smooth, chart.state)
+    for name in ("E", "omega_3", "L_z", "s_dot_x", "s_dot_y"):
+        yield chart.along(QUANTITIES[name].evaluate(motion), rates)
+
+
+def _differences(left: Iterable[Any], right: Iterable[Any]) -> list[Any]:
+    return [one - other for one, other in zip(left, right, strict=True)]
+
+
+def _vectors(chart: EulerChart) -> NewtonState:
+    return conversion.vectors_from_euler(chart.body, chart.state, chart, chart.phi)
+
+
+def _quantity(chart: EulerChart, name: str) -> Any:
+    return QUANTITIES[name].evaluate(Motion(chart.body, _vectors(chart), chart))
+
+
+def _gliding(chart: VectorChart) -> Motion:
+    return Motion(chart.body, chart.state, chart)
+
+
+def _rate(chart: VectorChart, name: str) -> Any:
+    """Time derivative of a quantity along the Newton equations, by the chain rule."""
+    value = QUANTITIES[name].evaluate(_gliding(chart))
+    return chart.along(value, newton.rates(chart.body, chart.state))
+
+
+def _rolling_vectors(chart: EulerChart) -> NewtonState:
+    state = EulerState(*chart.state[:4], 0, 0)
+    return conversion.vectors_from_euler(chart.body, state, chart, chart.phi)
+
+
+def _rolling_euler_rates(chart: EulerChart) -> RollingEulerState:
+    return rolling.euler_rates(chart.body, RollingEulerState(*chart.state[:4]), chart)
+
+
+def _rolling_motion(chart: VectorChart) -> Motion:
+    state = NewtonState(*chart.state[:6], chart.field.zero, chart.field.zero)
+    return Motion(chart.body, state, chart, "rolling")
+
+
+def _rolling_rates(chart: VectorChart) -> RollingState:
+    return rolling.rates(chart.body, RollingState(*map(chart.here, chart.state[:6])))
+
+
+def _turned(state: Any, angle: tuple[Fraction, Fraction]) -> Any:
+    """A state whose vectors are turned about z by the angle of this cosine and sine."""
+    c, s = angle
+
+    def turned(name: str) -> dict[str, Any]:
+        x, y = getattr(state, f"{name}x"), getattr(state, f"{name}y")
+        return {f"{name}x": c * x - s * y, f"{name}y": s * x + c * y}
+
+    parts = [name for name in "kLv" if f"{name}x" in state._fields]
+    return state._replace(**{key: value for name in parts for key, value in turned(name).items()})
+
+
+def _newtons_second_law(
+    chart: VectorChart, rates: Any, motion: Motion, force: Vector
+) -> Iterable[Any]:
+    """The three components of m s_ddot - F + m g z."""
+    body = chart.body
+    for along, component, axis in zip(motion.s_dot, force, (0, 0, 1), strict=True):
+        yield body.m * chart.along(along, rates) - component + body.m * body.g * axis

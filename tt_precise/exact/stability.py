@@ -1,0 +1,244 @@
+"""The spin at which the upright or the inverted top changes its stability, found numerically.
+
+No formula of the paper is used: the equations of motion (``newton.rates``) are linearised by
+finite differences about the steady spin k = +-z, L = L z, v = 0, and the spin is sought at which
+the largest real part of the eigenvalues passes zero.
+
+Only the ratio of centrifugal to gravitational forces matters, omega_3^2 R/g. So the top spins
+with omega_3 = 1 in units of its own mass and radius, and gravity is what varies: infinite spin is
+then the regular limit g = 0, and a threshold that runs away to infinity need not be chased.
+
+Rotations about z commute with the equations, so the six horizontal components combine to three
+complex ones, kx + i ky, Lx + i Ly, vx + i vy, and the linearised system to a complex 3x3 matrix;
+kz and Lz change at second order only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from tt_precise.body import Parameters, TippeTop, Units
+from tt_precise.exact.arithmetic import own_context, rounding_to
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM
+
+UPRIGHT, INVERTED = 1, -1
+GUARD_DIGITS = 10  # the sign change is seen this much closer than the digits asked for
+MOST_REACH = 400  # decades of omega_3^2 R/g searched on either side, at most
+FOLLOWED = 1.2  # ratio of gravities between which an eigenvalue is recognised as the nearest one
+DOUBLINGS = 3  # of the working precision, where a sign drowns in rounding errors
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """The marginal angular momentum L in kg m^2/s; None where there is none, with the reason.
+
+    ``exists`` is None where the search could not decide.
+    """
+
+    exists: bool | None
+    spin: Any = None
+    reason: str = ""
+
+
+class Eigenvalue(NamedTuple):
+    """An eigenvalue, per unit of time, and how far it may be off."""
+
+    value: Any
+    error: Any
+
+    def sign(self) -> int:
+        """Whether its mode grows (1) or decays (-1)."""
+        if abs(self.value.real) <= self.error:
+            raise _UnresolvedError
+        return 1 if self.value.real > 0 else -1
+
+
+class _UnresolvedError(ArithmeticError):
+    """A sign drowns in the rounding errors of the working precision."""
+
+
+Spectrum = Callable[[Any], list[Eigenvalue]]
+
+
+def marginal_spin(
+    body: TippeTop, side: int, digits: int, context: Any, mu: Fraction | None = None
+) -> Crossing:
+    """The spin L z at which the steady motion k = ``side`` z changes its stability.
+
+    ``mu`` is the friction (s/m, above 0) in the linearised equations; without it an auxiliary one
+    is taken whose drag is comparable with the inertia of the top. The largest real part is seen to
+    have opposite signs ``digits`` digits on either side of the result.
+    """
+    reach = fineness(body, mu)
+    if reach > MOST_REACH:
+        return Crossing(None, reason=f"parameters so fine or extreme (1e{reach}) are not searched")
+    # The slow precession decays as g^2 only, hence three times the reach.
+    accuracy = digits + GUARD_DIGITS + 3 * reach
+    for _ in range(DOUBLINGS + 1):
+        try:
+            return _search(body, side, digits, reach, accuracy, context, mu)
+        except _UnresolvedError:
+            accuracy *= 2
+    return Crossing(None, reason=f"signs not resolved with {accuracy // 2} digits")
+
+
+def linearised(body: Parameters, side: int, step: Any, fn: Any) -> list[list[Any]]:
+    """Complex 3x3 matrix of the horizontal perturbations of the spin k = side z, omega_3 = side.
+
+    Rows and columns: kx + i ky, (Lx + i Ly)/I3, (vx + i vy)/R; per unit of time. Central
+    differences of relative ``step``; ``fn`` is the mpmath context.
+    """
+    unit = {"k": fn.mpf(1), "L": body.I3, "v": body.R}
+    spin = NewtonState(0, 0, fn.mpf(side), 0, 0, body.I3, 0, 0)
+    columns = []
+    for name in unit:
+        shift = step * unit[name]
+        ahead = newton.rates(body, spin._replace(**{f"{name}x": shift}))
+        behind = newton.rates(body, spin._replace(**{f"{name}x": -shift}))
+        difference = {
+            part: getattr(ahead, part) - getattr(behind, part)
+            for part in ("kx", "ky", "Lx", "Ly", "vx", "vy")
+        }
+        columns.append(
+            [
+                fn.mpc(difference[f"{row}x"], difference[f"{row}y"]) / (2 * step * unit[row])
+                for row in unit
+            ]
+        )
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def eigenvalues(matrix: list[list[Any]], error: Any, fn: Any) -> list[Eigenvalue]:
+    """Eigenvalues of a complex 3x3 matrix, the fastest growing first.
+
+    Every entry is known to within ``error`` times the largest one; ``fn`` is the mpmath context.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    trace = a + e + i
+    minors = (a * e - b * d) + (a * i - c * g) + (e * i - f * h)
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    roots = fn.polyroots([1, -trace, minors, -determinant], maxsteps=500, extraprec=fn.prec)
+    norm = max(abs(entry) for row in matrix for entry in row)
+    found = []
+    for one, other, third in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        # First-order perturbation: at a root the polynomial errs by less than 100 norm^3 error.
+        slope = abs((roots[one] - roots[other]) * (roots[one] - roots[third]))
+        off = 100 * norm**3 * error / slope if slope else fn.inf
+        found.append(Eigenvalue(roots[one], off))
+    return sorted(found, key=lambda eigenvalue: eigenvalue.value.real, reverse=True)
+
+
+def _search(
+    body: TippeTop,
+    side: int,
+    digits: int,
+    reach: int,
+    accuracy: int,
+    context: Any,
+    mu: Fraction | None,
+) -> Crossing:
+    # Central differences err by (friction step)^2 and by eps/step.
+    half = accuracy // 2 + reach
+    work = own_context(accuracy + half + 10)
+    step, error = work.mpf(10) ** -half, work.mpf(10) ** -accuracy
+    top = body.dimensionless(work, rounding_to(work))
+    own = (
+        None
+        if mu is None
+        else rounding_to(work)(mu) * work.sqrt(rounding_to(work)(body.g * body.R))
+    )
+
+    def spectrum(gravity: Any) -> list[Eigenvalue]:
+        # Friction enters the linearised equations as the drag mu m g on v.
+        drag = top.I3 / (1 + top.I3) if own is None else own * work.sqrt(gravity)
+        spinning = Parameters(1, 1, top.alpha, top.I1, top.I3, gravity, drag / gravity)
+        return eigenvalues(linearised(spinning, side, step, work), error, work)
+
+    bracket = _bracket(spectrum, reach, work)
+    if bracket is None:
+        verb = "decay" if spectrum(_centre(work))[0].sign() < 0 else "grow"
+        return Crossing(
+            False,
+            reason=f"perturbations {verb} at every omega_3^2 R/g from 1e-{reach} to 1e{reach}",
+        )
+    gravity = _narrowed(spectrum, *bracket, work.mpf(10) ** -(digits + GUARD_DIGITS), work)
+    unit = Units.of(body, work, rounding_to(work)).of_dimension(ANGULAR_MOMENTUM)
+    return Crossing(True, spin=context.convert(top.I3 / work.sqrt(gravity) * unit))
+
+
+def fineness(body: TippeTop, mu: Fraction | None = None) -> int:
+    """How many decades the parameters' own digits can push a threshold away, or cancel.
+
+    Differences of the parameters such as 1 - alpha vanish or are at least one over their
+    denominators; a threshold may hold the fourth power of one.
+    """
+    inertia = body.I3 / (body.m * body.R**2)
+    sizes = [inertia, body.gamma, *[Fraction(1, body.alpha.denominator)] * 5]
+    if mu is not None:
+        sizes.append(mu**2 * body.g * body.R)
+    bits = sum(size.numerator.bit_length() + size.denominator.bit_length() - 2 for size in sizes)
+    return int(bits * 0.30103) + 4
+
+
+def _centre(fn: Any) -> Any:
+    """A gravity to search from, of which no threshold is an exact multiple by a power of ten."""
+    return fn.pi / 3
+
+
+def _bracket(spectrum: Spectrum, reach: int, fn: Any) -> tuple[Any, Any] | None:
+    """Two gravities between which stability changes, stepping outwards."""
+    centre = _centre(fn)
+    sign = spectrum(centre)[0].sign()
+    inner, outer = 0, 1
+    while inner < reach:
+        outer = min(outer, reach)
+        for direction in (-1, 1):
+            far = centre * fn.mpf(10) ** (direction * outer)
+            if spectrum(far)[0].sign() != sign:
+                return centre * fn.mpf(10) ** (direction * inner), far
+        inner, outer = outer, 2 * outer
+    return None
+
+
+def _narrowed(spectrum: Spectrum, near: Any, far: Any, width: Any, fn: Any) -> Any:
+    """The gravity of the crossing, to the relative ``width``; the signs on both sides are checked.
+
+    Bisection until the eigenvalue that crosses can be followed, then the method of Anderson and
+    Bjoerck (regula falsi of order 1.7) on its real part: the largest real part itself has a kink
+    where two eigenvalues grow equally.
+    """
+    sign = spectrum(near)[0].sign()
+    while max(near / far, far / near) > FOLLOWED:
+        middle = fn.sqrt(near * far)
+        if spectrum(middle)[0].sign() == sign:
+            near = middle
+        else:
+            far = middle
+    unstable = spectrum(near if sign > 0 else far)[0].value
+
+    def rate(gravity: Any) -> Any:
+        values = (eigenvalue.value for eigenvalue in spectrum(gravity))
+        return min(values, key=lambda value: abs(value - unstable)).real
+
+    behind, ahead = near, far
+    rate_behind, rate_ahead = rate(behind), rate(ahead)
+    for _ in range(fn.dps):
+        zero = ahead - rate_ahead * (ahead - behind) / (rate_ahead - rate_behind)
+        moved, ahead_before, ahead = abs(zero - ahead), ahead, zero
+        rate_before, rate_ahead = rate_ahead, rate(zero)
+        if moved <= width * zero / 10 or rate_ahead == 0:
+            break
+        if rate_before * rate_ahead < 0:
+            behind, rate_behind = ahead_before, rate_before
+        else:
+            shrink = 1 - rate_ahead / rate_before
+            rate_behind *= shrink if shrink > 0 else fn.mpf(1) / 2
+    below, above = (spectrum(ahead * (1 + shift))[0].sign() for shift in (-width, width))
+    if below == above:
+        raise _UnresolvedError
+    return ahead

@@ -1,0 +1,241 @@
+"""lambda, its thresholds and the asymptotic values, each determined twice, to any digits.
+
+The formulas are those of ``mechanics.thresholds``. Beside each stands a determination that does
+not use it: the thresholds from eigenvalues of the linearised equations of motion
+(``exact.stability``), the asymptotic D and E~ from these quantities in the limit state, lambda
+from the Euler form, gamma and sigma from accelerations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+from tt_precise.exact.arithmetic import (
+    agreed_digits,
+    checked_digits,
+    decimal,
+    own_context,
+    rounding_to,
+)
+from tt_precise.exact.stability import INVERTED, UPRIGHT, Crossing, fineness, marginal_spin
+from tt_precise.exact.start import ExactStart
+from tt_precise.exact.verdict import Verdict, inversion
+from tt_precise.mechanics import euler, newton
+from tt_precise.mechanics import thresholds as formulas
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.scene import Scene
+
+GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
+MOST_GUARD = 5000
+
+
+@dataclass(frozen=True)
+class Determination:
+    """A number and its independent determination (mpmath numbers, SI).
+
+    ``value`` is None where the quantity does not exist, ``independent`` where it does not exist or
+    could not be found; ``reason`` then says why. ``digits_agreed`` is computed from the two, at
+    most the digits asked for, 0 where only one of them exists, None where neither does.
+    """
+
+    value: Any
+    independent: Any
+    digits_agreed: int | None
+    how: str
+    unit: str
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """What ``thresholds`` finds for a scene; ``inverts`` as in ``exact.verdict``."""
+
+    digits: int
+    context: Any
+    quantities: Mapping[str, Determination]
+    inverts: bool | None
+    inverts_reason: str
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as strings of ``digits`` digits, for ``tt-precise thresholds --json``."""
+
+        def text(number: Any) -> str | None:
+            return None if number is None else decimal(number, self.digits, self.context)
+
+        return {
+            "digits": self.digits,
+            "quantities": {
+                name: {
+                    "value": text(found.value),
+                    "independent": text(found.independent),
+                    "digits_agreed": found.digits_agreed,
+                    "how": found.how,
+                    "unit": found.unit,
+                    "reason": found.reason,
+                }
+                for name, found in self.quantities.items()
+            },
+            "inverts": self.inverts,
+            "inverts_reason": self.inverts_reason,
+        }
+
+
+def thresholds(scene: Scene, digits: int = 50) -> Thresholds:
+    """Determine lambda, lambda_thres, lambda_up, D0, D1, E0, E1, gamma, sigma of a scene, twice.
+
+    E0 and E1 are the paper's E~_0 and E~_1, in J; lambda in kg m^3/s, D in kg m^2/s. D0 to E1
+    belong to the scene's own lambda.
+
+    Raises
+    ------
+    InputError
+        ``digits`` is no whole number between 1 and 2000.
+    """
+    work = _Work(scene, checked_digits(digits))
+    lambda_ = work.lambda_()
+    quantities = {
+        "lambda": lambda_,
+        "lambda_thres": work.threshold(INVERTED),
+        "lambda_up": work.threshold(UPRIGHT),
+        "D0": work.asymptotic("D", UPRIGHT, formulas.D0(work.top, lambda_.value, work.fn)),
+        "D1": work.asymptotic("D", INVERTED, formulas.D1(work.top, lambda_.value, work.fn)),
+        "E0": work.asymptotic("E_tilde", UPRIGHT, formulas.E0(work.top, lambda_.value)),
+        "E1": work.asymptotic("E_tilde", INVERTED, formulas.E1(work.top, lambda_.value)),
+        "gamma": work.gamma(),
+        "sigma": work.sigma(),
+    }
+    verdict: Verdict = inversion(
+        scene,
+        lambda_.value,
+        quantities["lambda_thres"].value,
+        quantities["lambda_up"].value,
+        work.on_table_at_start(),
+        work.fn.mpf(10) ** -digits,
+    )
+    return Thresholds(digits, work.fn, quantities, verdict.inverts, verdict.reason)
+
+
+class _Work:
+    """One scene in one arithmetic."""
+
+    def __init__(self, scene: Scene, digits: int):
+        self.scene, self.digits = scene, digits
+        # A tilt of 1e-30 leaves sin^2 theta = 1e-60 of phi_dot in lambda.
+        guard = fineness(scene.body) + scene.start.theta.offset.denominator.bit_length()
+        self.fn = own_context(digits + GUARD_DIGITS + min(guard, MOST_GUARD))
+        start = ExactStart.of(scene, self.fn)
+        self.top, self.euler, self.motion = start.body, start.euler, start.motion
+
+    def on_table_at_start(self) -> bool:
+        numerator, denominator = newton.contact_terms(self.top, self.motion.state)
+        return bool(numerator > 0 and denominator > 0)
+
+    def lambda_(self) -> Determination:
+        return self.determined(
+            QUANTITIES["lambda"].evaluate(self.motion),
+            euler.jellett(self.top, self.euler, self.fn),
+            "value: -L.a of the vectors at the start; independent: the paper's eq (14) "
+            "in the Euler angles of the start",
+            "kg m^3/s",
+        )
+
+    def threshold(self, side: int) -> Determination:
+        body = self.scene.body
+        if side == INVERTED:
+            spin, exists, needs = "inverted", body.gamma < 1 + body.alpha, "gamma < 1 + alpha"
+            formula = formulas.lambda_thres
+        else:
+            spin, exists, needs = "upright", body.gamma > 1 - body.alpha, "gamma > 1 - alpha"
+            formula = formulas.lambda_up
+        value = formula(self.top, self.fn) if exists else None
+        glides = self.scene.model == "gliding" and body.mu > 0
+        own = body.mu if glides else Fraction(1)
+        named = "the scene's own mu" if glides else "an auxiliary mu = 1 s/m, as the scene has none"
+        found = {
+            named: marginal_spin(body, side, self.digits, self.fn, own),
+            "a drag comparable with the top's inertia": marginal_spin(
+                body, side, self.digits, self.fn
+            ),
+        }
+        used = {name: crossing for name, crossing in found.items() if crossing.exists is not None}
+        how = (
+            f"value: Theorem 1.1; independent: R (1 {'+' if side == INVERTED else '-'} alpha) "
+            f"times the spin L at which an eigenvalue of the gliding top linearised numerically "
+            f"about the {spin} spin crosses the imaginary axis, with "
+            + (" and again with ".join(used) or "no friction found workable")
+        )
+        independents = [self.lambda_of_spin(crossing, side) for crossing in used.values()]
+        reasons = [] if exists else [f"the formula needs {needs}"]
+        reasons += [
+            f"eigenvalues with {name}: {crossing.reason}"
+            for name, crossing in found.items()
+            if crossing.reason
+        ]
+        worst = min(
+            (self.determined(value, other, how, "kg m^3/s") for other in independents),
+            key=lambda one: self.digits if one.digits_agreed is None else one.digits_agreed,
+            default=self.determined(value, None, how, "kg m^3/s"),
+        )
+        return replace(worst, reason="; ".join(reasons))
+
+    def lambda_of_spin(self, crossing: Crossing, side: int) -> Any:
+        return crossing.spin * self.lambda_of_unit_spin(side) if crossing.exists else None
+
+    def lambda_of_unit_spin(self, side: int) -> Any:
+        return QUANTITIES["lambda"].evaluate(self.spinning(side, 1))
+
+    def spinning(self, side: int, spin: Any) -> Motion:
+        """The steady spin k = side z, L = spin z."""
+        state = NewtonState(0, 0, self.fn.mpf(side), 0, 0, self.fn.mpf(spin), 0, 0)
+        return Motion(self.top, state, self.fn)
+
+    def asymptotic(self, name: str, side: int, value: Any) -> Determination:
+        quantity = QUANTITIES[name]
+        lambda_ = QUANTITIES["lambda"].evaluate(self.motion)
+        limit = self.spinning(side, lambda_ / self.lambda_of_unit_spin(side))
+        spin = "upright" if side == UPRIGHT else "inverted"
+        return self.determined(
+            value,
+            quantity.evaluate(limit),
+            f"value: the limits of section 1; independent: {name} of the vectors "
+            f"of the {spin} spin that has the scene's lambda = -L.a",
+            quantity.dimension.unit,
+        )
+
+    def gamma(self) -> Determination:
+        state = EulerState(self.fn.mpf(1), self.fn.mpf(1), 0, self.fn.mpf(1), 0, 0)
+        rate = euler.rates(self.top, state, self.fn)
+        return self.determined(
+            rounding_to(self.fn)(self.scene.body.gamma),
+            state.theta_dot * state.omega_3 / (rate.phi_dot * self.fn.sin(state.theta)),
+            "value: I1/I3; independent: the gyroscopic response "
+            "theta_dot omega_3/(phi_ddot sin theta) of the equations of motion at phi_dot = nu = 0",
+            "1",
+        )
+
+    def sigma(self) -> Determination:
+        state = EulerState(self.fn.mpf(1), 0, 0, 0, 0, self.fn.mpf(1))
+        rough = replace(self.top, mu=self.fn.mpf(1))
+        spin_up = euler.rates(rough, state, self.fn).omega_3
+        s_ddot_y = newton.contact_force(rough, vectors_from_euler(rough, state, self.fn))[1]
+        s_ddot_y = s_ddot_y / rough.m
+        return self.determined(
+            rounding_to(self.fn)(self.scene.body.sigma),
+            rough.R * spin_up / (s_ddot_y * self.fn.sin(state.theta)),
+            "value: m R^2/I3; independent: R omega_3_dot/(s_ddot_y sin theta), the response of "
+            "spin (Euler form) and centre of mass (vectors) to friction, with mu = 1 s/m",
+            "1",
+        )
+
+    def determined(self, value: Any, independent: Any, how: str, unit: str) -> Determination:
+        if value is None or independent is None:
+            agreed = None if value is independent else 0
+        else:
+            agreed = agreed_digits(value, independent, self.digits, self.fn)
+        return Determination(value, independent, agreed, how, unit)
