@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,6 +38,12 @@ def shortened(name: str, until: str) -> Scene:
     """A shipped scene of 8 s with another horizon, in s."""
     text = load_scene(name).text.replace('until = "8"', f'until = "{until}"')
     return parse_scene(text, name, f"{name}.toml")
+
+
+@pytest.fixture(scope="session")
+def shorten() -> Callable[[str, str], Scene]:
+    """The function that gives a shipped scene another horizon."""
+    return shortened
 
 
 @pytest.fixture(scope="session")

@@ -194,7 +194,8 @@ def _decimal(value: Any) -> Decimal | None:
             return None if power else Decimal(0)
         exact = Fraction(int(mantissa)) * Fraction(2) ** int(power)
         quotient = EXACT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
-        return -quotient if sign else quotient
+        # an operator's minus would round to the 28 digits of decimal's own context
+        return quotient.copy_negate() if sign else quotient
     try:
         number = Decimal(value) if isinstance(value, str | int) else Decimal(float(value))
     except (InvalidOperation, TypeError, ValueError):

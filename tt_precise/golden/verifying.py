@@ -34,7 +34,7 @@ DECAYED = Decimal("1e-10")
 # Where quad finds fewer digits, the scene is too sensitive for it and is computed again with as
 # many bits as that takes; no more than golden data are made with.
 MARGIN = 1
-MOST_BITS = LADDER[-1][-1]
+MOST_BITS = LADDER[0][-1]
 
 # A scene loses the same digits in every arithmetic (its sensitivity); beyond that, rounding
 # errors and the libraries of another machine move double by less than these.

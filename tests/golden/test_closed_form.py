@@ -1,0 +1,62 @@
+"""Steady spins are known without an integrator, and integration finds them again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+
+from tt_precise.golden.closed_form import closed_form
+from tt_precise.golden.digits import agreement
+from tt_precise.golden.publication import publish
+from tt_precise.golden.recipe import Task, perform
+from tt_precise.golden.table import Table
+from tt_precise.scene import Scene, load_scene
+
+Shorten = Callable[[str, str], Scene]
+
+
+@pytest.mark.parametrize("name", ["upright", "inverted"])
+def test_integration_agrees_with_the_closed_form(shorten: Shorten, name: str) -> None:
+    scene = shorten(name, "0.1")
+    run = perform(Task(name, scene.text, "mp", 160, "newton"))
+    oracle = closed_form(scene)
+    assert oracle is not None
+    publication = publish(scene, [run, oracle])
+    assert publication.complete
+    assert publication.agreement > 45
+    # L = I3 omega_3 k, k = z or -z; 28 digits are those of decimal's own context
+    spin = scene.body.I3 * scene.start.omega_3
+    printed = Decimal(publication.trajectory.column("Lz")[-1])
+    exact = Decimal(spin.numerator) / Decimal(spin.denominator)
+    assert agreement(exact if name == "upright" else -exact, printed) > 27
+
+
+def test_a_wrong_steady_state_does_not_agree(shorten: Shorten) -> None:
+    scene = shorten("upright", "0.1")
+    oracle = closed_form(scene)
+    assert oracle is not None
+    other = closed_form(replace(scene, start=replace(scene.start, omega_3=Fraction(200))))
+    assert other is not None
+    table = publish(scene, [oracle, other]).trajectory
+    assert isinstance(table, Table)
+    assert table.column("Lz")[-1] == ""
+
+
+@pytest.mark.parametrize("name", ["reference", "beside-the-pole", "rolling"])
+def test_other_scenes_have_none(name: str) -> None:
+    assert closed_form(load_scene(name)) is None
+
+
+def test_a_push_off_the_pole_is_no_steady_state(shorten: Shorten) -> None:
+    scene = shorten("upright", "0.1")
+    little = Fraction(1, 100)
+    for start in (
+        replace(scene.start, theta_dot=little),
+        replace(scene.start, nu_x=little),
+        replace(scene.start, nu_y=little),
+    ):
+        assert closed_form(replace(scene, start=start)) is None

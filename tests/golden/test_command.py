@@ -1,0 +1,62 @@
+"""The command: what it prints, its JSON, and its exit status."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tt_precise.cli import main
+from tt_precise.commands.golden import _verified_lines
+from tt_precise.golden import Verification
+from tt_precise.golden.store import TRAJECTORY
+
+if TYPE_CHECKING:
+    from tests.golden.conftest import Small
+
+
+def test_list_names_what_is_there_and_what_is_missing(
+    small: Small, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["golden", "list", "--folder", str(small.folder)]) == 0
+    out = capsys.readouterr().out
+    assert "reference              34 digits      7 rows" in out
+    assert "without golden data: " in out
+    assert main(["golden", "list", "--folder", str(small.folder), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == "tt_precise.golden.list/1"
+    assert [one["scene"] for one in told["scenes"]] == ["reference"]
+
+
+def test_verify_fails_with_status_1_and_names_the_damage(
+    small: Small, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = small.folder / "reference" / TRAJECTORY
+    path.write_text(path.read_text().replace("0.02,", "0.02,-", 1))
+    asked = ["golden", "verify", "reference", "--folder", str(small.folder), "--json"]
+    assert main([*asked, "--workers", "1"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == "tt_precise.golden.verify/1"
+    (one,) = told["scenes"]
+    assert (one["scene"], one["verdict"], one["digits_claimed"]) == ("reference", "fail", 34)
+    assert "trajectory.csv: changed since it was built: line 4, column kx" in one["problems"]
+
+
+def test_verdicts_are_told_in_lines() -> None:
+    good = Verification("some", 34, 30.1, "newton quad", 12.5)
+    bad = Verification("other", None, problems=("one", "two"))
+    assert "some                  pass  34 digits claimed, 30.1 found again" in _verified_lines(
+        good
+    )
+    assert _verified_lines(bad).splitlines()[1:] == ["    one", "    two"]
+
+
+@pytest.mark.parametrize("what", ["build", "verify"])
+def test_unknown_scenes_have_status_2(
+    small: Small, capsys: pytest.CaptureFixture[str], what: str
+) -> None:
+    assert main(["golden", what, "nowhere", "--folder", str(small.folder)]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.count("\n") == 1
+    assert "nowhere" in captured.err

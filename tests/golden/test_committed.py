@@ -1,0 +1,122 @@
+"""The committed data: whole, small, all digits; and, on demand, computed again."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+import tt_precise as tt
+from tt_precise.golden import building, store
+from tt_precise.golden.comparing import correct_digits
+from tt_precise.golden.inspection import inspect
+from tt_precise.golden.store import FILES
+from tt_precise.integrate import integrate
+from tt_precise.scene import load_scene, shipped
+
+LARGEST = 25e6  # bytes of all golden data together
+README = store.home() / "README.md"
+
+
+def test_every_shipped_scene_has_data() -> None:
+    assert store.scenes() == shipped()
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_data_are_whole_and_for_the_shipped_scene(name: str) -> None:
+    stored, problems = inspect(name)
+    assert problems == []
+    assert stored is not None
+    assert stored.scene_text == load_scene(name).text
+
+
+def test_data_are_small() -> None:
+    sizes = [(store.home() / name / file).stat().st_size for name in shipped() for file in FILES]
+    assert sum(sizes) < LARGEST
+
+
+def test_reference_has_34_digits_in_every_row_up_to_8_s() -> None:
+    manifest = tt.golden.load("reference").manifest
+    assert (manifest["digits"], manifest["t_end"], manifest["status"]) == (34, "8", "complete")
+    columns = manifest["files"]["trajectory.csv"]["columns"]
+    assert columns["t"]["digits"] is None  # exact
+    assert all(c["digits"] == 34 for name, c in columns.items() if name != "t")
+    formulations = {run["formulation"] for run in manifest["evidence"]["runs"]}
+    assert formulations == {"newton", "euler"}
+
+
+def test_a_restart_from_the_initiation_goes_on_as_the_reference_does() -> None:
+    # the azimuth starts at 0 again, so Euler angles are compared; the restart's state has 50 digits
+    restart = load_scene("from-initiation")
+    began = re.search(r"t = ([\d.]+) s", restart.source)
+    assert began is not None
+    whole = integrate("reference", "quad")
+    golden = store.read("from-initiation").trajectory
+    for row in (0, 100, 300, 481):
+        time = Fraction(golden.column("t")[row])
+        state = whole.at(Fraction(began[1]) + time)
+        for name in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
+            cell = golden.column(name)[row]
+            scale = max(abs(Decimal(other)) for other in golden.column(name))
+            assert correct_digits(state.values[name], cell, scale) > 28
+
+
+def test_readme_example_runs(tmp_path: Path) -> None:
+    (code,) = re.findall(r"```python\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
+    frame = tt.integrate("reference").frame("theta", "omega_3")
+    frame.to_csv(tmp_path / "mine.csv", index=False)
+    (tmp_path / "reference_data").symlink_to(store.home())
+    alone = subprocess.run(
+        [sys.executable, "-I", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    for name in ("theta", "omega_3"):
+        found = re.search(rf"{name}: at least ([\d.]+) digits agree", alone.stdout)
+        assert found is not None
+        assert 8 < float(found[1]) < 17
+
+
+def test_readme_names_every_column_and_file() -> None:
+    text = README.read_text("utf-8")
+    columns = {name for scene in store.scenes() for name in store.read(scene).trajectory.columns}
+    for name in (*columns, *FILES):
+        assert re.search(rf"`[^`]*\b{name}\b[^`]*`", text), name
+
+
+@pytest.mark.golden
+def test_all_data_verify() -> None:
+    assert [one for one in tt.golden.verify() if one.verdict != "pass"] == []
+
+
+@pytest.mark.golden
+@pytest.mark.parametrize("name", ["reference", "contact-lost", "rocking", "inverted"])
+def test_a_fresh_build_equals_the_committed_bytes(name: str, tmp_path: Path) -> None:
+    kept = building.Kept(tmp_path / "kept")
+    (built,) = building.build([name], folder=tmp_path / "data", kept=kept)
+    assert built.outcome == building.NEW
+    for file in FILES:
+        committed = (store.home() / name / file).read_bytes()
+        assert (tmp_path / "data" / name / file).read_bytes() == committed, file
+
+
+@pytest.mark.golden
+def test_the_restart_is_the_reference_at_its_initiation() -> None:
+    until = replace(load_scene("reference"), until=Fraction(13, 2))
+    from tt_precise.integrate.inversion import NEEDED
+
+    trajectory = integrate(until, "mp", bits=200, events=NEEDED)
+    context = trajectory.precision.context
+    scene = load_scene("from-initiation")
+    time = context.nstr(trajectory.inversion.A.t_init, 50)
+    assert f"t = {time} s" in scene.source
+    state = trajectory.at(time)
+    start = {name: getattr(scene.start, name) for name in ("theta_dot", "phi_dot", "omega_3")}
+    start |= {"theta": scene.start.theta.offset, "nu_x": scene.start.nu_x, "nu_y": scene.start.nu_y}
+    for name, value in start.items():
+        exact = context.mpf(value.numerator) / value.denominator
+        assert abs(state.values[name] - exact) < abs(exact) * context.mpf(10) ** -50

@@ -1,0 +1,136 @@
+"""A trajectory is as far from golden data as it was put there."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import mpmath
+import numpy
+import pandas
+import pytest
+
+import tt_precise as tt
+from tt_precise.errors import InputError
+from tt_precise.golden.comparing import NEAR_ZERO
+
+if TYPE_CHECKING:
+    from tests.golden.conftest import Small
+
+
+def loaded(small: Small) -> pandas.DataFrame:
+    return pandas.DataFrame(tt.golden.load("reference", folder=small.folder))
+
+
+def test_the_text_itself_agrees_to_34_digits(small: Small) -> None:
+    text = tt.golden.load("reference", "text", folder=small.folder)
+    found = tt.golden.compare(text, "reference", folder=small.folder)
+    assert found.worst == 34
+    assert len(found.over_time) == 7
+    assert found.unmatched == 0
+
+
+def with_entry(frame: pandas.DataFrame, row: int, name: str, value: object) -> pandas.DataFrame:
+    column = frame[name].to_list()
+    column[row] = value
+    return frame.assign(**{name: pandas.Series(column, dtype=object)})
+
+
+@pytest.mark.parametrize("kind", ["float", "mpmath", "longdouble"])
+def test_rounded_numbers_agree_as_far_as_they_hold(small: Small, kind: str) -> None:
+    if kind == "longdouble":
+        frame = loaded(small).astype(numpy.longdouble)
+    else:
+        frame = tt.golden.load("reference", kind, folder=small.folder)  # type: ignore[arg-type]
+    found = tt.golden.compare(frame, "reference", folder=small.folder)
+    # half an ulp of double is 1.1e-16 of its number
+    assert found.worst >= (34 if kind == "mpmath" else 15.9)
+    assert found.worst <= (34 if kind == "mpmath" else 17.5)
+
+
+def test_an_error_shows_in_its_column_at_its_time(small: Small) -> None:
+    frame = loaded(small)
+    frame = with_entry(frame, 3, "omega_3", frame["omega_3"].to_list()[3] * (1 + 1e-7))
+    found = tt.golden.compare(frame, "reference", folder=small.folder)
+    assert found.digits["omega_3"] == pytest.approx(7, abs=1e-3)
+    assert found.digits.drop("omega_3").min() > 15
+    assert found.over_time["t"].to_list()[found.over_time["omega_3"].argmin()] == 0.03
+
+
+def test_near_a_zero_the_scale_decides(small: Small) -> None:
+    frame = loaded(small)
+    scale = frame["theta_dot"].abs().max()
+    frame = with_entry(frame, 0, "theta_dot", 1e-9 * scale)  # exactly 0 is right
+    found = tt.golden.compare(frame, "reference", folder=small.folder)
+    assert found.digits["theta_dot"] == pytest.approx(9 - -math.log10(NEAR_ZERO), abs=1e-2)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, None, ""])
+def test_what_is_missing_has_no_digits(small: Small, bad: object) -> None:
+    frame = with_entry(loaded(small), 2, "theta", bad)
+    found = tt.golden.compare(frame, "reference", folder=small.folder)
+    assert found.digits["theta"] == 0
+
+
+def test_order_columns_and_rows_are_free(small: Small) -> None:
+    frame = loaded(small)[["omega_3", "t"]].iloc[[5, 1]].assign(other="x")
+    found = tt.golden.compare(frame, "reference", folder=small.folder)
+    assert list(found.digits.index) == ["omega_3"]
+    assert found.over_time["t"].to_list() == [0.01, 0.05]
+
+
+def test_rows_between_golden_times_do_not_count(small: Small) -> None:
+    frame = loaded(small)
+    frame["t"] = frame["t"].to_numpy() + numpy.where(frame.index == 2, 0.004, 1e-12)
+    found = tt.golden.compare(frame, "reference", folder=small.folder)
+    assert found.unmatched == 1
+    assert len(found.over_time) == 6
+    assert "1 rows lie at no golden time" in str(found)
+
+
+def test_mpmath_numbers_of_any_context(small: Small) -> None:
+    with mpmath.workdps(60):
+        third = mpmath.mpf(1) / 3
+    frame = pandas.DataFrame({"t": ["0"], "theta": [third]}, dtype=object)
+    found = tt.golden.compare(frame, "reference", folder=small.folder)
+    assert found.digits["theta"] == 0
+
+
+@pytest.mark.parametrize(
+    ("frame", "words"),
+    [
+        ({"time": [0.0], "theta": [0.1]}, "expected t and any of: kx, ky"),
+        ({"t": [0.0], "Theta": [0.1]}, "expected t and any of: kx, ky"),
+        ({"t": [0.005], "theta": [0.1]}, "expected any of 0, 0.01, ... 0.06 s"),
+        ({"t": [0.0], "theta": ["one"]}, "got 'one', expected a number"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(
+    small: Small, frame: dict[str, list[object]], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        tt.golden.compare(pandas.DataFrame(frame), "reference", folder=small.folder)
+
+
+def test_the_frame_is_left_as_it_was(small: Small) -> None:
+    frame = loaded(small)
+    before = frame.copy()
+    tt.golden.compare(frame, "reference", folder=small.folder)
+    pandas.testing.assert_frame_equal(frame, before)
+
+
+def test_draws_a_picture(small: Small, tmp_path: Path) -> None:
+    found = tt.golden.compare(loaded(small), "reference", folder=small.folder)
+    found.save(tmp_path / "digits.png")
+    assert (tmp_path / "digits.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_component_that_is_always_zero_has_a_scale() -> None:
+    frame = tt.golden.load("upright").iloc[:3].copy()
+    frame["kx"] = 1e-12
+    frame["vx"] = 1e-12
+    found = tt.golden.compare(frame[["t", "kx", "vx", "omega_3"]], "upright")
+    assert found.digits["kx"] == pytest.approx(9, abs=1e-6)  # of the axis, which is 1
+    speed = math.sqrt(9.82 * 0.02)
+    assert found.digits["vx"] == pytest.approx(9 + math.log10(speed), abs=1e-6)
