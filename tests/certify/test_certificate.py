@@ -13,8 +13,9 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 import pandas
 
 import tt_precise as tt
-from tt_precise.certify.certificate import ENCLOSURE, PROOF, certify, judged, verify
+from tt_precise.certify.certificate import certify, judged
 from tt_precise.certify.proof import Proof, prove
+from tt_precise.certify.record import ENCLOSURE, PROOF, complaints
 from tt_precise.commands.certify_golden import command
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
@@ -135,12 +136,12 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, tmp_path: 
     assert content[TRAJECTORY]["columns"]["theta"]["digits"] == 34
     enclosure = Table.parse((tmp_path / NAME / ENCLOSURE).read_text())
     assert len(enclosure.rows) == 6
-    assert verify(NAME, tmp_path) == []
+    assert complaints(NAME, tmp_path) == []
     _write(replace(stored, trajectory=_spoiled(stored.trajectory, 3, "kx", 30)), tmp_path)
-    complaints = verify(NAME, tmp_path)
-    assert len(complaints) == 2
-    assert "not the table that was proved" in complaints[0]
-    assert complaints[1] == f"{TRAJECTORY}: row 4, kx: excluded by proof"
+    found = complaints(NAME, tmp_path)
+    assert len(found) == 2
+    assert "not the table that was proved" in found[0]
+    assert found[1] == f"{TRAJECTORY}: row 4, kx: excluded by its enclosure"
 
 
 def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ def test_judge(
     with flint.ctx.workprec(100):
         judged = judge(text, arb(middle, radius))
     assert (judged.digits, judged.rounded, judged.wrong) == (digits, rounded, wrong)
+    assert judged.within >= abs(Fraction(Decimal(text)) - Fraction(Decimal(middle)))
 
 
 def test_a_printed_zero_stands_for_little() -> None:
@@ -52,6 +53,7 @@ def test_a_tally_counts_and_takes_the_worst() -> None:
         ]
         one = tally(cells, Fraction(0))
     assert (one.digits, one.entries, one.rounded, one.wrong) == (2, 3, 2, 1)
+    assert one.within == "9.1e-2"
 
 
 @pytest.mark.parametrize(

@@ -52,12 +52,37 @@ initiation and ending times, and the count of printed digits that are proved (``
 Needs python-flint (the extra ``certify``).
 """
 
-from tt_precise.certify.enclosure import Enclosure, enclose
-from tt_precise.certify.problem import Problem, problem_of
-from tt_precise.certify.proof import Proof, prove
-from tt_precise.certify.verdict import NotProved
-from tt_precise.certify.zeros import Zero, zeros
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tt_precise.certify.enclosure import Enclosure, enclose
+    from tt_precise.certify.problem import Problem, problem_of
+    from tt_precise.certify.proof import Proof, prove
+    from tt_precise.certify.verdict import NotProved
+    from tt_precise.certify.zeros import Zero, zeros
 
 __all__ = [
     "Enclosure", "NotProved", "Problem", "Proof", "Zero", "enclose", "problem_of", "prove", "zeros",
 ]  # fmt: skip
+
+_HOMES = {
+    **dict.fromkeys(("Enclosure", "enclose"), "enclosure"),
+    **dict.fromkeys(("Problem", "problem_of"), "problem"),
+    **dict.fromkeys(("Proof", "prove"), "proof"),
+    **dict.fromkeys(("Zero", "zeros"), "zeros"),
+    "NotProved": "verdict",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # what is on disk can be read without python-flint, which the rest imports
+    if name in _HOMES:
+        return getattr(importlib.import_module(f"tt_precise.certify.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'tt_precise.certify' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

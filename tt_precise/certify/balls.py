@@ -19,7 +19,10 @@ from tt_precise.certify.verdict import NotProved
 
 
 class Balls:
-    """The elementary functions that the mechanics ask of an arithmetic, on balls."""
+    """The elementary functions that the mechanics ask of an arithmetic, on balls.
+
+    Roots are taken of bands and slopes as well.
+    """
 
     @staticmethod
     def sin(x: Any) -> Any:
@@ -34,7 +37,7 @@ class Balls:
     @staticmethod
     def sqrt(x: Any) -> Any:
         """Square root; not a number where the ball reaches below zero."""
-        return arb(x).sqrt()
+        return x.sqrt()
 
     @staticmethod
     def acos(x: Any) -> Any:
@@ -43,13 +46,14 @@ class Balls:
 
     @staticmethod
     def atan2(y: Any, x: Any) -> Any:
-        """Angle of the point (x, y)."""
-        return arb.atan2(arb(y), arb(x))
+        """Angle of the point (x, y) of balls; of anything else NaN, which spoils its user."""
+        return arb.atan2(y, x) if isinstance(y, arb) and isinstance(x, arb) else arb("nan")
 
     @staticmethod
     def hypot(x: Any, y: Any) -> Any:
         """Length of (x, y); what the ball of x^2 + y^2 has below zero is rounding."""
-        return arb(x * x + y * y).nonnegative_part().sqrt()
+        square = x * x + y * y
+        return square.nonnegative_part().sqrt() if isinstance(square, arb) else square.sqrt()
 
 
 @contextmanager

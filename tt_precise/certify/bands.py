@@ -101,6 +101,24 @@ class Band:
             raise NotProved("division", "the divisor may have a zero in the step or its tube")
         return Band(close * (1 + around(error / (1 - error))), self.frame)
 
+    def sqrt(self) -> Band:
+        """The band of the square root of g.
+
+        With a positive polynomial r close to it and |g/r^2 - 1| <= e < 1, the root lies within
+        e of r, relatively, since |sqrt(1 + x) - 1| <= |x| for |x| <= 1.
+        """
+        terms = self.frame.degree + 1
+        middle = arb_poly([c.mid() for c in self.polynomial.coeffs()])
+        if not middle[0] > 0:
+            raise NotProved("square root", "the argument may be zero at the start of the step")
+        with series_length(terms):
+            close = arb_poly([c.mid() for c in arb_series(middle, terms).sqrt().coeffs()])
+        inverse = Band(close, self.frame).inverse()
+        error = (self * inverse * inverse - 1).range.abs_upper()
+        if not error < 1:
+            raise NotProved("square root", "the argument may have a zero in the step or its tube")
+        return Band(close * (1 + around(error)), self.frame)
+
     def __truediv__(self, other: Any) -> Band:
         if isinstance(other, Band):
             return self * other.inverse()

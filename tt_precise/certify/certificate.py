@@ -21,6 +21,7 @@ from flint import arb
 from tt_precise.certify.balls import bounds
 from tt_precise.certify.printed import Tally, outward, tally
 from tt_precise.certify.proof import BITS, Proof, prove
+from tt_precise.certify.record import ENCLOSURE, PROOF, SCHEMA
 from tt_precise.certify.verdict import NotProved
 from tt_precise.files import atomic_write
 from tt_precise.golden import store
@@ -30,8 +31,6 @@ from tt_precise.golden.table import Table
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.progress import Progress, silent
 
-SCHEMA = "tt_precise.proof/1"
-PROOF, ENCLOSURE = "proof.json", "enclosure.csv"
 MORE_BITS = 64
 MOST_BITS = 456
 ALL_BUT_T = slice(1, None)
@@ -56,6 +55,18 @@ class Certificate:
     def complete(self) -> bool:
         """Whether every row is enclosed and no printed number is wrong."""
         return self.content["failure"] is None and not self.wrong and self.content["same_events"]
+
+    @property
+    def settled(self) -> bool:
+        """Whether more bits would tell no more.
+
+        No ball around zero proves that a column is zero throughout, however small it is.
+        """
+        return all(
+            column["rounded"] + column["wrong"] == column["entries"] or column["digits"] is None
+            for file in (store.TRAJECTORY, store.EVENTS)
+            for column in self.content[file]["columns"].values()
+        )
 
     @property
     def summary(self) -> str:
@@ -95,8 +106,7 @@ def certify(
     while True:
         proof = prove(stored.scene, bits, progress=progress)
         certificate = judged(stored, proof)
-        settled = certificate.rounded + certificate.wrong == certificate.entries
-        if settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
+        if certificate.settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
             break
         bits += MORE_BITS
     place = (folder or store.home()) / scene
@@ -155,37 +165,6 @@ def enclosure_table(proof: Proof) -> Table:
         cells = [text for one in balls if one is not None for text in outward(one)]
         rows.append((_exact_decimal(seconds), *cells))
     return Table(header, tuple(rows))
-
-
-def verify(scene: str, folder: Path | None = None) -> list[str]:
-    """Complaints about printed golden values that the stored enclosure excludes; [] if none.
-
-    Also one if the tables are not those that were proved. Takes milliseconds.
-
-    Raises
-    ------
-    InputError
-        There are no golden data of that name, or no enclosure.
-    """
-    stored = store.read(scene, folder)
-    place = (folder or store.home()) / scene
-    content = json.loads((place / PROOF).read_text("utf-8"))
-    complaints = [
-        f"{file}: not the table that was proved; run `tt-precise golden certify {scene}`"
-        for file in (store.TRAJECTORY, store.EVENTS)
-        if content[file]["sha256"] != stored.table(file).sha256
-    ]
-    enclosure = Table.parse((place / ENCLOSURE).read_text("utf-8"))
-    for name in enclosure.columns[1::2]:
-        columns = (
-            stored.trajectory.column(name),
-            enclosure.column(name),
-            enclosure.column(f"{name}_radius"),
-        )
-        for row, (text, middle, radius) in enumerate(zip(*columns, strict=False)):
-            if not _within(text, middle, radius, scale_of(columns[0])):
-                complaints.append(f"{store.TRAJECTORY}: row {row + 1}, {name}: excluded by proof")
-    return complaints
 
 
 def _trajectory(stored: store.Stored, proof: Proof, scales: dict[str, Decimal]) -> dict[str, Tally]:
@@ -282,15 +261,6 @@ def _number(exact: Any, digits: int) -> dict[str, str] | None:
         return None
     middle, radius = outward(arb(exact), digits)
     return {"middle": middle, "radius": radius}
-
-
-def _within(text: str, middle: str, radius: str, scale: Decimal) -> bool:
-    printed = Decimal(text)
-    exponent = printed.as_tuple().exponent
-    assert isinstance(exponent, int)  # golden tables hold numbers only
-    slack = Fraction(10) ** exponent / 2 if printed else Fraction(scale.scaleb(-DIGITS))
-    distance = abs(Fraction(printed) - Fraction(Decimal(middle)))
-    return distance <= Fraction(Decimal(radius)) + slack
 
 
 def _exact_decimal(seconds: Fraction) -> str:

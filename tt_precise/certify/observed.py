@@ -10,6 +10,7 @@ from flint import arb
 from tt_precise.certify.balls import Balls
 from tt_precise.certify.problem import body_of, problem_of, units_of
 from tt_precise.certify.zeros import Function
+from tt_precise.integrate.system import QUADRATURE_SCALE
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation
@@ -26,20 +27,26 @@ def observed(scene: Scene, evaluate: Callable[[Motion], Any]) -> Function:
     form, parameters = formulation(scene.model, "newton"), problem_of(scene).parameters
 
     def function(state: Sequence[Any]) -> Any:
-        return evaluate(form.motion(body_of(scene, parameters()), form.State(*state), Balls))
+        vectors = form.State(*state[: len(form.columns)])
+        return evaluate(form.motion(body_of(scene, parameters()), vectors, Balls))
 
     return function
 
 
 def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
-    """The vector and Euler columns of one enclosed state, in SI; None where undefined."""
-    vectors = NewtonState(*state, *(0,) * (8 - len(state)))
+    """Vector and Euler columns and recorded quadratures of one enclosed state, in SI.
+
+    None where a value is undefined, or not bounded (Euler angles at a pole).
+    """
+    size = len(formulation(scene.model, "newton").columns)
+    vectors = NewtonState(*state[:size], *(0,) * (8 - size))
     body = body_of(scene, problem_of(scene).parameters())
     euler = euler_from_vectors(body, vectors, Balls)
-    names = [*NewtonState._fields, *EulerState._fields]
+    names = [*NewtonState._fields, *EulerState._fields, *scene.record]
+    recorded = [value * QUADRATURE_SCALE for value in state[size:]]
     units = units_of(scene)
     found: dict[str, arb | None] = {}
-    for name, value in zip(names, [*vectors, *euler], strict=True):
+    for name, value in zip(names, [*vectors, *euler, *recorded], strict=True):
         number = arb(value) * units.of_dimension(STATE_DIMENSIONS[name])
         found[name] = number if number.is_finite() else None
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
 
 from flint import arb
@@ -23,11 +23,14 @@ class Judged:
         Proved to be the correctly rounded one, to all digits that are printed.
     wrong
         Proved not to be.
+    within
+        The exact number is no farther from the printed one than this.
     """
 
     digits: int | None
     rounded: bool
     wrong: bool
+    within: Fraction
 
 
 def judge(text: str, exact: arb, zero: Fraction = Fraction(0)) -> Judged:
@@ -41,7 +44,7 @@ def judge(text: str, exact: arb, zero: Fraction = Fraction(0)) -> Judged:
     nearest = max(low - value, value - high, Fraction(0))
     farthest = max(high - value, value - low)
     if not value:
-        return Judged(None, farthest <= zero, nearest > zero)
+        return Judged(None, farthest <= zero, nearest > zero, farthest)
     _, figures, exponent = printed.as_tuple()
     assert isinstance(exponent, int)  # a number, neither NaN nor infinite
     half = Fraction(10) ** exponent / 2
@@ -49,7 +52,8 @@ def judge(text: str, exact: arb, zero: Fraction = Fraction(0)) -> Judged:
     while digits and farthest > half:
         digits -= 1
         half *= 10
-    return Judged(digits, digits == len(figures), nearest > Fraction(10) ** exponent / 2)
+    wrong = nearest > Fraction(10) ** exponent / 2
+    return Judged(digits, digits == len(figures), wrong, farthest)
 
 
 @dataclass(frozen=True)
@@ -61,28 +65,33 @@ class Tally:
         excuses (``near_zero``) apart; None if there are no others.
     entries, rounded, wrong
         How many entries are printed and enclosed, proved to be correctly rounded, proved wrong.
+    within
+        No entry is farther from the exact number than this (decimal, rounded up).
     """
 
     digits: int | None
     entries: int
     rounded: int
     wrong: int
+    within: str
 
 
 def tally(cells: Iterable[tuple[str, arb | None, bool]], zero: Fraction) -> Tally:
     """The tally of a column: printed text, ball, and whether the entry is near zero."""
     fewest: int | None = None
     entries = rounded = wrong = 0
+    farthest = Fraction(0)
     for text, exact, near_zero in cells:
         if not text or exact is None:
             continue
         judged = judge(text, exact, zero)
+        farthest = max(farthest, judged.within)
         entries += 1
         rounded += judged.rounded
         wrong += judged.wrong
         if judged.digits is not None and not near_zero:
             fewest = judged.digits if fewest is None else min(fewest, judged.digits)
-    return Tally(fewest, entries, rounded, wrong)
+    return Tally(fewest, entries, rounded, wrong, _rounded_up(farthest))
 
 
 def outward(exact: arb, digits: int = 40) -> tuple[str, str]:
@@ -97,6 +106,14 @@ def _decimal(mantissa: int, power: int) -> str:
     sign = "-" if mantissa < 0 else ""
     text = f"{sign}{figures[0]}.{figures[1:]}".rstrip(".")
     return f"{text}e{power + len(figures) - 1:+03d}" if mantissa else "0"
+
+
+def _rounded_up(number: Fraction) -> str:
+    """A positive number with two figures, rounded up."""
+    if not number:
+        return "0"
+    with localcontext(prec=2, rounding=ROUND_UP):
+        return f"{Decimal(number.numerator) / Decimal(number.denominator):.1e}"
 
 
 def _upward(radius: int, power: int) -> str:

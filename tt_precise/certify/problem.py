@@ -11,6 +11,7 @@ from flint import arb
 
 from tt_precise.body import Parameters, Units
 from tt_precise.certify.balls import Balls, ball
+from tt_precise.integrate.system import extended_rates
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation
@@ -35,11 +36,14 @@ class Problem:
 
 
 def problem_of(scene: Scene) -> Problem:
-    """The scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0."""
+    """The scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0.
+
+    Recorded quadratures follow the vectors, scaled down as in ``integrate.system``.
+    """
     form = formulation(scene.model, "newton")
 
     def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
-        return tuple(form.rates(body_of(scene, parameters), form.State(*state), fn))
+        return extended_rates(form, scene.record, body_of(scene, parameters), tuple(state), fn)
 
     def parameters() -> Sequence[arb]:
         body = scene.body.dimensionless(Balls, ball)
@@ -56,12 +60,12 @@ def problem_of(scene: Scene) -> Problem:
         )
         sine_cosine = scene.start.theta.sine_cosine(Balls, ball)
         vectors = vectors_from_euler(body, euler, Balls, sine_cosine=sine_cosine)
-        return [arb(value) for value in vectors[: len(form.columns)]]
+        return [*map(arb, vectors[: len(form.columns)]), *(arb(0) for _ in scene.record)]
 
     def until() -> arb:
         return dimensionless_time(scene, scene.until)
 
-    return Problem(scene.name, form.columns, rates, parameters, start, until)
+    return Problem(scene.name, (*form.columns, *scene.record), rates, parameters, start, until)
 
 
 def body_of(scene: Scene, parameters: Sequence[Any]) -> Parameters:

@@ -52,6 +52,12 @@ class Slope:
         outer = -(inverse * inverse)
         return Slope(inverse, {i: slope * outer for i, slope in self.partials.items()})
 
+    def sqrt(self) -> Slope:
+        """The square root, with the derivatives slope/(2 sqrt)."""
+        root = self.value.sqrt()
+        outer = 1 / (2 * root)
+        return Slope(root, {i: slope * outer for i, slope in self.partials.items()})
+
     def __truediv__(self, other: Any) -> Slope:
         return self * (other.inverse() if isinstance(other, Slope) else 1 / other)
 
