@@ -3,10 +3,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
+import numpy
 import pandas
 import pytest
 
 import tt_precise as tt
+from tt_precise.mechanics.newton import NewtonState, angular_velocity
+from tt_precise.mechanics.quantities import Motion
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
@@ -26,3 +29,25 @@ def healthy() -> Callable[..., pandas.DataFrame]:
         return made[key].copy()
 
     return frame
+
+
+@pytest.fixture(scope="session")
+def rigid_body() -> Callable[[pandas.DataFrame], pandas.DataFrame]:
+    """The same motion of the reference top as a physics engine would write it."""
+    body = tt.load_scene("reference").body.numbers(float)
+    twist = 0.7  # about the axis, where a quaternion says more than the axis does
+
+    def written(frame: pandas.DataFrame) -> pandas.DataFrame:
+        state = NewtonState(*(frame[name].to_numpy() for name in NewtonState._fields))
+        # the shortest rotation from z to k, after the twist about z
+        half = numpy.sqrt((1 + state.kz) / 2)
+        lean = (half, -state.ky / (2 * half), state.kx / (2 * half))
+        c, s = numpy.cos(twist), numpy.sin(twist)
+        quaternion = (lean[0] * c, lean[1] * c + lean[2] * s, lean[2] * c - lean[1] * s, half * s)
+        columns = dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
+        columns |= dict(zip(("wx", "wy", "wz"), angular_velocity(body, state), strict=True))
+        s_dot = Motion(body, state, numpy).s_dot
+        columns |= dict(zip(("vcx", "vcy", "vcz"), s_dot, strict=True))
+        return pandas.DataFrame({"t": frame["t"], **columns})
+
+    return written

@@ -12,33 +12,14 @@ import pytest
 import tt_precise as tt
 from tt_precise.check.columns import choose_set, renamed, renaming
 from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
-from tt_precise.mechanics.newton import NewtonState, angular_velocity, arm
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.newton import arm
 from tt_precise.mechanics.vectors import cross
 
 Healthy = Callable[..., pandas.DataFrame]
-BODY = tt.load_scene("reference").body.numbers(float)
 
 
-def as_rigid_body(frame: pandas.DataFrame, twist: float = 0.7) -> pandas.DataFrame:
-    """The same motion as a physics engine would write it, at an arbitrary angle about the axis."""
-    state = NewtonState(*(frame[name].to_numpy() for name in NewtonState._fields))
-    q = Motion(BODY, state, numpy)
-    # the shortest rotation from z to k, after a twist about z
-    half = numpy.sqrt((1 + state.kz) / 2)
-    lean = (half, -state.ky / (2 * half), state.kx / (2 * half), 0 * half)
-    c, s = numpy.cos(twist), numpy.sin(twist)
-    quaternion = (
-        lean[0] * c, lean[1] * c + lean[2] * s, lean[2] * c - lean[1] * s, lean[0] * s,
-    )  # fmt: skip
-    columns = dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
-    columns |= dict(zip(("wx", "wy", "wz"), angular_velocity(BODY, state), strict=True))
-    columns |= dict(zip(("vcx", "vcy", "vcz"), q.s_dot, strict=True))
-    return pandas.DataFrame({"t": frame["t"], **columns})
-
-
-def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy) -> None:
-    frame = as_rigid_body(healthy())
+def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: Healthy) -> None:
+    frame = rigid_body(healthy())
     result = tt.check.conservation(frame, "reference", limits={"jellett": 1e-13})
     assert result.passed, str(result)
     assert result.columns == "rigid body"
@@ -48,16 +29,18 @@ def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy) -> None:
     assert result["axis_norm"].verdict == "skipped"
 
 
-def test_a_rigid_body_off_the_table_and_a_drifting_quaternion_fail(healthy: Healthy) -> None:
-    frame = as_rigid_body(healthy())
+def test_a_rigid_body_off_the_table_and_a_drifting_quaternion_fail(
+    healthy: Healthy, rigid_body: Healthy
+) -> None:
+    frame = rigid_body(healthy())
     lifted = frame.assign(vcz=frame["vcz"] + numpy.where(frame["t"] > 6, 1e-4, 0))
     assert tt.check.conservation(lifted, "reference")["contact_velocity"].verdict == "fail"
     longer = frame.assign(qw=frame["qw"] * 1.00001)
     assert tt.check.conservation(longer, "reference")["quaternion_norm"].verdict == "fail"
 
 
-def test_a_rigid_body_without_velocity_keeps_jellett(healthy: Healthy) -> None:
-    frame = as_rigid_body(healthy())[["t", "qw", "qx", "qy", "qz", "wx", "wy", "wz"]]
+def test_a_rigid_body_without_velocity_keeps_jellett(healthy: Healthy, rigid_body: Healthy) -> None:
+    frame = rigid_body(healthy())[["t", "qw", "qx", "qy", "qz", "wx", "wy", "wz"]]
     result = tt.check.conservation(frame, "reference")
     assert result["jellett"].verdict == "pass"
     assert result["energy"].reason == "needs the velocity: columns vcx, vcy, vcz"

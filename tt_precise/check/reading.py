@@ -61,9 +61,14 @@ class Table:
         """
         raise NotImplementedError
 
+    def close(self) -> None:
+        """Let go of the file, if there is one."""
+
 
 def open_table(source: Any, rename: Mapping[str, str] | None = None) -> Table:
     """A table from a path, "-" (standard input), a DataFrame, a mapping or a ``Trajectory``.
+
+    The caller closes it.
 
     Raises
     ------
@@ -92,30 +97,30 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> Table:
     try:
         size = path.stat().st_size
         if path.suffix == ".parquet":
+            path.open("rb").close()
             return _ParquetTable(path, rename)
-        opened: Any = path.open("rb")
-        if path.name.endswith(".gz"):
-            return _TextTable(
-                str(path), gzip.GzipFile(fileobj=opened), size, rename, told=opened.tell
-            )
-        return _TextTable(str(path), opened, size, rename, told=opened.tell)
+        opened = path.open("rb")
     except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: {reason}; expected a trajectory file") from None
+    try:
+        return _TextTable(str(path), opened, size, rename, path.name.endswith(".gz"))
+    except BaseException:
+        opened.close()
+        raise
 
 
 class _TextTable(Table):
     def __init__(
         self,
         where: str,
-        stream: BinaryIO | gzip.GzipFile,
+        opened: BinaryIO,
         size: int,
         rename: Mapping[str, str],
-        told: Callable[[], int] | None = None,
+        gzipped: bool = False,
     ):
-        self._stream, self._size, self._told, self._file = stream, size, told, where
+        self._opened, self._size, self._file = opened, size, where
+        self._stream: Any = gzip.GzipFile(fileobj=opened) if gzipped else opened
         header = self._read_line()
         if not header.strip():
             raise InputError(f"{where}: it is empty, expected a header line and rows of numbers")
@@ -147,8 +152,13 @@ class _TextTable(Table):
             line += data.count(b"\n")
             if not piece:
                 return
-            if self._size and self._told:
-                progress(min(1.0, self._told() / self._size))
+            if self._size:
+                progress(min(1.0, self._opened.tell() / self._size))
+
+    def close(self) -> None:
+        """Close the file, but not standard input."""
+        if self._size:
+            self._opened.close()
 
     def _block(self, text: str, wanted: Sequence[str], indices: list[int], line: int) -> Block:
         @cache
@@ -250,6 +260,10 @@ class _ParquetTable(Table):
             yield _array_block(found, done, given)
             done += len(batch)
             progress(done / total)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
 
 
 class _FrameTable(Table):

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
+
+import numpy
 
 from tt_precise.check.checks import CHECKS, Check, Watch
 from tt_precise.check.columns import choose_set, known_columns
@@ -19,6 +23,8 @@ from tt_precise.check.trace import Trace
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
+
+HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
 
 
 def conservation(
@@ -63,11 +69,26 @@ def conservation(
     InputError
         The trajectory cannot be used: one line that says where and why.
     """
-    scene = load_scene(scene)
     wanted = chosen_limits(limits or {})
-    table = open_table(trajectory, columns)
+    # what overflows or is undefined becomes a value that fails, not a warning
+    with closing(open_table(trajectory, columns)) as table, numpy.errstate(all="ignore"):
+        return _checked(table, load_scene(scene), wanted, until, digits, fresh, friction, progress)
+
+
+def _checked(
+    table: Table,
+    scene: Scene,
+    limits: Mapping[str, float],
+    until: float | None,
+    digits: float | None,
+    fresh: bool,
+    friction: str,
+    progress: Progress,
+) -> Result:
     case = _case(table, scene, friction)
     cutoff = math.inf if until is None else _cutoff(until)
+    if digits is not None and not case.own_force:
+        raise InputError("digits: golden data obey the scene's friction; expected friction scene")
     distance = Distance(case, table.names, digits, fresh) if case.own_force else None
     names = ("t", *(name for name in case.columns.names if name in table.names))
     also = [name for name in known_columns(table.names) if name not in names]
@@ -77,7 +98,7 @@ def conservation(
         read = case.stretch(block)
         if running is None:
             _refuse(case, read, block, table)
-            running, first = [_Running(check, case, read, wanted) for check in CHECKS], read
+            running, first = [_Running(check, case, read, limits) for check in CHECKS], read
         joined = read if stretch is None else stretch.continued(read)
         for check in running:
             check.look(joined)
@@ -148,9 +169,9 @@ class _Running:
         verdict: Verdict = "skipped"
         reason = self._skipped
         if self._watch and value is not None:
-            holds = value > limit if check.sense == "above" else value <= limit
+            holds = HOLDS[check.sense](value, limit)
             verdict = "pass" if holds else "fail"
-            doubt = getattr(self._watch, "doubt", 0.0)
+            doubt = getattr(self._watch, "doubt", -math.inf)
             reason = getattr(self._watch, "note", "")
             if not math.isfinite(value):
                 reason = "not finite there"

@@ -1,0 +1,150 @@
+"""``tt-precise check``: exit status, outputs, cold start, memory."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas
+import pytest
+
+from tt_precise.cli import main
+
+COLUMNS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
+Healthy = Callable[..., pandas.DataFrame]
+COLD_START_S = 0.6
+
+
+@pytest.fixture
+def written(healthy: Healthy, tmp_path: Path) -> Path:
+    path = tmp_path / "run.csv"
+    healthy()[COLUMNS].to_csv(path, index=False)
+    return path
+
+
+def test_exit_status_and_json(written: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["check", str(written), "--scene", "reference", "--json"]
+    assert main(arguments) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["schema"] == "tt_precise.check/1"
+    assert (found["verdict"], found["rows"]) == ("pass", 801)
+    names = {check["name"]: check for check in found["checks"]}
+    assert {"jellett", "energy", "contact", "axis_norm", "golden", "routh"} <= names.keys()
+    assert names["jellett"].keys() >= {"name", "verdict", "value", "limit", "at", "reason"}
+    assert main([*arguments, "--limit", "jellett=1e-20"]) == 1
+    assert json.loads(capsys.readouterr().out)["verdict"] == "fail"
+    assert main([*arguments, "--limit", "1e-9", "--limit", "axis_norm=1e-3"]) == 0
+    limits = {c["name"]: c["limit"] for c in json.loads(capsys.readouterr().out)["checks"]}
+    assert (limits["jellett"], limits["axis_norm"]) == (1e-9, 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--limit", "jellett=x"], "--limit: got 'jellett=x', expected NAME=VALUE or VALUE"),
+        (["--limit", "jelett=1"], "limit: got 'jelett', expected one of: time, jellett"),
+        (["--columns", "a=b"], "--columns: got 'b' as one of ours"),
+        (["--scene", "nonsense"], "scene: got 'nonsense'"),
+        (["--plot", "x.txt"], "plot: got x.txt, expected a name that ends in .svg"),
+        (["--until", "-1"], "got no rows up to t = -1 s, expected a trajectory"),
+        (["--until", "x"], "'x' is not a valid float"),
+        (["--junit", "/proc/nothing/x.xml"], "/proc/nothing/x.xml"),
+    ],
+)
+def test_bad_arguments_are_one_line(
+    written: Path, arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = [] if "--scene" in arguments else ["--scene", "reference"]
+    assert main(["check", str(written), *scene, *arguments]) == 2
+    captured = capsys.readouterr()
+    assert told in captured.err
+    assert captured.err.count("\n") == 1
+
+
+def test_files_are_written_whatever_the_verdict(written: Path, tmp_path: Path) -> None:
+    out = {name: tmp_path / f"out.{name}" for name in ("xml", "md", "svg")}
+    status = main(
+        [
+            "check", str(written), "--scene", "reference", "--limit", "1e-30",
+            "--junit", str(out["xml"]), "--markdown", str(out["md"]), "--plot", str(out["svg"]),
+        ]
+    )  # fmt: skip
+    assert status == 1
+    assert all(path.stat().st_size > 500 for path in out.values())
+
+
+def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:
+    theirs = written.read_text().replace("t,kx", "time,kx", 1)
+    run = subprocess.run(
+        [
+            sys.executable, "-m", "tt_precise.cli", "check", "-", "--scene", "reference",
+            "--columns", "time=t", "--until", "3",
+        ],
+        input=theirs, capture_output=True, text=True, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    assert "standard input against scene reference: pass (301 rows" in run.stdout
+
+
+def processor_seconds(arguments: list[str]) -> tuple[int, float, int]:
+    """Exit status, processor time (s) and peak memory (kB) of a command."""
+    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return process.returncode, usage.ru_utime + usage.ru_stime, usage.ru_maxrss
+
+
+def test_a_cold_start_is_fast(written: Path) -> None:
+    command = [sys.executable, "-m", "tt_precise.cli", "check", str(written), "--scene"]
+    runs = [processor_seconds([*command, "reference"]) for _ in range(3)]
+    assert {status for status, _, _ in runs} == {0}
+    # processor time, because the machine that runs the tests is shared; one thread does it all
+    assert min(seconds for _, seconds, _ in runs) < COLD_START_S
+
+
+def test_nothing_heavy_is_imported(written: Path) -> None:
+    code = (
+        "import sys\nfrom tt_precise.cli import main\n"
+        f"status = main(['check', {str(written)!r}, '--scene', 'reference'])\n"
+        "heavy = {'heyoka', 'pandas', 'scipy', 'sympy', 'matplotlib', 'rich', 'pyarrow'}\n"
+        "print(status, sorted(heavy & sys.modules.keys()))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.splitlines()[-1] == "0 []"
+
+
+@pytest.mark.slow
+def test_ten_million_rows(tmp_path: Path) -> None:
+    import numpy
+    import pyarrow
+    import pyarrow.csv
+
+    from tt_precise import load_scene
+    from tt_precise.mechanics.newton import NewtonState, rates
+
+    # the exact solution of a scene without a spike, sampled densely: a series about each sample
+    # would do, but an upright spin is one in closed form, and costs the check just as much
+    scene = load_scene("upright")
+    body = scene.body.numbers(float)
+    spin = body.I3 * float(scene.start.omega_3)
+    state = NewtonState(0.0, 0.0, 1.0, 0.0, 0.0, spin, 0.0, 0.0)
+    assert not any(rates(body, state))
+    rows, block = 10_000_000, 200_000
+    path = tmp_path / "ten.csv"
+    schema = pyarrow.schema([(name, pyarrow.float64()) for name in COLUMNS])
+    rng = numpy.random.default_rng(1)
+    with pyarrow.csv.CSVWriter(path, schema) as writer:
+        for first in range(0, rows, block):
+            t = numpy.arange(first, first + block) * 8e-7
+            # noise of one eps, so that every number has its seventeen digits
+            noise = [value + 1e-16 * rng.standard_normal(block) for value in state]
+            writer.write_batch(pyarrow.record_batch([t, *noise], schema=schema))
+    command = [sys.executable, "-m", "tt_precise.cli", "check", str(path), "--scene", "upright"]
+    status, seconds, kilobytes = processor_seconds(command)
+    assert status == 0
+    assert seconds < 60
+    assert kilobytes < 500_000

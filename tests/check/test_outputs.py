@@ -1,0 +1,114 @@
+"""The result in every form that it takes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pandas
+import pytest
+
+import tt_precise as tt
+from tt_precise.check.checks import CHECKS
+from tt_precise.check.trace import MOST_POINTS, Trace
+
+Healthy = Callable[..., pandas.DataFrame]
+
+
+@pytest.fixture
+def failing(healthy: Healthy) -> tt.check.Result:
+    frame = healthy()
+    frame.loc[400:, "Lz"] *= 1 + 1e-3
+    return tt.check.conservation(frame, "reference")
+
+
+def test_the_table_fits_a_screen(failing: tt.check.Result) -> None:
+    lines = str(failing).splitlines()
+    assert max(map(len, lines)) <= 100
+    assert len(lines) <= 24
+    assert lines[0].startswith("the table against scene reference: fail: ")
+    (jellett,) = [line for line in lines if line.startswith("jellett")]
+    assert jellett.split()[:2] == ["jellett", "FAIL"]
+    assert any(line.startswith("skipped routh, modified_energy: an integral") for line in lines)
+
+
+def test_the_frame_has_a_row_for_each_check(failing: tt.check.Result) -> None:
+    frame = failing.frame
+    assert list(frame["name"]) == [*(check.name for check in CHECKS), "golden"]
+    assert set(frame["verdict"]) == {"pass", "fail", "skipped"}
+    assert frame.set_index("name").loc["jellett", "limit"] == 1e-6
+    assert failing["jellett"].at == frame.set_index("name").loc["jellett", "at"]
+    with pytest.raises(KeyError):
+        failing["nonsense"]
+
+
+def test_the_notebook_and_the_job_summary_show_the_failure(failing: tt.check.Result) -> None:
+    html = failing._repr_html_()
+    tree = ElementTree.fromstring(f"<div>{html}</div>")
+    assert len(tree.findall(".//tbody/tr")) == len(failing.checks)
+    assert "FAIL" in html
+    markdown = failing.markdown()
+    rows = [line for line in markdown.splitlines() if line.startswith("| `")]
+    assert len(rows) == len(failing.checks)
+    assert sum("**fail**" in row for row in rows) == len(failing.failures)
+
+
+def test_junit_counts_what_it_holds(failing: tt.check.Result) -> None:
+    suite = ElementTree.fromstring(failing.junit())[0]
+    cases = suite.findall("testcase")
+    assert int(suite.attrib["tests"]) == len(cases) == len(failing.checks)
+    assert int(suite.attrib["failures"]) == len(suite.findall(".//failure")) > 0
+    assert int(suite.attrib["skipped"]) == len(suite.findall(".//skipped"))
+    message = suite.findall(".//failure")[0].attrib["message"]
+    assert message.startswith("jellett: ")
+    assert "expected at most 1e-06" in message
+
+
+def test_json_is_json_even_where_a_value_is_infinite(healthy: Healthy) -> None:
+    frame = healthy()
+    frame.loc[400, "Lz"] = 1e308
+    result = tt.check.conservation(frame, "reference")
+
+    def refuse(text: str) -> None:
+        raise AssertionError(f"{text} is no JSON")
+
+    found = json.loads(json.dumps(result.as_dict()), parse_constant=refuse)
+    assert found["verdict"] == "fail"
+    assert found["schema"] == "tt_precise.check/1"
+
+
+@pytest.mark.parametrize("suffix", ["svg", "png"])
+def test_the_plot_is_written(failing: tt.check.Result, tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"drift.{suffix}"
+    drawn = failing.plot(path)
+    begin = {"svg": b"<?xml", "png": b"\x89PNG"}[suffix]
+    assert path.read_bytes().startswith(begin)
+    axes = drawn.axes[0]
+    assert axes.get_yscale() == "log"
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert any(label.startswith("jellett") for label in labels)
+    assert "limit 1.0e-06" in labels
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
+    import numpy
+
+    trace = Trace()
+    rng = numpy.random.default_rng(7)
+    for start in range(0, 200_000, 1000):
+        values = rng.random(1000)
+        if start == 77_000:
+            values[123] = 5
+        trace.add(numpy.arange(start, start + 1000.0), values)
+    t, curve = trace.curve
+    assert len(t) <= 2 * MOST_POINTS + 1000
+    assert (numpy.diff(t) > 0).all()
+    assert (trace.worst, trace.at) == (5, 77_123)
+    assert curve.max() == 5
+    assert t[curve.argmax()] <= 77_123 < t[curve.argmax() + 1]
+    nothing = Trace(largest_is_worst=False)
+    nothing.add(numpy.array([0.0, 1.0]), numpy.array([1.0, numpy.nan]))
+    assert (nothing.worst, nothing.at) == (-numpy.inf, 1)

@@ -1,0 +1,91 @@
+"""The pytest plugin: its fixtures, its messages, its options; silent until it is used."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest_plugins = ("pytester",)
+
+TESTS = """
+    import pandas
+    import pytest
+
+    @pytest.fixture
+    def frame():
+        return pandas.read_csv({path!r})
+
+    def test_healthy(assert_conserves, assert_matches_golden, frame):
+        assert assert_conserves(frame, "reference", jellett=1e-13).verdict == "pass"
+        assert_matches_golden({path!r}, "reference", digits=8)
+
+    def test_broken(assert_conserves, frame):
+        frame.loc[400:, "Lz"] *= 1 + 1e-4
+        assert_conserves(frame, "reference")
+
+    def test_few_digits(assert_matches_golden, frame):
+        frame["vx"] += 1e-6
+        assert_matches_golden(frame, "reference", digits=8)
+
+    def test_skipped(assert_conserves, frame):
+        assert_conserves(frame.drop(columns=["vx", "vy"]), "reference", energy=1e-6)
+"""
+
+
+@pytest.fixture
+def project(pytester: pytest.Pytester) -> pytest.Pytester:
+    from tt_precise.golden import store
+
+    path = store.home() / "reference" / "trajectory.csv"
+    names = "t,kx,ky,kz,Lx,Ly,Lz,vx,vy"
+    lines = [line.split(",")[:9] for line in path.read_text().splitlines()]
+    assert ",".join(lines[0]) == names
+    own = pytester.path / "run.csv"
+    own.write_text("\n".join(",".join(line) for line in lines))
+    pytester.makepyfile(test_them=TESTS.replace("{path!r}", repr(str(own))))
+    return pytester
+
+
+@pytest.mark.parametrize("workers", [[], ["-n", "2"]], ids=["alone", "xdist"])
+def test_the_fixtures_pass_and_fail(project: pytest.Pytester, workers: list[str]) -> None:
+    result = project.runpytest_subprocess("-p", "no:cacheprovider", *workers)
+    result.assert_outcomes(passed=1, failed=3)
+    told = result.stdout.str()
+    assert "AssertionError: the table against reference:" in told
+    assert "jellett: 0.000102 at t = 5.42 s, expected at most 1e-06" in told
+    assert "golden: " in told
+    assert "correct digits: vx " in told
+    assert "energy: a limit was given, but the check was skipped: needs the velocity" in told
+    # the message is the test's own, not a walk through the package
+    assert "def conservation(" not in told
+
+
+def test_the_command_line_wins(project: pytest.Pytester) -> None:
+    result = project.runpytest_subprocess(
+        "--tt-limit", "1e-2", "--tt-digits", "2", "-p", "no:cacheprovider"
+    )
+    result.assert_outcomes(passed=3, failed=1)
+    strict = project.runpytest_subprocess(
+        "--tt-limit", "jellett=1e-30", "-k", "healthy", "-p", "no:cacheprovider"
+    )
+    strict.assert_outcomes(failed=1)
+    wrong = project.runpytest_subprocess(
+        "--tt-limit", "nonsense=1", "-k", "healthy", "-p", "no:cacheprovider"
+    )
+    wrong.assert_outcomes(errors=0, failed=1)
+
+
+def test_the_plugin_imports_nothing_until_it_is_used(tmp_path: Path) -> None:
+    code = (
+        "import sys, tt_precise.check.plugin\n"
+        "heavy = {'numpy', 'pandas', 'heyoka', 'sympy', 'scipy', 'matplotlib', 'mpmath', 'click'}\n"
+        "print(sorted(heavy & sys.modules.keys()))"
+    )
+    found = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        capture_output=True, text=True, check=True, cwd=tmp_path,
+    )  # fmt: skip
+    assert (found.stdout.strip(), found.stderr) == ("[]", "")

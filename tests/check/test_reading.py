@@ -1,0 +1,203 @@
+"""Every format gives the same rows; what cannot be used ends in one line that says where."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import sys
+from collections.abc import Callable
+from contextlib import closing, suppress
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import hypothesis
+import numpy
+import pandas
+import pytest
+from hypothesis import strategies
+
+import tt_precise as tt
+from tt_precise.check import reading
+from tt_precise.check.reading import open_table
+from tt_precise.cli import main
+
+COLUMNS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
+Healthy = Callable[..., pandas.DataFrame]
+
+
+@pytest.fixture
+def written(healthy: Healthy, tmp_path: Path) -> Path:
+    path = tmp_path / "run.csv"
+    healthy()[COLUMNS].to_csv(path, index=False)
+    return path
+
+
+def values(result: tt.check.Result) -> dict[str, Any]:
+    # golden digits are counted of the cells as written: 0.1 as text is not 0.1 as float
+    return {f.name: (f.verdict, f.value, f.at) for f in result.checks if f.name != "golden"}
+
+
+def test_every_format_gives_the_same_result(
+    healthy: Healthy, written: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frame = healthy()[COLUMNS]
+    zipped = tmp_path / "run.csv.gz"
+    zipped.write_bytes(gzip.compress(written.read_bytes()))
+    frame.to_parquet(tmp_path / "run.parquet")
+    crlf = tmp_path / "crlf.csv"
+    crlf.write_bytes(b"\xef\xbb\xbf# " + written.read_bytes().replace(b"\n", b"\r\n") + b"\r\n\r\n")
+    expected = values(tt.check.conservation(frame, "reference"))
+    for source in (
+        written,
+        str(zipped),
+        tmp_path / "run.parquet",
+        crlf,
+        {name: frame[name].to_numpy() for name in COLUMNS},
+        frame.astype(str),
+        frame.astype(object),
+    ):
+        assert values(tt.check.conservation(source, "reference")) == expected, source
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(written.read_bytes())))
+    assert values(tt.check.conservation("-", "reference")) == expected
+
+
+def test_small_blocks_change_nothing(
+    healthy: Healthy, written: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = tt.check.conservation(written, "reference")
+    monkeypatch.setattr(reading, "BLOCK_BYTES", 5000)
+    monkeypatch.setattr(reading, "BLOCK_ROWS", 7)
+    for source in (written, healthy()[COLUMNS]):
+        split = tt.check.conservation(source, "reference")
+        for one, other in zip(whole.checks, split.checks, strict=True):
+            assert one.verdict == other.verdict
+            if one.value is not None and other.value is not None:
+                # sums over the rows are added up in another order
+                assert one.value == pytest.approx(other.value, rel=0.2, abs=1e-14)
+    assert split.rows == 801
+
+
+def test_columns_that_nobody_reads_may_hold_anything(written: Path) -> None:
+    lines = written.read_text().splitlines()
+    noted = [lines[0] + ",note", *(line + ',"a, b"' for line in lines[1:])]
+    written.write_text("\n".join(noted))
+    assert tt.check.conservation(written, "reference").passed
+
+
+def test_cells_keep_all_their_digits(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    digits = "0." + "123456789" * 5
+    path.write_text(f"t,kx\n0,{digits}\n1,{digits}\n")
+    with closing(open_table(path)) as table:
+        block = next(table.blocks(["t"], ["kx"]))
+    assert block.texts(1, ["kx"]) == [digits]
+
+
+def spoil(path: Path, line: int, column: str, text: str) -> None:
+    lines = path.read_text().splitlines()
+    cells = lines[line - 1].split(",")
+    cells[COLUMNS.index(column)] = text
+    lines[line - 1] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("column", "text", "told"),
+    [
+        ("kz", "abc", "line 300, column kz: got 'abc', expected a number"),
+        ("kz", "", "line 300, column kz: got '', expected a number"),
+        ("kz", "1_0", "line 300, column kz: got '1_0', expected a number"),
+        ("kz", "0x10", "line 300, column kz: got '0x10', expected a number"),
+        ("kz", "nan", "line 300, column kz: got nan, expected a finite number"),
+        ("kz", "inf", "line 300, column kz: got inf, expected a finite number"),
+        ("kz", "1e999", "line 300, column kz: got inf, expected a finite number"),
+        ("t", "2.97", "line 300: t = 2.97 occurs twice, expected strictly increasing time"),
+        ("t", "1", "line 300: t = 1.0 comes after t = 2.97, expected strictly increasing time"),
+        ("t", "nan", "line 300, column t: got nan, expected a finite number"),
+    ],
+)
+def test_a_bad_cell_is_named(
+    written: Path, column: str, text: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spoil(written, 300, column, text)
+    assert main(["check", str(written), "--scene", "reference"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert f"run.csv: {told}" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"", "it is empty, expected a header line"),
+        (b"\n\n", "it is empty"),
+        (b"t,kx,ky,kz,Lx,Ly,Lz,vx,vy\n", "got no rows, expected a trajectory of at least two"),
+        (b"t,kx,ky,kz,Lx,Ly,Lz,vx,vy\n0,0,0,1,0,0,1,0,0\n", "got one row"),
+        (b"t,kx,ky,kz,Lx,Ly,Lz\n0,0,0,1,0,0,1\n1,0,0\n", "line 3 has 3 cells, expected 7"),
+        (b"t;kx;ky\n0;0;0\n", "separated by semicolons, expected commas"),
+        (b"t\tkx\n", "separated by tabs, expected commas"),
+        (b"\xff\xfe\x00", "not UTF-8 text, expected CSV"),
+        (b"x" * 2_000_000, "no end of its first line"),
+        (b"t,kx,ky,kz,Lx,Ly,Lz\n" + b"1" * 5_000_000, "line 2 is longer than 1000000 bytes"),
+        (b"t,kx,ky,kz,Lx,Ly,Lz,kx\n", "column kx occurs twice"),
+    ],
+)
+def test_a_bad_file_is_refused(tmp_path: Path, content: bytes, told: str) -> None:
+    path = tmp_path / "bad.csv"
+    path.write_bytes(content)
+    with pytest.raises(tt.InputError, match=told) as caught:
+        tt.check.conservation(path, "reference")
+    assert "\n" not in str(caught.value)
+
+
+def test_files_that_are_no_files(tmp_path: Path) -> None:
+    broken = tmp_path / "x.csv.gz"
+    broken.write_bytes(b"no gzip")
+    cut = tmp_path / "cut.csv.gz"
+    cut.write_bytes(gzip.compress(b"t,kx,ky,kz,Lx,Ly,Lz\n" + b"0,0,0,1,0,0,1\n" * 1000)[:60])
+    wrong = tmp_path / "x.parquet"
+    wrong.write_bytes(b"no parquet")
+    for source, told in (
+        (tmp_path / "absent.csv", "No such file or directory; expected a trajectory file"),
+        (tmp_path, "Is a directory"),
+        (broken, "expected a readable file"),
+        (cut, "expected a readable file"),
+        (wrong, "expected a Parquet file"),
+        ("nul\0", "expected a trajectory file"),
+        (17, "got a int, expected a path, a DataFrame or a mapping"),
+        ({"t": [0, 1], "kx": [0]}, "columns"),
+    ):
+        with pytest.raises(tt.InputError, match=told):
+            tt.check.conservation(source, "reference")
+
+
+def test_a_bad_table_is_refused(healthy: Healthy) -> None:
+    frame = healthy()[COLUMNS].astype(object)
+    frame.loc[5, "kz"] = "abc"
+    with pytest.raises(tt.InputError, match="row 5, column kz: got 'abc', expected a number"):
+        tt.check.conservation(frame, "reference")
+    frame.loc[5, "kz"] = None
+    with pytest.raises(tt.InputError, match="row 5, column kz: got nan, expected a finite number"):
+        tt.check.conservation(frame, "reference")
+
+
+@hypothesis.settings(max_examples=60, deadline=None, derandomize=True)
+@hypothesis.given(
+    strategies.lists(
+        strategies.lists(
+            strategies.sampled_from(["0", "1", "-1e3", "nan", "x", "", " 2 ", '"3"', "1e400"]),
+            min_size=0,
+            max_size=8,
+        ),
+        max_size=6,
+    )
+)
+def test_nothing_but_input_errors_come_out_of_a_file(
+    tmp_path_factory: pytest.TempPathFactory, rows: list[list[str]]
+) -> None:
+    path = tmp_path_factory.mktemp("fuzz") / "f.csv"
+    path.write_text("\n".join(["t,kx,ky,kz,Lx,Ly,Lz", *(",".join(row) for row in rows)]))
+    with numpy.errstate(all="ignore"), suppress(tt.InputError):
+        tt.check.conservation(path, "reference")
