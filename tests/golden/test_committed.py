@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import re
 import subprocess
 import sys
@@ -51,22 +52,6 @@ def test_reference_has_34_digits_in_every_row_up_to_8_s() -> None:
     assert formulations == {"newton", "euler"}
 
 
-def test_a_restart_from_the_initiation_goes_on_as_the_reference_does() -> None:
-    # the azimuth starts at 0 again, so Euler angles are compared; the restart's state has 50 digits
-    restart = load_scene("from-initiation")
-    began = re.search(r"t = ([\d.]+) s", restart.source)
-    assert began is not None
-    whole = integrate("reference", "quad")
-    golden = store.read("from-initiation").trajectory
-    for row in (0, 100, 300, 481):
-        time = Fraction(golden.column("t")[row])
-        state = whole.at(Fraction(began[1]) + time)
-        for name in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
-            cell = golden.column(name)[row]
-            scale = max(abs(Decimal(other)) for other in golden.column(name))
-            assert correct_digits(state.values[name], cell, scale) > 28
-
-
 def test_readme_example_runs(tmp_path: Path) -> None:
     (code,) = re.findall(r"```python\n(.*?)```", README.read_text("utf-8"), re.DOTALL)
     frame = tt.integrate("reference").frame("theta", "omega_3")
@@ -79,6 +64,11 @@ def test_readme_example_runs(tmp_path: Path) -> None:
         found = re.search(rf"{name}: at least ([\d.]+) digits agree", alone.stdout)
         assert found is not None
         assert 8 < float(found[1]) < 17
+
+
+def test_the_package_docstring_holds() -> None:
+    assert doctest.testmod(tt.golden).attempted > 1
+    assert doctest.testmod(tt.golden).failed == 0
 
 
 def test_readme_names_every_column_and_file() -> None:
@@ -102,6 +92,23 @@ def test_a_fresh_build_equals_the_committed_bytes(name: str, tmp_path: Path) -> 
     for file in FILES:
         committed = (store.home() / name / file).read_bytes()
         assert (tmp_path / "data" / name / file).read_bytes() == committed, file
+
+
+@pytest.mark.golden
+def test_a_restart_from_the_initiation_goes_on_as_the_reference_does() -> None:
+    # the azimuth starts at 0 again, so Euler angles are compared; the restart's state has 50 digits
+    restart = load_scene("from-initiation")
+    began = re.search(r"t = ([\d.]+) s", restart.source)
+    assert began is not None
+    whole = integrate("reference", "quad")
+    golden = store.read("from-initiation").trajectory
+    for row in (0, 100, 300, 481):
+        time = Fraction(golden.column("t")[row])
+        state = whole.at(Fraction(began[1]) + time)
+        for name in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
+            cell = golden.column(name)[row]
+            scale = max(abs(Decimal(other)) for other in golden.column(name))
+            assert correct_digits(state.values[name], cell, scale) > 28
 
 
 @pytest.mark.golden

@@ -125,12 +125,13 @@ def locked(folder: Path) -> Iterator[None]:
             f"{folder}: {error.strerror}; expected a folder that can be written"
         ) from None
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(
+                f"{folder}: another golden build is at work there; expected to be alone"
+            ) from None
         yield
-    except BlockingIOError:
-        raise InputError(
-            f"{folder}: another golden build is at work there; expected to be alone"
-        ) from None
     finally:
         os.close(handle)
 
