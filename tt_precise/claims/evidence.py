@@ -76,6 +76,15 @@ def sampled(
     return run.frame(*names, numbers="float")
 
 
+def during_the_climb(
+    scene: SceneLike, names: tuple[str, ...], every: str = "0.001"
+) -> pandas.DataFrame:
+    """The rows of ``sampled`` between initiation and ending time (definition A)."""
+    table = sampled(scene, names, every)
+    climb = trajectory(scene).inversion.A
+    return table[(table["t"] >= climb.t_init) & (table["t"] <= climb.t_end)]
+
+
 def times_of(name: str, scene: SceneLike = "reference", precision: str = "double") -> Any:
     """The rows of one event's table, in order of time."""
     events = trajectory(scene, precision).events
@@ -92,7 +101,9 @@ def turning_values(
     """
     import pandas
 
-    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
+    # compact_mode: in double heyoka otherwise compiles some of these slopes for two minutes
+    options = {"compact_mode": True}
+    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",), options=options)
     times = [0, *run.events["t"], run.t_end]
     return pandas.DataFrame({"t": times, "value": list(run.frame(name, times=times)[name])})
 

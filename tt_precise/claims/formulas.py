@@ -76,6 +76,12 @@ def quantity(name: str) -> Any:
     return QUANTITIES[name].evaluate(motion())
 
 
+@cache
+def rate_of(name: str) -> Any:
+    """The time derivative of a quantity along the motion."""
+    return rate(quantity(name))
+
+
 def rate(value: Any) -> Any:
     """Time derivative of a scalar in the symbols, along the Euler form (proved to be eq (1))."""
     symbols = chart()
@@ -109,7 +115,7 @@ def equal(printed: Any, truth: Any, shown: str = "") -> Check:
     A difference is told as a fraction of the larger side at ``POINT``.
     """
     element = read(printed) if isinstance(printed, str) else printed
-    shown = shown or str(printed)
+    shown = (shown or str(printed)).replace("lambda_", "lambda")
     if chart().remainder(element - truth).vanishes:
         return statement(True, printed=shown, measured="equal, for every body and state")
     left, right = at_point(element), at_point(truth)

@@ -140,6 +140,15 @@ def in_range(low: str, high: str, measured: Measured, unit: str = "") -> Check:
     return Check(holds, _united(f"{low} to {high}", unit), _text(measured, unit))
 
 
+def approximate(printed: str, error: Measured, scale: Measured, what: str = "off by") -> Check:
+    """Whether "approximately", without a number, fits: the error is at most a tenth of the scale.
+
+    A tenth is what still leaves the leading digit; ``what`` introduces the ratio that is told.
+    """
+    ratio = abs(fraction_of(error) / fraction_of(scale))
+    return Check(10 * ratio <= 1, printed, f"{what} {decimal(ratio, 3)}")
+
+
 def agrees(printed: str, value: Measured, independent: Measured, digits: int) -> Check:
     """Whether a printed formula's value has ``digits`` digits of an independent determination."""
     found = Settled.of(value, independent, most=digits)

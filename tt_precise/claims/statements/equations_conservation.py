@@ -44,7 +44,7 @@ def energy_loss(loss: str = "-mu*g_n*(nu_x**2 + nu_y**2)") -> Finding:
     q = f.motion()
     return all_of(
         {
-            "E_dot": f.equal(loss, f.rate(f.quantity("E")), f"E_dot = {loss}"),
+            "E_dot": f.equal(loss, f.rate_of("E"), f"E_dot = {loss}"),
             "v_A.F": f.equal(loss, dot(q.state.v, q.force), f"v_A.F = {loss}"),
         },
         "E is differentiated along the equations of motion, with the g_n of the contact "

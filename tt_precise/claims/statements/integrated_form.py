@@ -65,7 +65,7 @@ def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Fin
 def jellett_rate(quantity: str = "lambda") -> Finding:
     """lambda is constant along the gliding motion."""
     return judged(
-        f.equal("0", f.rate(f.quantity(quantity)), f"d {quantity}/dt = 0"),
+        f.equal("0", f.rate_of(quantity), f"d {quantity}/dt = 0"),
         "Differentiated along the equations of motion.",
         proved=True,
     )
@@ -82,7 +82,7 @@ def routh_rate(factor: str = ROUTH_RATE) -> Finding:
     return judged(
         f.equal(
             f.read(factor) * projection,
-            f.rate(f.quantity("D")),
+            f.rate_of("D"),
             f"dD/dt = {factor}*(z x a).v_A_dot",
         ),
         "v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.",
@@ -100,7 +100,7 @@ def modified_energy_rate(factor: str = "m") -> Finding:
     return judged(
         f.equal(
             f.read(factor) * projection,
-            f.rate(f.quantity("E_tilde")),
+            f.rate_of("E_tilde"),
             f"dE~/dt = {factor} (omega x a).v_A_dot",
         ),
         "Differentiated along the equations of motion, with g_n from the contact constraint.",

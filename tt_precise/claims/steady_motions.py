@@ -1,0 +1,106 @@
+"""The motions that do not glide: upright spin, inverted spin, and tumbling at constant theta.
+
+Tumbling means theta_dot = 0, v_A = 0, g_n = m g with theta strictly between the poles; eqs (2)
+and (5) then give omega_3 = phi_dot (cos theta - alpha) and
+phi_dot^2 (alpha - (1 - gamma) cos theta) = m g R alpha/I3.
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from tt_precise.body import Parameters
+from tt_precise.exact.arithmetic import own_context, rounding_to
+from tt_precise.exact.stability import eigenvalues, linearised
+from tt_precise.mechanics.thresholds import lambda_thres, lambda_up
+
+SEED = 1871
+DIGITS = 50  # of the linearisation: central differences with a step of 1e-25 leave half of them
+SLICES = 400  # of cos theta between the poles, for the tumbling motions
+
+
+@dataclass(frozen=True)
+class Case:
+    """A body with m = R = 1 (exact), and lambda as a multiple of a threshold."""
+
+    alpha: Fraction
+    gamma: Fraction
+    I3: Fraction
+    mu: Fraction
+    multiple: Fraction
+
+    def body(self, fn: Any, gravity: Any = 1) -> Parameters:
+        """The body in the mpmath context ``fn``."""
+        convert = rounding_to(fn)
+        return Parameters(
+            m=fn.mpf(1), R=fn.mpf(1), alpha=convert(self.alpha),
+            I1=convert(self.gamma * self.I3), I3=convert(self.I3), g=gravity, mu=convert(self.mu),
+        )  # fmt: skip
+
+
+def cases(
+    count: int,
+    multiples: tuple[str, str] = ("1.001", "3"),
+    low: str = "1 - alpha",
+    high: str = "1 + alpha",
+    seed: int = SEED,
+) -> list[Case]:
+    """Random bodies with ``low`` < gamma < ``high`` (in terms of alpha) and I3 <= 2 I1."""
+    draw = random.Random(seed)
+
+    def between(a: Fraction, b: Fraction) -> Fraction:
+        return a + (b - a) * Fraction(draw.randrange(1, 10**6), 10**6)
+
+    found = []
+    for _ in range(count):
+        alpha = between(Fraction(1, 20), Fraction(19, 20))
+        ends = [eval(text, {"__builtins__": {}}, {"alpha": alpha}) for text in (low, high)]
+        gamma = between(max(ends[0], Fraction(1, 2)), ends[1])
+        multiple = between(*map(Fraction, multiples))
+        found.append(
+            Case(alpha, gamma, between(Fraction(1, 5), Fraction(2, 3)),
+                 between(Fraction(1, 100), Fraction(1)), multiple)
+        )  # fmt: skip
+    return found
+
+
+def growth(case: Case, side: int) -> int:
+    """Whether the upright (+1) or inverted (-1) spin is unstable (+1) or stable (-1).
+
+    From the eigenvalues of the equations of motion linearised by finite differences; lambda is
+    the case's multiple of max(lambda_thres, lambda_up).
+    """
+    fn = own_context(DIGITS)
+    body = case.body(fn)
+    # the spin turns with omega_3 = side, so gravity is what makes its lambda the wanted multiple
+    lambda_ = body.I3 * (1 - side * body.alpha)
+    gravity = (lambda_ / (rounding_to(fn)(case.multiple) * largest_threshold(body, fn))) ** 2
+    step, error = fn.mpf(10) ** (-DIGITS // 2), fn.mpf(10) ** (10 - DIGITS)
+    matrix = linearised(case.body(fn, gravity), side, step, fn)
+    return max(one.sign() for one in eigenvalues(matrix, error, fn))
+
+
+def largest_threshold(body: Parameters, fn: Any) -> Any:
+    """max(lambda_thres, lambda_up)."""
+    return max(lambda_thres(body, fn), lambda_up(body, fn))
+
+
+def tumbling_lambda_squared(body: Parameters, z: Any) -> Any:
+    """lambda^2 of the tumbling motion at cos theta = ``z``; negative where there is none."""
+    u = z - body.alpha
+    phi_dot_squared = (
+        body.m * body.g * body.R * body.alpha / body.I3 / (body.alpha - (1 - body.gamma) * z)
+    )
+    return phi_dot_squared * (body.R * (body.I1 * (1 - z * z) + body.I3 * u * u)) ** 2
+
+
+def tumbles(case: Case) -> bool:
+    """Whether a tumbling motion has the case's lambda or more, so that one exists beside it."""
+    fn = own_context(DIGITS)
+    body = case.body(fn)
+    wanted = (rounding_to(fn)(case.multiple) * largest_threshold(body, fn)) ** 2
+    inside = (fn.mpf(2 * i + 1) / SLICES - 1 for i in range(SLICES))
+    return any(tumbling_lambda_squared(body, z) >= wanted for z in inside)
