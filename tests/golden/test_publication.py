@@ -44,6 +44,13 @@ def test_one_deviating_run_costs_digits(small: Small, which: int) -> None:
     assert publication.agreement < 12
 
 
+def test_an_entry_without_a_common_digit_is_a_contradiction(small: Small) -> None:
+    runs = [small.runs[0], spoiled(small.runs[1], 2, "theta", "2.0e-1")]
+    publication = publish(small.scene, runs)
+    assert publication.contradictions == ("theta at t = 0.02 s",)
+    assert not publication.complete
+
+
 def test_missing_event_is_a_contradiction(small: Small) -> None:
     run = small.runs[2]
     fewer = Table(run.events.columns, run.events.rows[:-1])
@@ -92,6 +99,7 @@ def test_a_vertical_axis_has_no_lean(small: Small) -> None:
     assert row.column("kx")[1] == ZERO
     assert row.column("phi_dot")[1] == ""
     assert row.column("omega_3")[1] != ""
+    assert publish(small.scene, [run, run]).contradictions == ()
 
 
 def test_simultaneous_events_keep_the_catalogue_order(small: Small) -> None:

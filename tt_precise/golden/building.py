@@ -88,6 +88,10 @@ def build(
             if not publication.complete and rung + 1 < len(LADDER):
                 rungs[name] += 1
                 return tasks(scene, LADDER[rungs[name]])
+            if publication.contradictions:
+                raise ArithmeticError(
+                    f"{name}: the runs share no digit of " + ", ".join(publication.contradictions)
+                )
             outcome, note, digits = _settle(scene, publication, runs, place, replace)
         except ArithmeticError as error:
             built[name] = Built(name, FAILED, str(error), seconds=seconds[name])

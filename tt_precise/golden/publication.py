@@ -35,13 +35,15 @@ class Publication:
     """The tables of a scene, with the worst agreement of each run with the first, in digits.
 
     ``agreements`` maps the name of a table, then a column, then the label of a run to digits,
-    over all entries that are not near zero; infinite where all are equal.
+    over all entries that are not near zero; infinite where all are equal. ``contradictions`` name
+    the entries of which the runs do not share a single digit.
     """
 
     status: str
     trajectory: Table
     events: Table
     agreements: dict[str, Agreements]
+    contradictions: tuple[str, ...] = ()
 
     @property
     def agreement(self) -> float:
@@ -57,7 +59,7 @@ class Publication:
     def complete(self) -> bool:
         """Whether all entries have all digits, those near zero relative to their scale."""
         scales = {n: scale_of(self.trajectory.column(n)) for n in self.trajectory.columns}
-        return all(
+        return not self.contradictions and all(
             digits_of(entry) >= DIGITS or is_near_zero(entry, scales[name])
             for table in (self.trajectory, self.events)
             for name in table.columns
@@ -94,13 +96,13 @@ def publish(scene: Scene, runs: Sequence[Run]) -> Publication:
     _require_same_events(scene, runs, lists)
     names = first.trajectory.columns
     labels = [run.label for run in runs[1:]]
-    trajectory, agreements = _merged(names, labels, rows, scales)
+    trajectory, agreements, lost = _merged(names, labels, rows, scales)
     exact_times = [exact_decimal(t) for t in scene.sample_times[: len(trajectory)]]
     if first.status != "complete":
         exact_times[-1] = None
     dated = [(time or row[0], *row[1:]) for time, row in zip(exact_times, trajectory, strict=True)]
     happened = [[cells for _, _, cells in one] for one in lists]
-    events, agreements_at_events = _merged(names, labels, happened, scales)
+    events, agreements_at_events, lost_events = _merged(names, labels, happened, scales)
     labelled = [
         (name, row[0], str(direction), *row[1:])
         for (name, direction, _), row in zip(lists[0], events, strict=True)
@@ -110,6 +112,7 @@ def publish(scene: Scene, runs: Sequence[Run]) -> Publication:
         trajectory=Table(names, tuple(dated)),
         events=Table(("name", "t", "direction", *names[1:]), tuple(labelled)),
         agreements={"trajectory": agreements, "events": agreements_at_events},
+        contradictions=(*lost, *lost_events),
     )
 
 
@@ -178,10 +181,11 @@ def _merged(
     labels: Sequence[str],
     tables: Sequence[Sequence[Cells]],
     scales: dict[str, Decimal],
-) -> tuple[list[Cells], Agreements]:
-    """Published rows, and the worst agreement of each later table with the first, by column."""
+) -> tuple[list[Cells], Agreements, list[str]]:
+    """Published rows, the worst agreement of each later table with the first, contradictions."""
     worst = {name: dict.fromkeys(labels, math.inf) for name in names}
-    merged = []
+    merged: list[Cells] = []
+    contradictions = []
     for index, cells in enumerate(tables[0]):
         rows = [
             (label, t[index]) for label, t in zip(labels, tables[1:], strict=True) if index < len(t)
@@ -197,15 +201,12 @@ def _merged(
             if row[-1] and not is_near_zero(row[-1], scales[name]):
                 for (label, _), value in zip(rows, values[1:], strict=True):
                     worst[name][label] = min(worst[name][label], agreement(values[0], value))
-        merged.append(_without_azimuth(dict(zip(names, row, strict=True))))
-    return merged, worst
-
-
-def _without_azimuth(cells: dict[str, str]) -> Cells:
-    """A row whose axis is vertical within the digits has no direction of lean, and no Euler rates.
-
-    Which way a computed 1e-50 points is rounding, even where all runs happen to agree.
-    """
-    if cells["kx"] == cells["ky"] == ZERO:
-        cells |= dict.fromkeys(UNDEFINED_AT_POLE, "")
-    return tuple(cells.values())
+        lean = not row[names.index("kx")] == row[names.index("ky")] == ZERO
+        for position, name in enumerate(names):
+            if not lean and name in UNDEFINED_AT_POLE:
+                # which way a computed 1e-50 points is rounding, even where all runs agree
+                row[position] = ""
+            elif not row[position] and cells[position]:
+                contradictions.append(f"{name} at t = {float(cells[0]):.9g} s")
+        merged.append(tuple(row))
+    return merged, worst, contradictions

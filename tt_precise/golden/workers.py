@@ -23,7 +23,10 @@ from tt_precise.golden.table import Table
 from tt_precise.progress import Progress, silent
 
 # The code that decides the digits of a run: when it changes, kept runs are void.
-_SOURCES = ("body.py", "numerals.py", "scene.py", "mechanics", "integrate", "golden/recipe.py")
+_SOURCES = (
+    "body.py", "numerals.py", "scene.py", "mechanics", "integrate", "golden/recipe.py",
+    "golden/happenings.py",
+)  # fmt: skip
 
 
 class Kept:
