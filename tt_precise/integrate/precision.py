@@ -34,6 +34,10 @@ class Precision:
     name: str
     bits: int
 
+    def __reduce__(self) -> Any:
+        # its context can be neither copied nor pickled, and need not be
+        return Precision, (self.name, self.bits)
+
     @property
     def fp_type(self) -> Any:
         """heyoka's type of number."""

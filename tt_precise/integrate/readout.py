@@ -27,10 +27,14 @@ TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits
 
 @dataclass(frozen=True)
 class Course:
-    """How one propagation went, in heyoka's own numbers, dimensionless."""
+    """How one propagation went, in heyoka's own numbers, dimensionless.
+
+    The end is at ``time`` + ``time_low``: a step to an event ends between two numbers.
+    """
 
     status: Status
     time: Any
+    time_low: Any
     state: tuple[Any, ...]
     steps: int
     order: int
@@ -79,13 +83,17 @@ class Readout:
         """Dimensionless end of the solution: the exact horizon where it was reached."""
         if self.course.status == "complete":
             return self.start.until
-        return self.precision.guarded(self.course.time)
+        return self._reached
 
     @cached_property
     def end_row(self) -> tuple[Any, ...]:
         """The row at ``end_time``."""
         row = tuple(map(self.precision.guarded, self.course.state))
-        return self._moved(row, self.end_time - self.precision.guarded(self.course.time))
+        return self._moved(row, self.end_time - self._reached)
+
+    @cached_property
+    def _reached(self) -> Any:
+        return sum(map(self.precision.guarded, (self.course.time, self.course.time_low)))
 
     def _moved(self, row: tuple[Any, ...], delay: Any) -> tuple[Any, ...]:
         # heyoka takes times rounded to its precision, which costs up to t eps of state at late
@@ -108,7 +116,9 @@ class Readout:
                 f"t: got {float(wanted):.17g} s, expected 0 to {float(end):.17g} s, where the "
                 f"trajectory ends ({self.course.status}); it is never extrapolated"
             )
-        return min(time, end) / self.start.units.time
+        if time >= end or self.leaving(time) == self.leaving(end):
+            return self.end_time
+        return time / self.start.units.time
 
     @cached_property
     def _outputs(self) -> tuple[Any, ...]:
@@ -134,6 +144,9 @@ class Readout:
         number, guarded = self.precision.number, self.precision.guarded
         rows = []
         for time in times:
+            if time == self.end_time:
+                rows.append(self.end_row)
+                continue
             rounded = number(time)
             row = tuple(map(guarded, self._interpolated(rounded)))
             rows.append(self._moved(row, time - guarded(rounded)))

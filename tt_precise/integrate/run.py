@@ -181,9 +181,11 @@ def _course(
     early = 2.0 ** (-key.precision.bits / 4)
     first = {hit.name for hit in made.hits if hit.time < early}
     at_start = {name for name in first if vanishes(name, key, start)}
+    time, time_low = made.adaptive.dtime
     return Course(
         status=status,
-        time=made.adaptive.time,
+        time=time,
+        time_low=time_low,
         state=tuple(made.adaptive.state[i] for i in range(len(made.adaptive.state))),
         steps=steps,
         order=made.adaptive.order,
