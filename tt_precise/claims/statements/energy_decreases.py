@@ -1,0 +1,37 @@
+"""The total energy as a function of time: section 1, Fig. 4, section 3."""
+
+from __future__ import annotations
+
+from tt_precise.claims import evidence
+from tt_precise.claims.claim import claim
+from tt_precise.claims.measured import decimal, fraction_of
+from tt_precise.claims.verdicts import Finding, all_of, statement
+
+
+@claim(
+    "EQ-06",
+    quote="The total energy ... is monotonically decreasing",
+    where="Sec. 1, Fig. 4, Sec. 3",
+    definition="the reference solution: the largest of all local maxima of E_dot, found as "
+    "events, and E at samples every millisecond",
+    control={"quantity": "E_tilde"},
+)
+def energy_decreases(quantity: str = "E", scene: evidence.SceneLike = "reference") -> Finding:
+    """The total energy decreases monotonically."""
+    fastest = evidence.greatest(f"{quantity}_dot", scene)
+    values = evidence.sampled(scene, (quantity,))[quantity]
+    steps = int((values.diff().iloc[1:] >= 0).sum())
+    return all_of(
+        {
+            f"{quantity}_dot": statement(
+                fraction_of(fastest) <= 0,
+                printed="never positive",
+                measured=f"at most {decimal(fastest.value, 3)} W",
+            ),
+            quantity: statement(
+                steps == 0, printed="decreasing", measured=f"{steps} of {len(values) - 1} steps up"
+            ),
+        },
+        "E_dot = -mu g_n v_A^2 (EQ-05) vanishes at instants only, such as the start; the claim "
+        "needs g_n >= 0 and a motion that glides.",
+    )
