@@ -87,7 +87,8 @@ def test_a_kepler_orbit_is_contained(seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["upright", "inverted"])
-def test_a_steady_spin_is_contained(name: str) -> None:
+def test_a_steady_spin_is_exact(name: str) -> None:
+    # though upright spin is unstable: what vanishes identically needs no balls
     scene = replace(tt.load_scene(name), until=Fraction(1, 2))
     proof = prove(scene, BITS)
     start, end = proof.state(Fraction(0)), proof.state(Fraction(1, 2))
@@ -96,7 +97,8 @@ def test_a_steady_spin_is_contained(name: str) -> None:
         assert first is not None
         assert last is not None
         assert last.overlaps(first)
-        assert last.rad() < 1e-25
+        assert last.rad() < 1e-35
+        assert column in ("kz", "Lz") or last == 0
     assert end["kz"].contains(-1 if name == "inverted" else 1)  # type: ignore[union-attr]
 
 

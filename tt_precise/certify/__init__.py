@@ -39,7 +39,7 @@ enclosed at every time. What fails to verify is tried again with half the step; 
 ends the enclosure there and is reported as ``NotProved``, never rounded up.
 
 On it stand proved signs (g_n > 0 throughout, so E' = -mu g_n v^2 <= 0: the energy never grows),
-proved zeros (``zeros``: existence, uniqueness, enclosure of time and state), hence proved
+proved zeros (``interval_newton``: existence, uniqueness, enclosure of time and state), hence proved
 initiation and ending times, and the count of printed digits that are proved (``printed``).
 
     >>> import dataclasses
@@ -59,10 +59,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tt_precise.certify.enclosure import Enclosure, enclose
+    from tt_precise.certify.interval_newton import Zero, zeros
     from tt_precise.certify.problem import Problem, problem_of
     from tt_precise.certify.proof import Proof, prove
     from tt_precise.certify.verdict import NotProved
-    from tt_precise.certify.zeros import Zero, zeros
 
 __all__ = [
     "Enclosure", "NotProved", "Problem", "Proof", "Zero", "enclose", "problem_of", "prove", "zeros",
@@ -72,7 +72,7 @@ _HOMES = {
     **dict.fromkeys(("Enclosure", "enclose"), "enclosure"),
     **dict.fromkeys(("Problem", "problem_of"), "problem"),
     **dict.fromkeys(("Proof", "prove"), "proof"),
-    **dict.fromkeys(("Zero", "zeros"), "zeros"),
+    **dict.fromkeys(("Zero", "zeros"), "interval_newton"),
     "NotProved": "verdict",
 }
 

@@ -56,11 +56,13 @@ class Steps:
         self._adaptive = heyoka.taylor_adaptive(
             list(zip(variables, rates, strict=True)),
             [self._real(_decimal(x)) for x in problem.start()],
-            pars=[self._real(p) for p in parameters],
             fp_type=heyoka.real,
             prec=bits,
             compact_mode=True,
         )
+        # heyoka counts the parameters that the equations contain up to the last one
+        for i in range(len(self._adaptive.pars)):
+            self._adaptive.pars[i] = self._real(parameters[i])
         self._before: Any = None
 
     def step(self, limit: arb | None = None) -> Piece:

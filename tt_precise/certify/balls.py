@@ -46,8 +46,14 @@ class Balls:
 
     @staticmethod
     def atan2(y: Any, x: Any) -> Any:
-        """Angle of the point (x, y) of balls; of anything else NaN, which spoils its user."""
-        return arb.atan2(y, x) if isinstance(y, arb) and isinstance(x, arb) else arb("nan")
+        """Angle of the point (x, y) for y >= 0: an inclination, all that the mechanics ask for.
+
+        What a ball has below zero is rounding. Of anything but balls it is NaN, and spoils its
+        user.
+        """
+        if not (isinstance(y, arb) and isinstance(x, arb)):
+            return arb("nan")
+        return arb.pi() - arb.atan2(y, -x) if x < 0 else arb.atan2(y, x)
 
     @staticmethod
     def hypot(x: Any, y: Any) -> Any:

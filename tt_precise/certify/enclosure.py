@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import bisect
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import flint
-from flint import arb
+from flint import arb, arb_poly
 
 from tt_precise.certify.approximation import Piece, Steps
 from tt_precise.certify.balls import between, require_outward_rounding
 from tt_precise.certify.bands import Band
 from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.invariant import exact_zeros, restored, without
 from tt_precise.certify.problem import Problem
-from tt_precise.certify.step import cross
+from tt_precise.certify.step import Crossing, cross
 from tt_precise.certify.verdict import NotProved
 from tt_precise.progress import Progress, silent
 
@@ -117,9 +118,11 @@ def enclose(
     """
     with flint.ctx.workprec(bits + GUARD_BITS):
         require_outward_rounding()
-        steps = Steps(problem, bits)
+        zero = exact_zeros(problem)
+        inner = without(problem, zero)
+        steps = Steps(inner, bits)
         until, time = problem.until(), arb(0)
-        reached = problem.start()
+        reached = inner.start()
         errors = ErrorSet.of([arb(0)] * len(reached))
         stretches: list[Stretch] = []
         limit, halvings = until + 1, 0
@@ -128,7 +131,7 @@ def enclose(
             piece = steps.step(limit)
             try:
                 shift = [x - c for x, c in zip(reached, piece.first, strict=True)]
-                crossing = cross(problem, piece, errors.shifted(shift))
+                crossing = cross(inner, piece, errors.shifted(shift))
             except NotProved as why:
                 steps.back()
                 halvings += 1
@@ -138,9 +141,7 @@ def enclose(
                 limit = piece.end * piece.unit / 2
                 continue
             halvings, limit = 0, limit * 2
-            stretch = Stretch(
-                time, piece, crossing.radius, crossing.tube, crossing.rates, flint.ctx.prec
-            )
+            stretch = _stretch(time, piece, crossing, zero, len(problem.columns))
             stretches.append(stretch)
             errors, reached, time = crossing.after, piece.last, stretch.finish
             progress(min(1.0, float(time / until)))
@@ -151,3 +152,19 @@ def enclose(
                 failure = why
                 break
         return Enclosure(problem, bits, tuple(stretches), failure)
+
+
+def _stretch(
+    begin: arb, piece: Piece, crossing: Crossing, zeros: frozenset[int], size: int
+) -> Stretch:
+    """The stretch in all components, those included that are exactly zero."""
+    nothing = arb_poly([])
+    still = Band(nothing, crossing.tube[0].frame)
+    return Stretch(
+        begin,
+        replace(piece, polynomials=tuple(restored(piece.polynomials, zeros, size, nothing))),
+        tuple(restored(crossing.radius, zeros, size, arb(0))),
+        tuple(restored(crossing.tube, zeros, size, still)),
+        tuple(restored(crossing.rates, zeros, size, still)),
+        flint.ctx.prec,
+    )

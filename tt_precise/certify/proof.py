@@ -12,12 +12,13 @@ import flint
 from flint import arb
 
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
+from tt_precise.certify.interval_newton import Zero, lower_bound, start_slope, zeros
 from tt_precise.certify.observed import columns_in_si, observed
 from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
 from tt_precise.certify.verdict import NotProved
-from tt_precise.certify.zeros import Zero, lower_bound, start_slope, zeros
 from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
@@ -107,8 +108,10 @@ class Proof:
             # the last stretch reaches beyond the horizon
             end = self.lost.time if self.lost else self.enclosure.problem.until()
             at_start = arb(function(self.enclosure.problem.start()))
-        at_zero = bool(at_start == 0) and not start_slope(stretches[0], function).contains(0)
-        if not at_zero and at_start.contains(0):
+        slope = start_slope(stretches[0], function)
+        at_zero = bool(at_start == 0) and not slope.contains(0)
+        vanishing = bool(at_start == 0) and bool(slope == 0)
+        if at_start.contains(0) and not at_zero and not vanishing:
             since = stretches[0].piece.end / FIRST_PART
         try:
             for zero in zeros(stretches, function, zero_at_start=at_zero, since=since):
@@ -137,7 +140,8 @@ class Proof:
         import pandas
 
         rows = []
-        for name in NEEDED:
+        climbs = any(zero.direction < 0 for zero in self.all_events["equator"].zeros)
+        for name in NEEDED if climbs else ("equator",):
             proved = self.all_events[name]
             if proved.failure:
                 raise proved.failure
@@ -147,7 +151,8 @@ class Proof:
         rows.sort(key=lambda row: float(row["t"]))
         _require_signs(rows)
         with flint.ctx.workprec(self.enclosure.working_bits):
-            return from_events(pandas.DataFrame(rows), arb.pi())
+            table = pandas.DataFrame(rows, columns=["name", "t", "direction", *EulerState._fields])
+            return from_events(table, arb.pi())
 
 
 def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) -> Proof:

@@ -50,7 +50,8 @@ def zeros(
 
     ``reversed(enclosure.stretches)`` gives the last one first. ``zero_at_start`` says that F is
     exactly zero at t = 0, which is then not reported and must be simple; ``since`` is the local
-    time at which the search of the first stretch begins.
+    time at which the search of the first stretch begins. A function that vanishes identically
+    has none.
 
     Raises
     ------
@@ -104,6 +105,8 @@ class _Part:
     def isolated(self, since: arb | int) -> Iterator[tuple[arb, arb, int]]:
         """Parts [a, b] of local time with exactly one zero each, and its direction."""
         first = arb(since) if self.stretch.begin == 0 else arb(0)
+        if not self.value.polynomial.length():
+            return
         waiting = [(first, self.stretch.piece.end, MOST_HALVINGS)]
         while waiting:
             a, b, halvings = waiting.pop()

@@ -1,0 +1,83 @@
+"""The long proofs: `make proofs`. Bars in units of what issue and README promise."""
+
+import resource
+import time
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import flint
+
+import tt_precise as tt
+from tt_precise.certify import Proof, prove
+from tt_precise.certify.certificate import judged
+from tt_precise.golden import store
+
+pytestmark = pytest.mark.proofs
+
+FEWEST_DIGITS = 25
+LONGEST_S = 300  # CPU seconds of one core
+MOST_MEMORY_KIB = 2 * 1024**2
+
+
+@pytest.fixture(scope="module")
+def proof() -> Proof:
+    began = time.process_time()
+    made = prove("reference")
+    rows = list(made.rows())
+    assert len(rows) == 801
+    assert time.process_time() - began < LONGEST_S
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < MOST_MEMORY_KIB
+    return made
+
+
+def test_30_digits_of_every_component_to_the_end(proof: Proof) -> None:
+    rows = [state for _, state in proof.rows()]
+    with flint.ctx.workprec(300):
+        for name in rows[0]:
+            balls = [state[name] for state in rows]
+            assert all(one is not None for one in balls)
+            largest = max(abs(one).mid() for one in balls if one is not None)
+            assert max(one.rad() for one in balls if one is not None) < largest * flint.arb("1e-30")
+
+
+def test_the_contact_force_stays_positive(proof: Proof) -> None:
+    assert proof.normal_force_bound > 0
+    lowest = tt.integrate("reference").frame("g_n", numbers="float")["g_n"].min()
+    weight = float(proof.scene.body.m * proof.scene.body.g)
+    assert float(proof.normal_force_bound) <= lowest / weight
+
+
+def test_initiation_and_ending_times_to_25_digits(proof: Proof) -> None:
+    found = tt.integrate("reference", precision="quad").inversion
+    with flint.ctx.workprec(300):
+        for definition in "ABC":
+            exact, other = getattr(proof.inversion, definition), getattr(found, definition)
+            for name in ("t_init", "t_end"):
+                ball = getattr(exact, name)
+                assert ball.rad() < flint.arb("1e-26")
+                assert abs(ball - flint.arb(str(getattr(other, name)))) < flint.arb("1e-26")
+
+
+def test_another_precision_and_other_steps_agree(proof: Proof) -> None:
+    other = prove("reference", bits=170)
+    with flint.ctx.workprec(300):
+        for seconds in proof.scene.sample_times[::20]:
+            a, b = proof.state(seconds), other.state(seconds)
+            for name, ball in a.items():
+                assert ball is not None
+                assert b[name] is not None
+                assert ball.overlaps(b[name])
+
+
+@pytest.mark.parametrize("name", store.scenes())
+def test_golden_digits_are_proved(name: str) -> None:
+    stored = store.read(name)
+    certificate = judged(stored, prove(stored.scene, bits=264))
+    assert certificate.complete, certificate.summary
+    assert certificate.digits is None or certificate.digits >= FEWEST_DIGITS
+
+
+def test_at_least_ten_other_scenes_have_golden_data() -> None:
+    assert len(store.scenes()) > 10
