@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import mpmath
 
+from tt_precise.exact.jellett import jellett_along
 from tt_precise.golden.recipe import DIGITS
 from tt_precise.golden.table import Table
 from tt_precise.integrate.readout import VECTOR_COLUMNS
@@ -32,7 +33,11 @@ class Constancy:
 
 
 def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
-    """For everything that the scene conserves, from the printed vectors alone."""
+    """For everything that the scene conserves, from the printed vectors alone.
+
+    ``jellett_euler`` is lambda once more, from the printed Euler columns and compared with its
+    exact value at the start.
+    """
     context = mpmath.MPContext()
     context.dps = WORKING_DIGITS
     body = scene.body.numbers(lambda value: to_mpmath(value, context))
@@ -47,4 +52,16 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
         worst = max(range(len(drifts)), key=drifts.__getitem__)
         digits = -context.log10(drifts[worst]) if drifts[worst] else context.mpf(DIGITS)
         found.append(Constancy(integral.name, min(float(digits), float(DIGITS)), worst))
-    return found
+    euler = _jellett_euler(scene, trajectory)
+    return [*found, euler] if euler else found
+
+
+def _jellett_euler(scene: Scene, trajectory: Table) -> Constancy | None:
+    needed = ("theta", "phi_dot", "omega_3")
+    if any("" in trajectory.column(name) for name in needed):
+        return None  # a pole
+    track = jellett_along(trajectory.columns, trajectory.rows, scene, WORKING_DIGITS, "Euler")
+    if track.drift is None:
+        return None  # a scene with lambda = 0
+    digits = -track.context.log10(track.drift) if track.drift else DIGITS
+    return Constancy("jellett_euler", min(float(digits), float(DIGITS)), track.worst)
