@@ -66,4 +66,4 @@ def test_outward_decimals_enclose_the_ball(middle: str, radius: str) -> None:
         low, high = bounds(exact)
         centre, spread = (Fraction(Decimal(text)) for text in outward(exact))
     assert centre - spread <= low <= high <= centre + spread
-    assert spread <= 3 * (high - low) + Fraction(Decimal(abs(float(centre)) * 1e-39))
+    assert spread <= 3 * (high - low) + Fraction(Decimal(abs(float(centre)) * 1e-37))

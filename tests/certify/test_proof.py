@@ -1,5 +1,6 @@
 """Scenes: proved states, events, signs and times against heyoka, and against each other."""
 
+import doctest
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -12,7 +13,8 @@ import flint
 from flint import arb
 
 import tt_precise as tt
-from tt_precise.certify import Proof, prove
+import tt_precise.certify
+from tt_precise.certify import NotProved, Proof, prove
 from tt_precise.integrate import catalogue
 from tt_precise.scene import Inclination
 
@@ -126,3 +128,15 @@ def test_lost_contact_ends_the_proof() -> None:
     assert proof.lost.direction == -1
     assert proof.finish_s.overlaps(seconds)
     assert len(list(proof.rows())) < 11
+
+
+def test_the_docstring_tells_the_truth() -> None:
+    assert doctest.testmod(tt_precise.certify).attempted > 3
+    assert doctest.testmod(tt_precise.certify).failed == 0
+
+
+def test_a_top_that_is_not_on_the_table_is_not_proved() -> None:
+    scene = tt.load_scene("reference")
+    start = replace(scene.start, theta=Inclination.parse("2"), theta_dot=Fraction(400))
+    with pytest.raises(NotProved, match="contact"):
+        prove(replace(scene, start=start, until=SHORT))

@@ -11,7 +11,7 @@ import importlib.metadata
 import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from decimal import Decimal
+from decimal import ROUND_FLOOR, Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from typing import Any
 from flint import arb
 
 from tt_precise.certify.balls import bounds
-from tt_precise.certify.printed import Tally, outward, tally
+from tt_precise.certify.printed import Tally, outward, rounded, tally
 from tt_precise.certify.proof import BITS, Proof, prove
 from tt_precise.certify.record import ENCLOSURE, PROOF, SCHEMA
 from tt_precise.certify.verdict import NotProved
@@ -228,15 +228,15 @@ def _tally(texts: Iterable[str], balls: Iterable[arb | None], scale: Decimal) ->
 
 
 def _contact(proof: Proof) -> dict[str, Any]:
+    # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles that of E'; rolling conserves E
     if proof.lost:
         time, _ = proof.event_state(proof.lost)
-        return {"g_n_positive": False, "lost_at_s": _number(time, 34)}
+        return {"g_n_positive": "until contact is lost", "lost_at_s": _number(time, 34)}
     bound = proof.normal_force_bound
     positive = bool(bound > 0)
-    # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles it; rolling conserves E
     return {
         "g_n_positive": positive,
-        "g_n_at_least_mg": float(bounds(bound)[0]),
+        "g_n_at_least_mg": rounded(bounds(bound)[0], ROUND_FLOOR, 6) if positive else None,
         "energy_never_grows": positive or proof.scene.model == "rolling",
     }
 

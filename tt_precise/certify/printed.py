@@ -79,7 +79,7 @@ class Tally:
 def tally(cells: Iterable[tuple[str, arb | None, bool]], zero: Fraction) -> Tally:
     """The tally of a column: printed text, ball, and whether the entry is near zero."""
     fewest: int | None = None
-    entries = rounded = wrong = 0
+    entries = correct = wrong = 0
     farthest = Fraction(0)
     for text, exact, near_zero in cells:
         if not text or exact is None:
@@ -87,17 +87,25 @@ def tally(cells: Iterable[tuple[str, arb | None, bool]], zero: Fraction) -> Tall
         judged = judge(text, exact, zero)
         farthest = max(farthest, judged.within)
         entries += 1
-        rounded += judged.rounded
+        correct += judged.rounded
         wrong += judged.wrong
         if judged.digits is not None and not near_zero:
             fewest = judged.digits if fewest is None else min(fewest, judged.digits)
-    return Tally(fewest, entries, rounded, wrong, _rounded_up(farthest))
+    return Tally(fewest, entries, correct, wrong, rounded(farthest, ROUND_UP, 2))
 
 
-def outward(exact: arb, digits: int = 40) -> tuple[str, str]:
+def outward(exact: arb, digits: int = 34) -> tuple[str, str]:
     """Midpoint and radius of a ball as decimals that enclose it."""
     middle, radius, power = exact.mid_rad_10exp(digits)
     return _decimal(int(middle), int(power)), _upward(int(radius), int(power))
+
+
+def rounded(number: Fraction, rounding: str, figures: int) -> str:
+    """An exact number as a decimal with so many figures, rounded in the given direction."""
+    if not number:
+        return "0"
+    with localcontext(prec=figures, rounding=rounding):
+        return f"{Decimal(number.numerator) / Decimal(number.denominator):.{figures - 1}e}"
 
 
 def _decimal(mantissa: int, power: int) -> str:
@@ -106,14 +114,6 @@ def _decimal(mantissa: int, power: int) -> str:
     sign = "-" if mantissa < 0 else ""
     text = f"{sign}{figures[0]}.{figures[1:]}".rstrip(".")
     return f"{text}e{power + len(figures) - 1:+03d}" if mantissa else "0"
-
-
-def _rounded_up(number: Fraction) -> str:
-    """A positive number with two figures, rounded up."""
-    if not number:
-        return "0"
-    with localcontext(prec=2, rounding=ROUND_UP):
-        return f"{Decimal(number.numerator) / Decimal(number.denominator):.1e}"
 
 
 def _upward(radius: int, power: int) -> str:

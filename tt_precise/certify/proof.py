@@ -20,6 +20,7 @@ from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.numerals import exact
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
 
@@ -41,7 +42,8 @@ class ProvedEvents:
 class Proof:
     """What is proved about ``scene``: see ``tt_precise.certify`` for the theorem.
 
-    ``lost`` is the proved instant at which the contact force reaches zero, where the model ends.
+    ``lost`` is the proved instant at which the contact force first reaches zero, where the model
+    ends; until then, or all the time if there is none, it is proved to be positive.
     All numbers are balls.
     """
 
@@ -61,7 +63,7 @@ class Proof:
         with flint.ctx.workprec(self.enclosure.working_bits):
             return end * units_of(self.scene).time
 
-    def state(self, seconds: Fraction) -> dict[str, arb | None]:
+    def state(self, seconds: str | int | Fraction) -> dict[str, arb | None]:
         """Balls for all vector and Euler columns at an exact time, in SI; None where undefined.
 
         Raises
@@ -70,7 +72,7 @@ class Proof:
             The proof ends earlier.
         """
         with flint.ctx.workprec(self.enclosure.working_bits):
-            time = dimensionless_time(self.scene, seconds)
+            time = dimensionless_time(self.scene, exact(seconds, "t"))
             if self.lost and not time < self.lost.time:
                 raise NotProved("time", "contact is lost before")
             return columns_in_si(self.scene, self.enclosure.at(time))
@@ -172,6 +174,9 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
             lost.extend(zeros([stretch], function))
         return bool(lost)
 
+    start = arb(function(problem_of(scene).start()))
+    if not start > 0:
+        raise NotProved("contact", "g_n is not proved to be positive at t = 0")
     enclosure = enclose(problem_of(scene), bits, ends=ends, progress=progress)
     if not enclosure.stretches:
         raise enclosure.failure or NotProved("time", "the horizon is zero")
