@@ -51,15 +51,24 @@ def trajectory(
     return integrate(loaded, precision, formulation=formulation, events=catalogue(loaded.model))
 
 
-def settled(
-    value: Callable[[Trajectory], Any], scene: SceneLike = "reference", rough: str = "extended"
-) -> Settled:
-    """A value taken from a scene's trajectory in quad, with the digits that ``rough`` confirms.
+def settled(value: Callable[[Trajectory], Any], scene: SceneLike = "reference") -> Settled:
+    """A value taken from a scene's trajectory in quad, with the digits that ``rough()`` confirms.
 
-    The two runs take other steps in other arithmetics; ``rough`` may be "double" where the
-    machine has no 80-bit numbers.
+    The two runs take other steps in other arithmetics.
     """
-    return Settled.of(value(trajectory(scene, FINE)), value(trajectory(scene, _available(rough))))
+    return Settled.of(value(trajectory(scene, FINE)), value(trajectory(scene, rough())))
+
+
+@cache
+def rough() -> str:
+    """The widest arithmetic that still takes milliseconds: double where nothing is wider."""
+    from tt_precise.errors import InputError
+    from tt_precise.integrate.precision import precision_named
+
+    try:
+        return precision_named("extended").name
+    except InputError:
+        return "double"
 
 
 def at(name: str, t: str, scene: SceneLike = "reference") -> Settled:
@@ -110,13 +119,13 @@ def turning_values(
 
 def least(name: str, scene: SceneLike = "reference") -> Settled:
     """The smallest value of a quantity over a whole run, with the digits double confirms."""
-    fine, rough = (turning_values(name, scene, one)["value"].min() for one in _pair())
+    fine, rough = (turning_values(name, scene, one)["value"].min() for one in (rough(), "double"))
     return Settled.of(fine, rough)
 
 
 def greatest(name: str, scene: SceneLike = "reference") -> Settled:
     """The largest value of a quantity over a whole run, with the digits double confirms."""
-    fine, rough = (turning_values(name, scene, one)["value"].max() for one in _pair())
+    fine, rough = (turning_values(name, scene, one)["value"].max() for one in (rough(), "double"))
     return Settled.of(fine, rough)
 
 
@@ -135,20 +144,3 @@ def body_in(context: Any, scene: SceneLike = "reference") -> Parameters:
 def thresholds_of(scene: SceneLike = "reference", digits: int = 50) -> Thresholds:
     """lambda, the thresholds and the asymptotic values of a scene, each determined twice."""
     return thresholds(load_scene(scene), digits)
-
-
-def _pair() -> tuple[str, str]:
-    return _available("extended"), "double"
-
-
-def _available(rough: str) -> str:
-    from tt_precise.errors import InputError
-    from tt_precise.integrate.precision import NAMES, precision_named
-
-    if rough not in NAMES:
-        raise ValueError(f"precision: got {rough!r}, expected one of {NAMES}")
-    try:
-        precision_named(rough)
-    except InputError:
-        return "double"
-    return rough

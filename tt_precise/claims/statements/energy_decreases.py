@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.measured import decimal, fraction_of
+from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, all_of, statement
 
 
@@ -18,15 +18,15 @@ from tt_precise.claims.verdicts import Finding, all_of, statement
 )
 def energy_decreases(quantity: str = "E", scene: evidence.SceneLike = "reference") -> Finding:
     """The total energy decreases monotonically."""
-    fastest = evidence.greatest(f"{quantity}_dot", scene)
+    fastest = float(evidence.turning_values(f"{quantity}_dot", scene)["value"].max())
     values = evidence.sampled(scene, (quantity,))[quantity]
     steps = int((values.diff().iloc[1:] >= 0).sum())
     return all_of(
         {
             f"{quantity}_dot": statement(
-                fraction_of(fastest) <= 0,
+                fastest <= 0,
                 printed="never positive",
-                measured=f"at most {decimal(fastest.value, 3)} W",
+                measured=f"at most {decimal(fastest, 3)} W",
             ),
             quantity: statement(
                 steps == 0, printed="decreasing", measured=f"{steps} of {len(values) - 1} steps up"

@@ -11,7 +11,6 @@ from tt_precise.claims.claim import claim
 from tt_precise.claims.measured import Settled, decimal, measured_text
 from tt_precise.claims.verdicts import Check, Finding, all_of, judged, statement
 from tt_precise.exact.arithmetic import own_context, rounding_to
-from tt_precise.integrate import integrate
 from tt_precise.mechanics import thresholds
 from tt_precise.scene import Scene, load_scene
 
@@ -102,7 +101,7 @@ def _distances(scene: evidence.SceneLike) -> dict[str, list[float]]:
 
     Empty where the top leaves the table before.
     """
-    run = integrate(evidence.variant(scene, until=TIMES[-1]), "quad")
+    run = evidence.trajectory(evidence.variant(scene, until=TIMES[-1]), evidence.rough())
     if run.status != "complete":
         return {}
     fn = run.precision.context
