@@ -19,6 +19,7 @@ from tt_precise.golden.recipe import DIGITS
 from tt_precise.golden.store import Stored
 from tt_precise.golden.table import Table
 from tt_precise.integrate.accuracy import KINDS
+from tt_precise.integrate.readout import VECTOR_COLUMNS
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 
 if TYPE_CHECKING:
@@ -67,20 +68,25 @@ class Comparison:
         return "\n".join(lines)
 
     def figure(self) -> Figure:
-        """A picture of the digits over time."""
+        """A picture of the digits over time: vectors above, the other columns below."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(9, 5), layout="constrained")
-        axes = figure.subplots()
-        for name in self.digits.index:
-            axes.plot(self.over_time["t"], self.over_time[name], label=name, linewidth=0.9)
-        axes.set(
-            title=f"{self.scene}: distance from the golden trajectory",
-            xlabel="t (s)",
-            ylabel="significant correct digits",
-        )
-        axes.grid(alpha=0.3)
-        axes.legend(ncols=2, fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+        vectors = [name for name in self.digits.index if name in VECTOR_COLUMNS]
+        others = [name for name in self.digits.index if name not in VECTOR_COLUMNS]
+        panels = [names for names in (vectors, others) if names]
+        figure = Figure(figsize=(9, 1 + 3.5 * len(panels)), layout="constrained")
+        shared = figure.subplots(len(panels), sharex=True, sharey=True, squeeze=False)
+        for axes, names in zip(shared.flat, panels, strict=True):
+            for name in names:
+                axes.plot(self.over_time["t"], self.over_time[name], label=name, linewidth=0.8)
+            axes.set_ylabel("significant correct digits")
+            axes.grid(alpha=0.3)
+            axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+        # entries that happen to be exact (34 digits) may leave the picture, the others may not
+        usual = self.over_time[list(self.digits.index)].quantile(0.97).max()
+        axes.set_ylim(0, min(DIGITS, 0 if math.isnan(usual) else usual) + 1)
+        axes.set_xlabel("t (s)")
+        figure.suptitle(f"{self.scene}: distance from the golden trajectory")
         return figure
 
     def save(self, path: str | Path) -> None:
