@@ -119,14 +119,14 @@ def turning_values(
 
 def least(name: str, scene: SceneLike = "reference") -> Settled:
     """The smallest value of a quantity over a whole run, with the digits double confirms."""
-    fine, rough = (turning_values(name, scene, one)["value"].min() for one in (rough(), "double"))
-    return Settled.of(fine, rough)
+    found = [turning_values(name, scene, one)["value"].min() for one in (rough(), "double")]
+    return Settled.of(*found)
 
 
 def greatest(name: str, scene: SceneLike = "reference") -> Settled:
     """The largest value of a quantity over a whole run, with the digits double confirms."""
-    fine, rough = (turning_values(name, scene, one)["value"].max() for one in (rough(), "double"))
-    return Settled.of(fine, rough)
+    found = [turning_values(name, scene, one)["value"].max() for one in (rough(), "double")]
+    return Settled.of(*found)
 
 
 def weight(scene: SceneLike = "reference") -> Any:

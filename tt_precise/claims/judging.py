@@ -118,8 +118,12 @@ def _in_workers(jobs: int) -> Spread:
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(jobs, mp_context=context) as pool:
             tasks = [pool.submit(_findings, group) for group in sorted(groups, key=len)[::-1]]
-            for task in as_completed(tasks):
-                yield task.result()
+            try:
+                for task in as_completed(tasks):
+                    yield task.result()
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
 
     return spread
 
