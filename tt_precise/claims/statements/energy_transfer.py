@@ -210,7 +210,8 @@ def vanishing_rate(moment: str = "", scene: SceneLike = "reference") -> Finding:
 
 @claim(
     "FIG-07",
-    quote="the graph of E_trans_dot is predominantly negative and has general shape similar to E_dot",
+    quote="the graph of E_trans_dot is predominantly negative and has general shape similar to "
+    "E_dot",
     where="Sec. 2.3, Fig. 5",
     definition="part of the time with a negative value (zeros between extrema found as events): "
     "predominantly means two thirds of the climb at least; similar shape: correlation over 0..8 s "

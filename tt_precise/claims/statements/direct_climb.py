@@ -1,0 +1,275 @@
+"""Section 2.2 and summary: starts with phi_dot(0) > 0 that climb at once, and smoothly."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+from tt_precise.claims import evidence
+from tt_precise.claims import reference_series as series
+from tt_precise.claims.claim import claim
+from tt_precise.claims.measured import Settled, decimal
+from tt_precise.claims.statements.inversion_times import DEFINITIONS
+from tt_precise.claims.verdicts import Finding, all_of, judged, readings, rounds_to, statement
+from tt_precise.integrate.precision import precision_named
+
+SECTION = "Sec. 2.2"
+STEPS = tuple(str(195 + half / 2) for half in range(11))
+STARTS = "phi_dot(0) from 195 to 200 rad/s in steps of 0.5"
+TO_THE_POLE = 0.2  # rad; nearer to pi the oscillation at the end of the climb sets in
+SECANTS = 6  # steps; each multiplies the digits by 1.6, and the function is nearly a straight line
+VISIBLE = 1e-3  # rad; a third of a promille of a graph's height
+
+
+@claim(
+    "NUM-18",
+    quote="t_init goes to zero when phi_dot(0) is about 83.1",
+    where=SECTION,
+    definition="the phi_dot(0) with which the axis passes exactly through the pole at the first "
+    "minimum of theta: root of sign(phi_dot) theta there, which is smooth in phi_dot(0); beyond it "
+    "t_init = 0 in definitions A, B and C",
+    control={"printed": "83.2"},
+)
+def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> Finding:
+    """The initiation time vanishes when phi_dot(0) is about 83.1 rad/s."""
+    root = _threshold(theta)
+    below, above = (_initiations(theta, root.value, side) for side in (-1, 1))
+    shown = ", ".join(f"{name} {decimal(value, 3)}" for name, value in below.items())
+    return all_of(
+        {
+            "where t_init vanishes": rounds_to(printed, root, "rad/s"),
+            "t_init beyond": statement(
+                not any(above.values()), printed="0 s", measured="0 s in A, B and C"
+                if not any(above.values()) else str(above),
+            ),
+        },
+        "t_init does not go to zero but to the time of the first minimum of theta (just below the "
+        f"threshold: {shown} s), and jumps to zero from there.",
+    )  # fmt: skip
+
+
+@claim(
+    "NUM-19",
+    quote="phi_dot(0) > 83 rad/s start to invert directly, phi_dot(0) <= 83 require a "
+    "synchronisation time-interval",
+    where="Summary",
+    definition="t_init = 0 or not, in definition A; threshold as for NUM-18",
+    control={"printed": "84"},
+)
+def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding:
+    """Starts with phi_dot(0) above 83 rad/s climb at once, the others do not."""
+    root = _threshold(theta)
+    between = str((float(printed) + float(root.value)) / 2)
+    at = {value: _initiations(theta, value, 0)["A"] for value in (printed, between)}
+    shown = ", ".join(f"{decimal(float(k), 5)}: {decimal(v, 3)} s" for k, v in at.items())
+    return readings(
+        {
+            "as a threshold of two digits": rounds_to(printed, root, "rad/s"),
+            "as it stands": statement(
+                bool(at[printed]) and not at[between],
+                printed=f"direct above {printed}, not at {printed}",
+                measured=f"t_init by phi_dot(0) in rad/s: {shown}",
+            ),
+        },
+        f"Section 2.2 has 83.1, which is the better value; up to {decimal(root.value, 7)} rad/s "
+        "there is still a synchronisation phase.",
+    )
+
+
+@claim(
+    "NUM-31",
+    quote="the increase of theta(t) becomes monotonous starting from theta = 0.8",
+    where=SECTION,
+    definition=f"{STARTS}, theta(0) = 0.1; the last turning point of theta below pi - "
+    f"{TO_THE_POLE}",
+    control={"printed": "0.3"},
+)
+def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
+    """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonously from 0.8 on."""
+    angles = [_last_turn(theta, phi_dot)[1] for phi_dot in STEPS]
+    low, high = (decimal(angle, 4) for angle in (min(angles), max(angles)))
+    measured = f"theta turns for the last time at {low} to {high} rad"
+    return readings(
+        {
+            f"monotonous beyond {printed}": statement(
+                max(angles) <= float(printed), printed=f"from theta = {printed}", measured=measured
+            ),
+            f"monotony begins at {printed}": statement(
+                abs(max(angles) - float(printed)) < 0.05,
+                printed=f"begins at theta = {printed}",
+                measured=measured,
+            ),
+        },
+        "It becomes monotonous much earlier than stated.",
+    )
+
+
+@claim(
+    "NUM-32",
+    quote="the increase of theta(t) is monotonous starting from time 0.3 s and angle 0.02",
+    where=SECTION,
+    definition=f"{STARTS}, theta(0) = 0.01; turning points and falls of theta (from a maximum to "
+    f"the next minimum) after the printed time and below pi - {TO_THE_POLE}; a graph shows falls "
+    f"of {VISIBLE} rad at best",
+    control={"time": "0.9", "angle": "0.04"},
+)
+def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> Finding:
+    """With theta(0) = 0.01, theta grows monotonously from 0.3 s, 0.02 rad on."""
+    turns = [_last_turn(theta, phi_dot) for phi_dot in STEPS]
+    times, angles = zip(*turns, strict=True)
+    falls = [_largest_fall(theta, phi_dot, float(time)) for phi_dot in STEPS]
+    return readings(
+        {
+            "no turning point after that": statement(
+                max(times) <= float(time) and max(angles) <= float(angle),
+                printed=f"monotonous from {time} s, {angle} rad on",
+                measured=f"turns for the last time at {decimal(min(times), 3)} to "
+                f"{decimal(max(times), 3)} s, {decimal(min(angles), 3)} to "
+                f"{decimal(max(angles), 3)} rad",
+            ),
+            "no fall that a graph shows": statement(
+                max(falls) < VISIBLE,
+                printed=f"monotonous from {time} s on",
+                measured=f"falls by at most {decimal(max(falls), 2)} rad",
+            ),
+        },
+        "The falls are there, but a ten-thousandth of a radian is invisible in a graph.",
+    )
+
+
+@claim(
+    "NUM-33",
+    quote="their ending time is about t_end = 7.77",
+    where=SECTION,
+    definition=f"{STARTS}, theta(0) = 0.01; t_end in each definition, from the least to the "
+    "largest of these starts",
+    control={"printed": "7.9"},
+)
+def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> Finding:
+    """With theta(0) = 0.01 and phi_dot(0) in [195, 200] the climb ends at about 7.77 s."""
+    checks = {}
+    for name, reading in DEFINITIONS.items():
+        ends = [float(getattr(_run(theta, p).inversion, name).t_end) for p in STEPS]
+        checks[reading] = statement(
+            min(ends) <= float(printed) <= max(ends),
+            printed=f"about {printed} s",
+            measured=f"{decimal(min(ends), 4)} to {decimal(max(ends), 4)} s",
+        )
+    return readings(checks, "It varies that much with phi_dot(0).")
+
+
+@claim(
+    "NUM-34",
+    quote="their initiation time is zero",
+    where=SECTION,
+    definition=f"{STARTS}, theta(0) = 0.1 and 0.01; t_init in definitions A, B and C",
+    control={"starts": ("82.5", "83")},
+)
+def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
+    """With phi_dot(0) in [195, 200] the initiation time is zero."""
+    found = {
+        (theta, phi_dot, name): getattr(_run(theta, phi_dot).inversion, name).t_init
+        for theta in ("0.1", "0.01")
+        for phi_dot in starts
+        for name in DEFINITIONS
+    }
+    zero = sum(t_init == 0 for t_init in found.values())
+    return judged(
+        statement(
+            zero == len(found),
+            printed="t_init = 0",
+            measured=f"0 in {zero} of {len(found)} cases (start and definition)",
+        ),
+        "The first minimum of theta already has phi_dot > 0.",
+    )
+
+
+@claim(
+    "FIG-15",
+    quote="the behaviour of the dynamical variables is exceptionally smooth",
+    where="Fig. 8, caption",
+    definition="total variation (sum of all rises and falls between extrema found as events) of "
+    "theta_dot, nu_x, nu_y and g_n over 8 s, against starts with phi_dot(0) = 0, 50, 100 and 150; "
+    "exceptionally smooth: below a third of the least of theirs",
+    control={"phi_dot": "180"},
+)
+def exceptionally_smooth(phi_dot: str = "195") -> Finding:
+    """The solution with phi_dot(0) = 195 is exceptionally smooth."""
+    checks = {}
+    for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
+        here = _variation(name, phi_dot)
+        others = [_variation(name, other) for other in ("0", "50", "100", "150")]
+        checks[name] = statement(
+            3 * here < min(others),
+            printed="exceptionally smooth",
+            measured=f"{decimal(here, 3)} against {decimal(min(others), 3)} to "
+            f"{decimal(max(others), 3)}",
+        )
+    return all_of(
+        checks,
+        "With phi_dot(0) = 200 the total variation of theta_dot is "
+        f"{decimal(_variation('theta_dot', '200'), 3)} rad/s.",
+    )
+
+
+def _run(theta: str, phi_dot: str) -> Any:
+    return evidence.trajectory(evidence.variant(theta=theta, phi_dot=phi_dot, until="9"))
+
+
+@cache
+def _threshold(theta: str) -> Settled:
+    """Root in phi_dot(0) of the signed first perigee, from quad, with double's confirmation."""
+    fine, rough = (_root(theta, precision) for precision in (evidence.FINE, "double"))
+    return Settled.of(fine, rough)
+
+
+def _root(theta: str, precision: str) -> Any:
+    fn = precision_named(precision).context
+    left, right = fn.mpf(83), fn.mpf("83.2")
+    height = _signed_perigee(theta, left, precision)
+    for _ in range(SECANTS):
+        height, before = _signed_perigee(theta, right, precision), height
+        if height == before:
+            break
+        left, right = right, right - height * (right - left) / (height - before)
+    return right
+
+
+def _signed_perigee(theta: str, phi_dot: Any, precision: str) -> Any:
+    """sign(phi_dot) theta at the first minimum of theta."""
+    text = precision_named(precision).text(phi_dot)
+    scene = evidence.variant(theta=theta, phi_dot=text, until="0.05")
+    events = evidence.trajectory(scene, precision).events
+    first = events[events["name"] == "theta_min"].iloc[0]
+    return first["theta"] if first["phi_dot"] > 0 else -first["theta"]
+
+
+def _initiations(theta: str, phi_dot: Any, side: int) -> dict[str, float]:
+    """t_init in A, B and C at ``phi_dot`` (moved by a millionth to one side)."""
+    moved = repr(float(phi_dot) * (1 + side * 1e-6))
+    inversion = _run(theta, moved).inversion
+    return {name: float(getattr(inversion, name).t_init) for name in DEFINITIONS}
+
+
+def _climbing_turns(theta: str, phi_dot: str) -> Any:
+    turns = series.turning_points_of(_run(theta, phi_dot))
+    ending = turns["theta"] > math.pi - TO_THE_POLE
+    return turns[: int(ending.argmax())] if ending.any() else turns
+
+
+def _last_turn(theta: str, phi_dot: str) -> tuple[float, float]:
+    """Time (s) and angle of the last turning point of theta in the climb."""
+    last = _climbing_turns(theta, phi_dot).iloc[-1]
+    return float(last["t"]), float(last["theta"])
+
+
+def _largest_fall(theta: str, phi_dot: str, after: float) -> float:
+    turns = _climbing_turns(theta, phi_dot)
+    angles = [float(x) for x in turns["theta"][turns["t"] > after]]
+    return max((a - b for a, b in pairwise(angles)), default=0.0)
+
+
+def _variation(name: str, phi_dot: str) -> float:
+    return sum(series.rises_and_falls(name, evidence.variant(phi_dot=phi_dot)))
