@@ -15,7 +15,7 @@ import pandas
 import tt_precise as tt
 from tt_precise.certify.certificate import certify, judged
 from tt_precise.certify.proof import Proof, prove
-from tt_precise.certify.record import ENCLOSURE, PROOF, complaints
+from tt_precise.certify.record import ENCLOSURE, PROOF, about, complaints
 from tt_precise.commands.certify_golden import command
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
@@ -137,6 +137,9 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, tmp_path: 
     enclosure = Table.parse((tmp_path / NAME / ENCLOSURE).read_text())
     assert len(enclosure.rows) == 6
     assert complaints(NAME, tmp_path) == []
+    assert about(stored.scene, tmp_path) == content
+    longer = tt.load_scene("reference").text
+    assert about(parse_scene(longer, NAME, NAME), tmp_path) is None
     _write(replace(stored, trajectory=_spoiled(stored.trajectory, 3, "kx", 30)), tmp_path)
     found = complaints(NAME, tmp_path)
     assert len(found) == 2

@@ -13,6 +13,15 @@ def test_slopes_are_the_partial_derivatives() -> None:
     assert f.partials[1] == ((x * x - 2) * v + u * x) / v**2 + 1 / (y - 4) ** 2
 
 
+def test_the_slope_of_a_root() -> None:
+    class Square(Fraction):
+        def sqrt(self) -> Fraction:
+            return Fraction(3, 2)
+
+    root = Slope(Square(9, 4), {0: Fraction(5)}).sqrt()
+    assert (root.value, root.partials[0]) == (Fraction(3, 2), Fraction(5, 3))
+
+
 def test_a_value_without_slopes_stays_constant() -> None:
     (a,) = variables([Fraction(2)])
     assert (a - a).partials[0] == 0

@@ -12,6 +12,7 @@ import flint
 from flint import arb, arb_poly
 
 from tt_precise.certify.problem import Problem
+from tt_precise.certify.verdict import NotProved
 
 # Time is counted in units of a power of two near this many steps: about where the series stops
 # converging (heyoka steps radius/e^2). Coefficients are then of one size, which arb multiplies
@@ -42,7 +43,10 @@ class Piece:
 
 
 class Steps:
-    """heyoka's adaptive Taylor steps for a ``Problem``, one ``Piece`` after the other."""
+    """heyoka's adaptive Taylor steps for a ``Problem``, one ``Piece`` after the other.
+
+    ``length`` is that of the latest.
+    """
 
     def __init__(self, problem: Problem, bits: int):
         import heyoka
@@ -64,15 +68,25 @@ class Steps:
         for i in range(len(self._adaptive.pars)):
             self._adaptive.pars[i] = self._real(parameters[i])
         self._before: Any = None
+        self.length = problem.until().upper() + 1
 
     def step(self, limit: arb | None = None) -> Piece:
-        """The next piece, no longer than ``limit``."""
+        """The next piece, no longer than ``limit``.
+
+        Raises
+        ------
+        NotProved
+            heyoka found no way forward.
+        """
         adaptive = self._adaptive
         self._before = [adaptive.state[i] + 0 for i in range(len(adaptive.state))]
         limits = {} if limit is None else {"max_delta_t": self._real(_decimal(limit))}
         adaptive.step(write_tc=True, **limits)
         rows = [[arb(str(c)).mid() for c in row] for row in adaptive.tc]
         length = arb(str(adaptive.last_h)).mid()
+        if not (length.is_finite() and length > 0):
+            raise NotProved("approximation", f"heyoka made a step of {adaptive.last_h}")
+        self.length = length
         unit = _power_of_two(UNIT_STEPS * float(length))
         return Piece(tuple(_scaled(row, unit) for row in rows), unit, length / unit)
 

@@ -26,6 +26,7 @@ from tt_precise.certify.verdict import NotProved
 from tt_precise.files import atomic_write
 from tt_precise.golden import store
 from tt_precise.golden.digits import is_near_zero, scale_of
+from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.recipe import DIGITS
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.formulations import formulation
@@ -126,6 +127,7 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
     content = {
         "schema": SCHEMA,
         "scene": stored.name,
+        "scene_sha256": scene_sha256(stored.scene_text),
         "theorem": "docstring of tt_precise.certify",
         "bits": proof.enclosure.bits,
         "steps": len(proof.enclosure.stretches),

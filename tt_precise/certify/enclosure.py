@@ -125,11 +125,12 @@ def enclose(
         reached = inner.start()
         errors = ErrorSet.of([arb(0)] * len(reached))
         stretches: list[Stretch] = []
-        limit, halvings = until + 1, 0
+        longest = (until + 1).upper()
+        limit, halvings = longest, 0
         failure: NotProved | None = None
         while not time > until:
-            piece = steps.step(limit)
             try:
+                piece = steps.step(limit)
                 shift = [x - c for x, c in zip(reached, piece.first, strict=True)]
                 crossing = cross(inner, piece, errors.shifted(shift))
             except NotProved as why:
@@ -138,9 +139,9 @@ def enclose(
                 if halvings > MOST_HALVINGS:
                     failure = why
                     break
-                limit = piece.end * piece.unit / 2
+                limit = min(limit, steps.length) / 2
                 continue
-            halvings, limit = 0, limit * 2
+            halvings, limit = 0, min(limit * 2, longest)
             stretch = _stretch(time, piece, crossing, zero, len(problem.columns))
             stretches.append(stretch)
             errors, reached, time = crossing.after, piece.last, stretch.finish

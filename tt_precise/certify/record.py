@@ -11,8 +11,10 @@ from typing import Any
 from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.digits import scale_of
+from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.recipe import DIGITS
 from tt_precise.golden.table import Table
+from tt_precise.scene import Scene
 
 SCHEMA = "tt_precise.proof/1"
 PROOF, ENCLOSURE = "proof.json", "enclosure.csv"
@@ -37,6 +39,18 @@ def read(scene: str, folder: Path | None = None) -> dict[str, Any] | None:
         raise InputError(f"{path}: {error}; expected what `golden certify` writes") from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         raise InputError(f"{path}: got another schema, expected {SCHEMA}")
+    return content
+
+
+def about(scene: Scene, folder: Path | None = None) -> dict[str, Any] | None:
+    """The content of proof.json if it is about this very scene, to every digit; else None.
+
+    What a claim needs that wants to call itself proved: ``["contact"]["g_n_positive"]``,
+    ``["inversion"]["B"]["t_init"]`` with middle and radius, and so on.
+    """
+    content = read(scene.name, folder)
+    if content is None or content["scene_sha256"] != scene_sha256(scene.text):
+        return None
     return content
 
 
