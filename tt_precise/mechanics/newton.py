@@ -87,15 +87,22 @@ def contact_acceleration_terms(body: Parameters, state: NewtonState) -> tuple[Ve
     return free, forced
 
 
-def contact_terms(body: Parameters, state: NewtonState) -> tuple[Any, Any]:
-    """Numerator and denominator of g_n, scaled as in eq (7): units kg^2 m^3/s^2 and kg m^2."""
-    free, forced = contact_acceleration_terms(body, state)
+def contact_terms(
+    body: Parameters, state: NewtonState, accelerations: tuple[Vector, Vector] | None = None
+) -> tuple[Any, Any]:
+    """Numerator and denominator of g_n, scaled as in eq (7): units kg^2 m^3/s^2 and kg m^2.
+
+    ``accelerations`` are the ``contact_acceleration_terms``, if they are known already.
+    """
+    free, forced = accelerations or contact_acceleration_terms(body, state)
     return -body.m * body.I1 * free[2], body.m * body.I1 * forced[2]
 
 
-def normal_force(body: Parameters, state: NewtonState) -> Any:
+def normal_force(
+    body: Parameters, state: NewtonState, accelerations: tuple[Vector, Vector] | None = None
+) -> Any:
     """Normal force g_n in the direction of z; eq (7) in vector form."""
-    numerator, denominator = contact_terms(body, state)
+    numerator, denominator = contact_terms(body, state, accelerations)
     return numerator / denominator
 
 
@@ -124,8 +131,8 @@ def contact_force(body: Parameters, state: NewtonState) -> Vector:
 
 def rates(body: Parameters, state: NewtonState, fn: Any = None) -> NewtonState:
     """Time derivative of the state; eq (1). Polynomial but for the one division in g_n."""
-    free, forced = contact_acceleration_terms(body, state)
-    g_n = normal_force(body, state)
+    free, forced = accelerations = contact_acceleration_terms(body, state)
+    g_n = normal_force(body, state, accelerations)
     torque = cross(arm(body, state.k), force_per_normal(body, state))
     v_dot = added(free, scaled(g_n, forced))
     return NewtonState(*axis_rate(body, state), *scaled(g_n, torque), v_dot[0], v_dot[1])
