@@ -95,7 +95,8 @@ def integrate_to_digits(
     """The cheapest arithmetic on the ladder whose error estimate leaves ``wanted`` digits."""
     from tt_precise.integrate.run import integrate
 
-    if not isinstance(wanted, int) or not 1 <= wanted <= MOST_DIGITS:
+    whole = isinstance(wanted, int) and not isinstance(wanted, bool)
+    if not whole or not 1 <= wanted <= MOST_DIGITS:
         raise InputError(f"digits: got {wanted}, expected a whole number from 1 to {MOST_DIGITS}")
     rungs: list[tuple[str, int | None]] = [
         (name, None) for reach, name in LADDER if wanted <= reach and _available(name)
