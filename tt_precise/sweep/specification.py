@@ -29,6 +29,7 @@ SAMPLERS = ("sobol", "latin")
 CONTACTS = ("unilateral", "bilateral")
 MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
 LARGEST_FILE = 1_000_000  # bytes
+DROPPED = 65536  # samples drawn at once where they are skipped
 
 
 @dataclass(frozen=True)
@@ -299,8 +300,9 @@ class _Samples:
         if self._kept is not None:
             points = self._kept[numbers]
         else:
-            if numbers[0] > self._next:
-                self._sobol.fast_forward(int(numbers[0]) - self._next)
+            # drawn and dropped: SciPy's own fast_forward fails for more than 32 bits
+            while self._next < numbers[0]:
+                self._next += len(self._draw(min(DROPPED, int(numbers[0]) - self._next)))
             self._next = int(numbers[-1]) + 1
             points = self._draw(len(numbers))
         return self._low + self._width * points
