@@ -17,7 +17,7 @@ from tt_precise.report import render
 from tt_precise.report.document import Report, Section
 from tt_precise.report.evidence import SCENE, precision_runs
 from tt_precise.report.figures import all_figures
-from tt_precise.report.sections import claims, conservation, headline, thresholds
+from tt_precise.report.sections import claims, conservation, golden, headline, measured, thresholds
 
 SCHEMA = "tt_precise.report/1"
 NAME = "precision-report"
@@ -36,12 +36,12 @@ def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]
         judging = pool.submit(judge_all, None, lambda part: progress(0.8 * part), 2)
         precision_runs()
         judgements = judging.result()
-    report = assemble(judgements, command)
+    report = assemble(judgements, command, folder)
     progress(0.95)
     return write(report, folder)
 
 
-def assemble(judgements: list[Judgement], command: str) -> Report:
+def assemble(judgements: list[Judgement], command: str, folder: Path) -> Report:
     """The report as a document."""
     sections = [
         headline.section(judgements),
@@ -49,6 +49,8 @@ def assemble(judgements: list[Judgement], command: str) -> Report:
         conservation.section(),
         Section("figures", "The reference solution", all_figures()),
         thresholds.section(),
+        golden.section(),
+        *measured.sections(folder),
         claims.all_claims(judgements),
     ]
     return Report("The Tippe Top, verified", OPENING, sections, provenance(command))

@@ -1,0 +1,143 @@
+"""One look for all figures, and SVG text that is the same at every run.
+
+Drawn for a column of 390 px as well as for print: 5.6 inches wide, letters of 10 points, colours
+(Okabe and Ito's) that everybody can tell apart, white ground, a unit on every axis.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.report.document import Figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
+WIDTH = 5.6  # inches
+BINS = 700  # of time across a panel; each keeps its first, least, greatest and last value
+DECIMALS = 2  # of a point (1/72 inch) in paths
+_SETTINGS: dict[str, Any] = {
+    "font.size": 10,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 0.9,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    # letters as outlines: the dots of theta_dot stay in place whatever fonts a reader has
+    "svg.fonttype": "path",
+}
+
+
+@contextmanager
+def panels(
+    heights: Sequence[float], *, shared_time: bool = True
+) -> Iterator[tuple[Drawing, list[Axes]]]:
+    """A drawing with panels below each other, ``heights`` in inches."""
+    import matplotlib
+    from matplotlib.figure import Figure as Drawing
+
+    with matplotlib.rc_context(_SETTINGS):
+        drawing = Drawing(figsize=(WIDTH, sum(heights) + 0.4), layout="constrained")
+        axes = drawing.subplots(
+            len(heights), 1, sharex=shared_time, squeeze=False, height_ratios=heights
+        )[:, 0]
+        yield drawing, list(axes)
+
+
+def finished(name: str, drawing: Drawing, *, caption: str, alt: str) -> Figure:
+    """The drawing as a figure of the report."""
+    return Figure(name, caption, svg_text(name, drawing), alt)
+
+
+def svg_text(name: str, drawing: Drawing) -> str:
+    """The drawing as SVG: no date, every id begins with ``name``, two decimals in paths.
+
+    Several figures can so stand in one HTML page, and the same data give the same text.
+    """
+    import matplotlib
+
+    sink = io.StringIO()
+    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": name}):
+        drawing.savefig(sink, format="svg", metadata={"Date": None, "Creator": None})
+    text = sink.getvalue()
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r'href="#', f'href="#{name}-', text)
+    text = re.sub(r"url\(#", f"url(#{name}-", text)
+    return re.sub(r' (?:d|points)="[^"]*"', _rounded, text)
+
+
+def _rounded(found: re.Match[str]) -> str:
+    return re.sub(
+        r"-?\d+\.\d+", lambda number: f"{float(number[0]):.{DECIMALS}f}".rstrip("0").rstrip("."),
+        found[0],
+    )  # fmt: skip
+
+
+def curve(
+    axes: Axes,
+    times: Any,
+    values: Any,
+    label: str,
+    colour: str,
+    **style: Any,
+) -> None:
+    """Draw a course, thinned to what the width can show without losing an extremum."""
+    at = thinned(times, values)
+    axes.plot(times[at], values[at], color=colour, label=label, **style)
+
+
+def thinned(times: Any, values: Any, bins: int = BINS) -> Any:
+    """Indices of the first, least, greatest and last value in each of ``bins`` spans of time."""
+    import numpy
+
+    if len(times) <= 4 * bins:
+        return numpy.arange(len(times))
+    places = (times - times[0]) / (times[-1] - times[0])
+    spans = numpy.minimum((bins * places).astype(int), bins - 1)
+    edges = numpy.flatnonzero(numpy.diff(spans, prepend=-1, append=bins))
+    kept = {0, len(times) - 1}
+    for begin, end in zip(edges, edges[1:], strict=False):
+        piece = values[begin:end]
+        kept |= {begin, begin + int(piece.argmin()), begin + int(piece.argmax()), end - 1}
+    return numpy.array(sorted(kept))
+
+
+def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:
+    """Mark moments by thin dashed lines through all panels, named above the first."""
+    for label, t in marks.items():
+        for one in axes:
+            one.axvline(t, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        axes[0].annotate(
+            label,
+            (t, 1),
+            xycoords=("data", "axes fraction"),
+            xytext=(0, 2),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            fontsize=9,
+            color="#505050",
+        )
+
+
+def legend(axes: Axes, **place: Any) -> None:
+    """A legend in one row above the panel, where it hides nothing."""
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1, 1), ncols=4, borderaxespad=0.1,
+        handlelength=1.4, columnspacing=1.0, **place,
+    )  # fmt: skip

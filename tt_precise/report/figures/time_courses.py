@@ -1,0 +1,32 @@
+"""What the figures over time share: courses with all extrema in them, and the marked moments."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.claims import evidence
+from tt_precise.claims import reference_series as series
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+EVERY = 0.004  # s, between the extrema; a nutation lasts 0.037 s
+TIME = "$t$ (s)"
+
+
+def course(*names: str, scene: evidence.SceneLike = "reference") -> dict[str, Any]:
+    """Float columns by name, and "t": samples united with every extremum of each of them."""
+    frame = series.course(names, scene, EVERY)
+    return {str(name): frame[name].to_numpy(dtype=float) for name in frame}
+
+
+def climb_marks(scene: evidence.SceneLike = "reference") -> dict[str, float]:
+    """Initiation and ending time in definition A, by the label drawn."""
+    begin, end = series.climb(scene)
+    return {r"$t_{\theta\approx0}$": begin, r"$t_{\theta\approx\pi}$": end}
+
+
+def over_time(axes: list[Axes], end: float = 8.0) -> None:
+    """Limits and label of the common axis of time."""
+    axes[-1].set_xlim(0, end)
+    axes[-1].set_xlabel(TIME)
