@@ -103,6 +103,19 @@ def test_contact_is_kept(proof: Proof) -> None:
     assert 0.9 < bound <= frame["g_n"].min() / weight
 
 
+def test_what_is_conserved_is_so_in_the_enclosure(proof: Proof) -> None:
+    bounds = proof.drift_bounds
+    assert set(bounds) == {"jellett", "axis_norm"}
+    assert all(bound < 1e-50 for bound in bounds.values())
+
+
+def test_an_enclosure_of_something_else_excludes_it(proof: Proof) -> None:
+    # negative control: the same enclosure, read with another position of the centre of mass
+    body = replace(proof.scene.body, alpha=proof.scene.body.alpha + Fraction(1, 10**45))
+    with pytest.raises(NotProved, match="jellett"):
+        _ = replace(proof, scene=replace(proof.scene, body=body)).drift_bounds
+
+
 def test_rolling_is_enclosed() -> None:
     scene = replace(tt.load_scene("rolling"), until=SHORT)
     proof = prove(scene)

@@ -11,7 +11,7 @@ import importlib.metadata
 import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from decimal import ROUND_FLOOR, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -123,6 +123,12 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
     scales = {name: scale_of(stored.trajectory.column(name)) for name in stored.trajectory.columns}
     trajectory = _trajectory(stored, proof, scales)
     events, same_events, undecided = _events(stored, proof, scales)
+    failure, within = proof.enclosure.failure, {}
+    try:
+        for name, bound in proof.drift_bounds.items():
+            within[name] = rounded(bounds(bound)[1], ROUND_CEILING, 2)
+    except NotProved as why:
+        failure = why
     tallies = [*trajectory.values(), *events.values()]
     content = {
         "schema": SCHEMA,
@@ -132,9 +138,10 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
         "bits": proof.enclosure.bits,
         "steps": len(proof.enclosure.stretches),
         "proved_until_s": _number(proof.finish_s, 12),
-        "failure": str(proof.enclosure.failure) if proof.enclosure.failure else None,
+        "failure": str(failure) if failure else None,
         "contact": _contact(proof),
         "inversion": _inversion(proof),
+        "conserved_within": within,
         "same_events": same_events,
         "undecided_events": undecided,
         store.TRAJECTORY: {

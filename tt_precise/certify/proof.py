@@ -11,6 +11,7 @@ from typing import Any
 import flint
 from flint import arb
 
+from tt_precise.certify.balls import largest
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
 from tt_precise.certify.interval_newton import Zero, lower_bound, start_slope, zeros
 from tt_precise.certify.observed import columns_in_si, observed
@@ -18,6 +19,7 @@ from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
 from tt_precise.certify.verdict import NotProved
 from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.numerals import exact
@@ -98,6 +100,33 @@ class Proof:
         """
         function = _normal_force(self.scene)
         return -max(-lower_bound(stretch, function, 16) for stretch in self.enclosure.stretches)
+
+    @cached_property
+    def drift_bounds(self) -> dict[str, arb]:
+        """Bounds of the relative drift of what the scene conserves, over the samples.
+
+        The identities of the mechanics say that it is zero; so this is an independent check: an
+        enclosure that missed the exact solution would exclude it.
+
+        Raises
+        ------
+        NotProved
+            An enclosure excludes what is conserved: something is wrong with the proof.
+        """
+        found = {}
+        with flint.ctx.workprec(self.enclosure.working_bits):
+            times = [dimensionless_time(self.scene, seconds) for seconds, _ in self.rows()]
+            states = [self.enclosure.at(time) for time in times]
+            for integral in conserved(self.scene):
+                scale = arb(observed(self.scene, integral.scale)(states[0]))
+                evaluate = observed(self.scene, integral.evaluate)
+                first, *others = (arb(evaluate(state)) for state in states)
+                if not all(other.overlaps(first) for other in others):
+                    raise NotProved("conserved", f"an enclosure excludes that {integral.name} is")
+                drifts = [abs(other - first) / scale for other in others]
+                if all(drift.is_finite() for drift in drifts):
+                    found[integral.name] = largest([arb(0), *drifts])
+        return found
 
     def events(self, name: str) -> ProvedEvents:
         """All zeros of an event of the catalogue."""
