@@ -54,7 +54,7 @@ def command(
             "counts": counts(judged),
         }
         click.echo(json.dumps(told, indent=2, ensure_ascii=False))
-    elif full or len(judged) <= TOLD_IN_FULL:
+    elif judged and (full or len(judged) <= TOLD_IN_FULL):
         click.echo("\n\n".join(in_full(one) for one in judged))
     else:
         _table(judged)
@@ -88,18 +88,21 @@ def _table(judged: list[Judgement]) -> None:
 
     from tt_precise.claims import counts
 
-    table = Table(box=None, pad_edge=False)
-    table.add_column("id", no_wrap=True)
-    table.add_column("verdict", no_wrap=True)
+    table = Table(box=None, pad_edge=False, expand=True)
+    for heading, longest in (("id", 7), ("verdict", 10)):
+        table.add_column(heading, no_wrap=True, min_width=longest)
     for heading, ratio in (("claim", 4), ("printed", 2), ("measured", 3)):
         table.add_column(heading, no_wrap=True, overflow="ellipsis", ratio=ratio)
     for one in judged:
         claim, finding = one.claim, one.finding
         coloured = f"[{COLOURS[finding.verdict]}]{finding.verdict}[/]"
         table.add_row(claim.id, coloured, *map(_plain, (claim.statement, *_sides(finding))))
-    Console().print(table)
     told = ", ".join(f"{number} {name}" for name, number in counts(judged).items() if number)
-    click.echo(f"{len(judged)} claims: {told or 'none'}. `tt-precise claims ID` tells one in full.")
+    console = Console()
+    if judged:
+        console.print(table)
+    console.print(f"{len(judged)} claims: {told or 'none'}.", highlight=False)
+    console.print("`tt-precise claims ID` tells one in full.", highlight=False)
 
 
 def _sides(finding: Any) -> tuple[str, str]:

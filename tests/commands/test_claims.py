@@ -1,0 +1,78 @@
+"""The command ``claims``."""
+
+import json
+
+import pytest
+
+from tt_precise.claims import Verdict
+from tt_precise.claims.claim import KINDS as REGISTERED_KINDS
+from tt_precise.cli import main
+from tt_precise.commands.claims import COLOURS, KINDS, VERDICTS
+
+CHEAP = ["NUM-23", "EQ-26", "EQ-29", "TH-17"]
+
+
+def run(*arguments: str) -> int:
+    return main(["claims", "--jobs", "1", *arguments])
+
+
+def test_words_of_the_options_are_those_of_the_claims() -> None:
+    assert list(Verdict) == list(VERDICTS) == list(COLOURS)
+    assert set(REGISTERED_KINDS.values()) == set(KINDS)
+
+
+def test_json_has_the_keys_that_others_rely_on(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*CHEAP, "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == "tt_precise.claims/1"
+    assert [one["id"] for one in told["claims"]] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
+    assert all(
+        {"id", "verdict", "printed", "measured", "note"} <= set(one) for one in told["claims"]
+    )
+    assert told["counts"]["misprint"] == 2
+    assert sum(told["counts"].values()) == 4
+
+
+def test_filters_combine(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*CHEAP, "--verdict", "misprint", "--kind", "equation", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [one["id"] for one in told["claims"]] == ["EQ-26", "EQ-29"]
+
+
+def test_few_claims_are_told_in_full(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("TH-17") == 0
+    out = capsys.readouterr().out
+    assert "TH-17  reading" in out
+    assert "read as" in out
+    assert "note" in out
+
+
+def test_many_claims_make_a_table_that_fits(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert run(*CHEAP) == 0
+    out = capsys.readouterr().out
+    assert all(len(line) <= 80 for line in out.splitlines())
+    assert [line.split()[:2] for line in out.splitlines()[1:3]] == [
+        ["EQ-26", "misprint"],
+        ["EQ-29", "misprint"],
+    ]
+    assert "4 claims: 1 rounded, 1 reading, 2 misprint." in out
+
+
+def test_nothing_left_by_a_filter(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("NUM-23", "--verdict", "refuted") == 0
+    assert "0 claims" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "bad", [["NUM-99"], ["--verdict", "wrong"], ["--kind", "x"], ["--jobs", "0"], ["NUM-23", "é"]]
+)
+def test_bad_input_is_one_line_and_status_2(
+    bad: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["claims", *bad]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
