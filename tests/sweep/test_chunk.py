@@ -69,7 +69,7 @@ def test_smallest_force_is_not_sampled() -> None:
     (least,) = compute(spec.plan, values_of(spec), 8)["min_g_n"]
     run = tt.integrate("reference")
     rough = run.frame("g_n", times=[f"{n}/1000" for n in range(8001)])
-    near = int(rough["g_n"].idxmin())
+    near = int(rough["g_n"].to_numpy().argmin())
     times = [f"{1000 * near + n}/1000000" for n in range(-1000, 1001)]
     fine = run.frame("g_n", times=times)["g_n"].min()
     coarse = run.frame("g_n", times=[f"{n}/20" for n in range(161)])["g_n"].min()

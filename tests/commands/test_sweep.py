@@ -1,0 +1,59 @@
+"""The command sweep."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tt_precise.cli import main
+
+GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--honesty", "0"]
+
+
+def test_sweep_writes_rows_and_prints_a_summary(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "sweep"
+    assert main(["sweep", "reference", *GRID, "--out", str(out), "--csv", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == "tt_precise.sweep/1"
+    assert told["rows"] == 3
+    assert json.loads((out / "summary.json").read_text("utf-8")) == told
+    header, *rows = (out / "rows.csv").read_text("utf-8").splitlines()
+    assert header.startswith("index,phi_dot,outcome,t_init_A,t_init_B,t_init_C,t_end_A")
+    assert len(rows) == 3
+    for wanted in (["--y", "min_g_n"], ["--y", "t_init", "--colour", "outcome"]):
+        picture = tmp_path / "picture.svg"
+        plot = ["sweep", "plot", str(out), "--x", "phi_dot", *wanted, "--out", str(picture)]
+        assert main(plot) == 0
+        assert picture.read_text("utf-8").startswith("<?xml")
+
+
+def test_sweep_reads_toml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "small.toml"
+    path.write_text('scene = "reference"\nuntil = "0.3"\n[vary]\nmu = "0.3,0.4"\n', "utf-8")
+    assert main(["sweep", str(path), "--workers", "1", "--honesty", "0"]) == 0
+    assert "2 of 2 rows" in capsys.readouterr().out
+    assert main(["sweep", str(path), "--until", "1"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["sweep", "nothing", "--vary", "mu=1,2"], "scene"),
+        (["sweep", "reference", "--vary", "mu"], "--vary"),
+        (["sweep", "reference", "--vary", "mu=1", "--vary", "mu=2"], "each name once"),
+        (["sweep", "reference", "--vary", "mu=1,2", "--csv"], "--csv"),
+        (["sweep", "reference", "--vary", "mu=1,2", "--contact", "sticky"], "contact"),
+        (["sweep", "reference", "--vary", "mu=1,2", "--record", "foo"], "record"),
+        (["sweep", "plot", "nowhere", "--x", "mu", "--y", "t_init"], "no rows"),
+        (["sweep", "plot", "a", "--x", "b", "--y", "c", "--colour", "d", "--map", "e"], "--map"),
+    ],
+)
+def test_refusals_are_one_line(
+    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert error.count("\n") == 1
