@@ -8,8 +8,10 @@ from typing import Any
 
 from tt_precise.errors import InputError
 
-NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
-LONGEST = 2000  # characters; keeps a hostile file from building astronomically large integers
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+", re.ASCII)
+# Characters. With three digits of exponent an integer stays below the 4300 digits that Python is
+# willing to print, and a hostile file cannot build an astronomically large one.
+LONGEST = 2000
 
 
 def exact(value: str | int | Fraction, what: str = "number") -> Fraction:

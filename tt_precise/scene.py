@@ -21,6 +21,7 @@ RECORDABLE = ("phi", "psi", "x", "y")
 LARGEST_FILE = 1_000_000  # bytes; a scene is a page of text
 MOST_SAMPLES = 20_000_000
 
+_NEARLY_PI = Fraction("3.14159")
 _PI_FORM = re.compile(r"\s*pi\s*(?:-\s*(?P<offset>\S+)\s*)?", re.ASCII)
 
 
@@ -43,9 +44,10 @@ class Inclination(NamedTuple):
             angle = cls(exact(form["offset"] or 0, "theta"), from_pi=True)
         else:
             angle = cls(exact(value, "theta"))
-        if angle.offset < 0 or float(angle.offset) > 3.14159:
+        if not 0 <= angle.offset <= _NEARLY_PI:
             raise InputError(
-                f'theta: got {value}, expected 0 <= theta <= pi (near pi write "pi - 1e-3")'
+                f"theta: got {str(value)[:60]}, expected 0 <= theta <= pi "
+                '(near pi write "pi - 1e-3")'
             )
         return angle
 
@@ -122,8 +124,9 @@ class Scene:
         if self.sample_every <= 0:
             raise InputError(f"sample_every: got {self.sample_every}, expected seconds, above 0")
         if self.until / self.sample_every > MOST_SAMPLES:
+            shown = float(min(self.sample_every, Fraction(10**300)))
             raise InputError(
-                f"sample_every: got {float(self.sample_every):g}, which makes more than "
+                f"sample_every: got {shown:g}, which makes more than "
                 f"{MOST_SAMPLES} samples; expected a longer interval"
             )
         if self.model == "rolling" and (self.start.nu_x or self.start.nu_y):
@@ -205,8 +208,9 @@ def _keys(table: Mapping[str, Any], required: set[str], optional: set[str], pref
     known = required | optional
     for key in table:
         if key not in known:
+            shown = key[:60] if key.isprintable() else repr(key[:60])
             raise InputError(
-                f"unknown key {prefix}{key[:60]}, expected only: " + ", ".join(sorted(known))
+                f"unknown key {prefix}{shown}, expected only: " + ", ".join(sorted(known))
             )
     for key in sorted(required - table.keys()):
         raise InputError(f"missing key {prefix}{key}, expected it to be given")
@@ -240,9 +244,11 @@ def _one_of(value: str, allowed: tuple[str, ...], what: str) -> None:
 
 def _read(path: Path) -> str:
     try:
-        if path.stat().st_size > LARGEST_FILE:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)  # bounded: the path may be /dev/zero
+        if len(content) > LARGEST_FILE:
             raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, expected a scene file")
-        return path.read_text("utf-8")
+        return content.decode("utf-8").replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not UTF-8 text, expected a TOML scene file") from None
     except (OSError, ValueError) as error:

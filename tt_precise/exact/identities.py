@@ -3,8 +3,8 @@
 Each identity is one entry: a function that yields residuals, made by calling the functions of
 ``mechanics`` on the symbols of a chart. All parameters and the whole state are symbols, so a proof
 holds for every body and every state where nothing is divided by zero. Euler and vector form are
-compared through ``mechanics.conversion``, gliding ones at any azimuth phi, rolling ones at
-azimuth 0.
+compared through ``mechanics.conversion``. A leaning chart proves at azimuth 0, which the identity
+"equations turn with the frame" extends to every azimuth.
 """
 
 from __future__ import annotations
@@ -92,13 +92,13 @@ def _contact(chart: VectorChart) -> Iterable[Any]:
     """m s_ddot = F - m g z with s_dot = v_A - omega x a, so that the contact keeps."""
     force = newton.contact_force(chart.body, chart.state)
     rates = newton.rates(chart.body, chart.state)
-    return _newtons_second_law(chart, rates, _gliding(chart), force)
+    return _newtons_second_law(chart, rates, Motion(chart.body, chart.state, chart), force)
 
 
 @identity("rate of g_n", "(7)")
 def _normal_force_slope(chart: LeaningVectorChart) -> Iterable[Any]:
     """d g_n/dt times the denominator of eq (7) is the slope that finds extrema of g_n."""
-    here = NewtonState(*map(chart.here, chart.state))
+    here = _here(chart)
     rates = newton.rates(chart.body, here)
     above, below = (
         chart.along(one, rates) for one in newton.contact_terms(chart.body, chart.state)
@@ -110,7 +110,7 @@ def _normal_force_slope(chart: LeaningVectorChart) -> Iterable[Any]:
 @identity("the axis stays a unit vector", "(1)")
 def _unit_axis(chart: LeaningVectorChart) -> Iterable[Any]:
     """|k|^2 does not change, gliding or rolling."""
-    gliding = newton.rates(chart.body, NewtonState(*map(chart.here, chart.state)))
+    gliding = newton.rates(chart.body, _here(chart))
     for rates in (gliding, _rolling_rates(chart)):
         yield chart.along(sum(k * k for k in chart.state.k), rates)
 
@@ -155,19 +155,19 @@ def _jellett_euler(chart: EulerChart) -> Iterable[Any]:
 
 
 @identity("E falls by friction", "section 1")
-def _energy(chart: VectorChart) -> Iterable[Any]:
+def _energy(chart: LeaningVectorChart) -> Iterable[Any]:
     """dE/dt = v_A.F = -mu g_n v_A^2."""
-    state, body = chart.state, chart.body
+    state, body = _here(chart), chart.body
     loss = -body.mu * newton.normal_force(body, state) * (state.vx**2 + state.vy**2)
     yield _rate(chart, "E") - loss
-    yield QUANTITIES["E_dot"].evaluate(_gliding(chart)) - loss
+    yield _gliding(chart, "E_dot") - loss
 
 
 @identity("rates of the parts of E", "section 2.3")
-def _energy_parts(chart: VectorChart) -> Iterable[Any]:
+def _energy_parts(chart: LeaningVectorChart) -> Iterable[Any]:
     """Translational, rotational and potential energy change at their stated rates."""
     for name in ("E_trans", "E_rot", "E_pot"):
-        yield _rate(chart, name) - QUANTITIES[f"{name}_dot"].evaluate(_gliding(chart))
+        yield _rate(chart, name) - _gliding(chart, f"{name}_dot")
 
 
 @identity("E_trans in Euler angles", "(22)")
@@ -191,21 +191,21 @@ def _main_equation(chart: EulerChart) -> Iterable[Any]:
 
 
 @identity("rate of D", "(11)")
-def _routh(chart: VectorChart) -> Iterable[Any]:
+def _routh(chart: LeaningVectorChart) -> Iterable[Any]:
     """dD/dt = gamma m/(alpha sqrt(d)) (z x a).v_A_dot along the Newton equations."""
-    yield _rate(chart, "D") - QUANTITIES["D_dot"].evaluate(_gliding(chart))
+    yield _rate(chart, "D") - _gliding(chart, "D_dot")
 
 
 @identity("rate of E~", "(12)")
-def _modified_rate(chart: VectorChart) -> Iterable[Any]:
+def _modified_rate(chart: LeaningVectorChart) -> Iterable[Any]:
     """dE~/dt = m (omega x a).v_A_dot along the Newton equations."""
-    yield _rate(chart, "E_tilde") - QUANTITIES["E_tilde_dot"].evaluate(_gliding(chart))
+    yield _rate(chart, "E_tilde") - _gliding(chart, "E_tilde_dot")
 
 
 @identity("omega_3_dot", "(4)")
 def _spin_rate(chart: VectorChart) -> Iterable[Any]:
     """I3 omega_3_dot = (a x F).k, and is what the derivative of L.k says."""
-    yield _rate(chart, "omega_3") - QUANTITIES["omega_3_dot"].evaluate(_gliding(chart))
+    yield _rate(chart, "omega_3") - _gliding(chart, "omega_3_dot")
 
 
 @identity("rolling vectors obey Newton", "(1), v_A = 0")
@@ -266,14 +266,19 @@ def _quantity(chart: EulerChart, name: str) -> Any:
     return QUANTITIES[name].evaluate(Motion(chart.body, _vectors(chart), chart))
 
 
-def _gliding(chart: VectorChart) -> Motion:
-    return Motion(chart.body, chart.state, chart)
+def _here(chart: VectorChart) -> NewtonState:
+    return NewtonState(*map(chart.here, chart.state))
+
+
+def _gliding(chart: VectorChart, name: str) -> Any:
+    """A quantity as it stands at the chart's azimuth."""
+    return QUANTITIES[name].evaluate(Motion(chart.body, _here(chart), chart))
 
 
 def _rate(chart: VectorChart, name: str) -> Any:
     """Time derivative of a quantity along the Newton equations, by the chain rule."""
-    value = QUANTITIES[name].evaluate(_gliding(chart))
-    return chart.along(value, newton.rates(chart.body, chart.state))
+    value = QUANTITIES[name].evaluate(Motion(chart.body, chart.state, chart))
+    return chart.along(value, newton.rates(chart.body, _here(chart)))
 
 
 def _rolling_vectors(chart: EulerChart) -> NewtonState:

@@ -33,8 +33,8 @@ class Proof:
     """Whether an identity holds, and how that was decided.
 
     ``residuals`` is how many expressions have to vanish, ``failed`` lists those that do not
-    (counted from 0). A symbolic proof reduced numerators of ``terms`` terms; one at rational
-    points evaluated ``points`` of them.
+    (counted from 0). A symbolic proof reduced numerators of ``terms`` terms in a ``chart``; one at
+    rational points evaluated ``points`` of them.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Proof:
     kind: str
     residuals: int
     failed: tuple[int, ...]
+    chart: str = ""
     terms: int = 0
     points: int = 0
 
@@ -71,10 +72,11 @@ class Identity:
         return self._symbolically() if self.kind == SYMBOLIC else self._at_points()
 
     def _symbolically(self) -> Proof:
-        chart = CHARTS[self.residuals.__annotations__["chart"]]()
+        name = self.residuals.__annotations__["chart"]
+        chart = CHARTS[name]()
         remainders = [chart.remainder(residual) for residual in self.residuals(chart)]
-        vanishing = [remainder.vanishes for remainder in remainders]
-        return self._proof(vanishing, terms=sum(remainder.terms for remainder in remainders))
+        terms = sum(remainder.terms for remainder in remainders)
+        return self._proof([one.vanishes for one in remainders], chart=name, terms=terms)
 
     def _at_points(self) -> Proof:
         draws = random.Random(SEED)
@@ -82,13 +84,13 @@ class Identity:
         vanishing = [not any(column) for column in zip(*table, strict=True)]
         return self._proof(vanishing, points=POINTS)
 
-    def _proof(self, vanishing: list[bool], terms: int = 0, points: int = 0) -> Proof:
+    def _proof(self, vanishing: list[bool], **details: Any) -> Proof:
         if not vanishing:
             raise ArithmeticError(f"{self.name}: no residuals, so nothing was proved")
         failed = tuple(i for i, vanishes in enumerate(vanishing) if not vanishes)
         return Proof(
             self.name, self.equation, self.statement, not failed, self.kind,
-            len(vanishing), failed, terms, points,
+            len(vanishing), failed, **details,
         )  # fmt: skip
 
 

@@ -115,7 +115,7 @@ def modified_energy(body: Parameters, state: EulerState, fn: Any) -> Any:
 
 
 def translational_energy(body: Parameters, state: EulerState, fn: Any) -> Any:
-    """E_trans = m s_dot^2/2 in J; eq (energy_split)."""
+    """E_trans = m s_dot^2/2 in J; eq (22)."""
     s, c = fn.sin(state.theta), fn.cos(state.theta)
     u = body.alpha - c
     along_x = state.nu_x * c - body.R * state.theta_dot * u

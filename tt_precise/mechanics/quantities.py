@@ -147,13 +147,13 @@ def d(body: Parameters, z: Any) -> Any:
 
 
 def effective_mass(body: Parameters, z: Any) -> Any:
-    """g(z) of the Main Equation, in kg m^2; eq (15)."""
+    """g(z) of the Main Equation, in kg m^2; after eq (17)."""
     u = body.alpha - z
     return body.I3 / 2 * (body.sigma * (u * u + 1 - z * z) + body.gamma)
 
 
 def effective_potential(body: Parameters, z: Any, D: Any, lambda_: Any, fn: Any) -> Any:
-    """V(z, D, lambda) of the Main Equation, in J; after eq (15)."""
+    """V(z, D, lambda) of the Main Equation, in J; eq (18)."""
     R, I3, gamma = body.R, body.I3, body.gamma
     wall = lambda_ * fn.sqrt(d(body, z)) + R * D * (body.alpha - z)
     return (
@@ -171,25 +171,25 @@ def jellett(q: Motion) -> Any:
 
 @quantity(ENERGY)
 def E_trans(q: Motion) -> Any:
-    """Translational energy m s_dot^2/2; eq (energy_split)."""
+    """Translational energy m s_dot^2/2; eq (22)."""
     return q.body.m * dot(q.s_dot, q.s_dot) / 2
 
 
 @quantity(ENERGY)
 def E_rot(q: Motion) -> Any:
-    """Rotational energy omega.L/2; eq (energy_split)."""
+    """Rotational energy omega.L/2; eq (22)."""
     return dot(q.omega, q.state.L) / 2
 
 
 @quantity(ENERGY)
 def E_pot(q: Motion) -> Any:
-    """Potential energy m g R (1 - alpha cos theta); eq (energy_split)."""
+    """Potential energy m g R (1 - alpha cos theta); eq (22)."""
     return q.body.m * q.body.g * q.body.R * (1 - q.body.alpha * q.state.kz)
 
 
 @quantity(ENERGY)
 def E(q: Motion) -> Any:
-    """Total energy E_trans + E_rot + E_pot; eq (energy_split)."""
+    """Total energy E_trans + E_rot + E_pot; eq (22)."""
     return E_trans(q) + E_rot(q) + E_pot(q)
 
 
@@ -336,13 +336,13 @@ def theta_dot_simplified(q: Motion) -> Any:
 
 @quantity(ENERGY, pole=False)
 def V(q: Motion) -> Any:
-    """Effective potential V(cos theta, D, lambda) at the motion's own D and lambda; eq (15)."""
+    """Effective potential V(cos theta, D, lambda) at the motion's own D and lambda; eq (18)."""
     return effective_potential(q.body, q.state.kz, D(q), jellett(q), q.fn)
 
 
 @quantity(ENERGY, pole=False)
 def E_tilde_main(q: Motion) -> Any:
-    """Right-hand side of the Main Equation, g(cos theta) theta_dot^2 + V; eq (15)."""
+    """Right-hand side of the Main Equation, g(cos theta) theta_dot^2 + V; eq (17)."""
     return effective_mass(q.body, q.state.kz) * q.euler.theta_dot**2 + V(q)
 
 

@@ -1,0 +1,182 @@
+"""Every identity is proved, and every one is seen to fail when a term is off by 1e-40."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tt_precise.errors import InputError
+from tt_precise.exact import identities
+from tt_precise.exact.identities import IDENTITIES, prove, prove_all
+from tt_precise.exact.proof import POINTS, RATIONAL_POINTS, SYMBOLIC, Identity
+from tt_precise.mechanics import conversion, euler, newton, rolling
+from tt_precise.mechanics.quantities import QUANTITIES
+
+Spoil = Callable[[pytest.MonkeyPatch], None]
+
+
+def _off(value: Any) -> Any:
+    """A constant term of 1e-40 too much: proportional errors cost minutes of common divisors."""
+    return value + (0 * value + 1) / 10**40
+
+
+def _field(module: Any, function: str, name: str) -> Spoil:
+    """One entry of what a function of the mechanics returns, off by 1e-40."""
+
+    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
+        original = getattr(module, function)
+
+        def spoiled(*given: Any) -> Any:
+            found = original(*given)
+            return found._replace(**{name: _off(getattr(found, name))})
+
+        monkeypatch.setattr(module, function, spoiled)
+
+    return spoil
+
+
+def _entry(module: Any, function: str, place: int | None = None) -> Spoil:
+    """One place of a tuple, or a whole number, that a function returns, off by 1e-40."""
+
+    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
+        original = getattr(module, function)
+
+        def spoiled(*given: Any) -> Any:
+            found = original(*given)
+            if place is None:
+                return _off(found)
+            return tuple(_off(x) if i == place else x for i, x in enumerate(found))
+
+        monkeypatch.setattr(module, function, spoiled)
+
+    return spoil
+
+
+def _quantity(name: str) -> Spoil:
+    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
+        original = QUANTITIES[name]
+
+        def spoiled(q: Any) -> Any:
+            return _off(original.evaluate(q))
+
+        monkeypatch.setitem(QUANTITIES, name, replace(original, evaluate=spoiled))
+
+    return spoil
+
+
+CONTROLS: dict[str, Spoil] = {
+    "Euler form = Newton form": _field(euler, "rates", "omega_3"),
+    "g_n Euler = g_n Newton": _entry(euler, "contact_terms", 0),
+    "the contact keeps": _entry(newton, "contact_force", 2),
+    "rate of g_n": _entry(newton, "normal_force_slope"),
+    "the axis stays a unit vector": _field(newton, "rates", "kz"),
+    "equations turn with the frame": _field(newton, "rates", "Lx"),
+    "Euler angles there and back": _field(conversion, "vectors_from_euler", "Lz"),
+    "lambda in Euler angles": _entry(euler, "jellett"),
+    "lambda is constant, vectors": _field(newton, "rates", "Lz"),
+    "lambda is constant, Euler angles": _field(euler, "rates", "omega_3"),
+    "E falls by friction": _quantity("E_dot"),
+    "rates of the parts of E": _quantity("E_pot_dot"),
+    "E_trans in Euler angles": _entry(euler, "translational_energy"),
+    "E~ in Euler angles": _entry(euler, "modified_energy"),
+    "Main Equation": _quantity("E_tilde"),
+    "rate of D": _quantity("D_dot"),
+    "rate of E~": _quantity("E_tilde_dot"),
+    "omega_3_dot": _quantity("omega_3_dot"),
+    "rolling vectors obey Newton": _entry(rolling, "constraint_force", 1),
+    "rolling Euler = rolling vectors": _field(rolling, "euler_rates", "phi_dot"),
+    "lambda, D, E~ are constant when rolling, vectors": _field(rolling, "rates", "Lz"),
+    "lambda, D, E~ are constant when rolling, Euler angles": _field(
+        rolling, "euler_rates", "omega_3"
+    ),
+    "integrals without friction": _field(newton, "rates", "kz"),
+}
+
+
+@pytest.mark.parametrize("name", IDENTITIES)
+def test_proved(name: str) -> None:
+    proof = prove(name)
+    assert proof.holds
+    assert proof.failed == ()
+    assert proof.residuals >= 1
+    assert proof.statement
+    assert proof.equation
+    assert proof.kind == (RATIONAL_POINTS if proof.points else SYMBOLIC)
+    assert proof.points in (0, POINTS)
+
+
+def test_every_identity_has_a_control() -> None:
+    assert set(CONTROLS) == set(IDENTITIES)
+
+
+@pytest.mark.parametrize("name", CONTROLS)
+def test_spoiled_by_1e_40_it_fails(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    CONTROLS[name](monkeypatch)
+    proof = prove(name)
+    assert not proof.holds
+    assert proof.failed
+
+
+def test_a_flipped_sign_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    def flipped(*given: Any) -> Any:
+        rate = original(*given)
+        return rate._replace(nu_y=-rate.nu_y)
+
+    original = euler.rates
+    monkeypatch.setattr(euler, "rates", flipped)
+    proof = prove("Euler form = Newton form")
+    assert set(proof.failed) == {6, 7}  # vx and vy
+
+
+def test_jellett_without_its_factor_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The expression that the paper prints after eq (7)."""
+
+    def misprinted(body: Any, state: Any, fn: Any) -> Any:
+        s, c = fn.sin(state.theta), fn.cos(state.theta)
+        return body.R * body.I1 * state.phi_dot * s * s - body.I3 * state.omega_3 * (body.alpha - c)
+
+    monkeypatch.setattr(euler, "jellett", misprinted)
+    assert not prove("lambda in Euler angles").holds
+    assert not prove("lambda is constant, Euler angles").holds
+
+
+def test_points_are_the_same_each_time() -> None:
+    seen: list[Any] = []
+
+    def watch(draws: Any) -> list[int]:
+        seen.append(draws.randint(0, 10**9))
+        return [0]
+
+    watched = Identity("watch", "", RATIONAL_POINTS, watch)
+    assert watched.prove().holds
+    first = seen.copy()
+    seen.clear()
+    watched.prove()
+    assert seen == first
+    assert len(set(seen)) == POINTS
+
+
+def test_one_bad_point_is_enough() -> None:
+    def once(draws: Any) -> list[int]:
+        calls.append(1)
+        return [0, int(len(calls) == POINTS)]
+
+    calls: list[int] = []
+    assert Identity("once", "", RATIONAL_POINTS, once).prove().failed == (1,)
+
+
+def test_nothing_is_no_proof() -> None:
+    with pytest.raises(ArithmeticError, match="nothing was proved"):
+        Identity("empty", "", RATIONAL_POINTS, lambda draws: []).prove()
+
+
+def test_prove_all_proves_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = {name: IDENTITIES[name] for name in ("lambda in Euler angles", "E~ in Euler angles")}
+    monkeypatch.setattr(identities, "IDENTITIES", few)
+    assert [proof.name for proof in prove_all()] == list(few)
+
+
+def test_refuses_unknown_names() -> None:
+    with pytest.raises(InputError, match="identity: got 'Fermat', expected one of: Euler form"):
+        prove("Fermat")

@@ -1,0 +1,188 @@
+"""Marginal spins: from the linearised equations alone, for ordinary and for extreme tops."""
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from tt_precise.body import Parameters, TippeTop
+from tt_precise.exact.arithmetic import agreed_digits, own_context, rounding_to
+from tt_precise.exact.stability import (
+    INVERTED,
+    UPRIGHT,
+    eigenvalues,
+    fineness,
+    linearised,
+    marginal_spin,
+)
+from tt_precise.mechanics import newton, thresholds
+from tt_precise.mechanics.newton import NewtonState
+
+RATIOS = {
+    "m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82",
+    "mu": "0.3",
+}  # fmt: skip
+SIDES = pytest.mark.parametrize("side", [UPRIGHT, INVERTED])
+
+
+def top(**changes: str) -> TippeTop:
+    return TippeTop.from_ratios(**(RATIOS | changes))
+
+
+def expected(body: TippeTop, side: int, context: Any) -> Any:
+    """The spin of the paper's threshold."""
+    numbers = body.numbers(rounding_to(context))
+    if side == UPRIGHT:
+        return thresholds.L0(numbers, thresholds.lambda_up(numbers, context))
+    return thresholds.L1(numbers, thresholds.lambda_thres(numbers, context))
+
+
+def spinning(context: Any, gravity: str = "0.1", mu: str = "2") -> Parameters:
+    unit, mpf = context.mpf(1), context.mpf
+    return Parameters(unit, unit, mpf("0.3"), mpf("0.37"), mpf("0.41"), mpf(gravity), mpf(mu))
+
+
+@SIDES
+def test_linearised_equations_commute_with_rotations(side: int) -> None:
+    """Perturbing ky instead of kx answers with i times the complex column."""
+    context = own_context(60)
+    body, step = spinning(context), context.mpf(10) ** -20
+    matrix = linearised(body, side, step, context)
+    spin = NewtonState(0, 0, context.mpf(side), 0, 0, body.I3, 0, 0)
+    for column, (name, unit) in enumerate({"ky": 1, "Ly": body.I3, "vy": 1}.items()):
+        ahead, behind = (
+            newton.rates(body, spin._replace(**{name: sign * step * unit})) for sign in (1, -1)
+        )
+        for row, (part, scale) in enumerate({"k": 1, "L": body.I3, "v": 1}.items()):
+            x, y = (
+                (getattr(ahead, part + axis) - getattr(behind, part + axis)) / (2 * step * scale)
+                for axis in "xy"
+            )
+            assert abs(context.mpc(x, y) - 1j * matrix[row][column]) < context.mpf(10) ** -35
+        assert abs(ahead.Lz - behind.Lz) < context.mpf(10) ** -35 * step
+        assert abs(ahead.kz - behind.kz) < context.mpf(10) ** -35 * step
+
+
+def test_differences_converge_with_the_square_of_the_step() -> None:
+    context = own_context(100)
+    body = spinning(context)
+    coarse, fine = (
+        linearised(body, UPRIGHT, context.mpf(10) ** -h, context)[2][2] for h in (10, 20)
+    )
+    assert abs(coarse - fine) < context.mpf(10) ** -18
+
+
+def test_eigenvalues_of_a_known_matrix() -> None:
+    context = own_context(40)
+    exact = [context.mpc(-3, 1), context.mpc(2, -5), context.mpc(0, 4)]
+    zero = context.mpc(0)
+    matrix = [
+        [exact[0], context.mpc(7), context.mpc(0, 3)],
+        [zero, exact[1], context.mpc(2, 2)],
+        [zero, zero, exact[2]],
+    ]
+    found = eigenvalues(matrix, context.mpf(10) ** -30, context)
+    for one, truth in zip(found, [exact[1], exact[2], exact[0]], strict=True):
+        assert abs(one.value - truth) < context.mpf(10) ** -37
+        assert 0 < one.error < context.mpf(10) ** -25
+    assert [found[0].sign(), found[2].sign()] == [1, -1]
+    with pytest.raises(ArithmeticError):
+        found[1].sign()
+
+
+@SIDES
+@pytest.mark.parametrize("mu", [None, "0.3", "300", "1e-12"])
+def test_threshold_does_not_depend_on_friction(side: int, mu: str | None) -> None:
+    context = own_context(60)
+    friction = None if mu is None else Fraction(mu)
+    found = marginal_spin(top(), side, 45, context, friction)
+    assert found.exists
+    assert agreed_digits(found.spin, expected(top(), side, context), 60, context) >= 45
+
+
+@SIDES
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"alpha": "0.9", "I1": "0.3", "I3": "0.3"},
+        {"I1": "0.2801", "I3": "0.4"},  # gamma just above 1 - alpha
+        {"I1": "0.5199999999", "I3": "0.4"},  # gamma just below 1 + alpha
+        {"alpha": "0.000001", "I1": "0.4", "I3": "0.4"},
+        {"alpha": "0.999999", "I1": "0.4", "I3": "0.4"},
+        {"I1": "3.7e-9", "I3": "4e-9"},
+        {"I1": "3.7e9", "I3": "4e9"},
+        {"m": "1e9", "R": "1e-9", "g": "1e6"},
+    ],
+)
+def test_thresholds_of_extreme_tops(side: int, changes: dict[str, str]) -> None:
+    body, context = top(**changes), own_context(50)
+    found = marginal_spin(body, side, 20, context)
+    assert agreed_digits(found.spin, expected(body, side, context), 50, context) >= 20
+
+
+@pytest.mark.parametrize(
+    ("changes", "side"),
+    [
+        ({"I1": "0.52"}, INVERTED),  # gamma = 1 + alpha exactly
+        ({"I1": "0.5200000001"}, INVERTED),
+        ({"I1": "5"}, INVERTED),
+        ({"I1": "0.28"}, UPRIGHT),  # gamma = 1 - alpha exactly
+        ({"I1": "0.2799999999"}, UPRIGHT),
+        ({"I1": "0.2"}, UPRIGHT),
+    ],
+)
+@pytest.mark.parametrize("mu", [None, Fraction(1)])
+def test_where_no_spin_is_marginal(changes: dict[str, str], side: int, mu: Fraction | None) -> None:
+    found = marginal_spin(top(**changes), side, 30, own_context(40), mu)
+    assert (found.exists, found.spin) == (False, None)
+    verb = "grow" if side == INVERTED else "decay"
+    assert f"perturbations {verb} at every omega_3^2 R/g" in found.reason
+
+
+def test_what_is_too_fine_is_left_undecided() -> None:
+    found = marginal_spin(top(alpha="1e-100"), INVERTED, 20, own_context(30))
+    assert (found.exists, found.spin) == (None, None)
+    assert "not searched" in found.reason
+
+
+@SIDES
+def test_upright_loses_and_inverted_gains_stability_with_spin(side: int) -> None:
+    """The sign that names the two thresholds: lambda_up is the upright one, lambda_thres not."""
+    context = own_context(50)
+    body = top().dimensionless(context, rounding_to(context))
+    spin = marginal_spin(top(), side, 20, context).spin
+    for factor, grows in (("0.99", side == INVERTED), ("1.01", side == UPRIGHT)):
+        omega_3 = spin * context.mpf(factor) / _unit(context) / body.I3
+        # omega_3 = 1 with gravity 1/omega_3^2, and the friction coefficient scaled alike.
+        gravity = 1 / omega_3**2
+        numbers = Parameters(1, 1, body.alpha, body.I1, body.I3, gravity, body.mu * omega_3)
+        matrix = linearised(numbers, side, context.mpf(10) ** -15, context)
+        fastest = eigenvalues(matrix, context.mpf(10) ** -28, context)[0]
+        assert (fastest.sign() > 0) is grows
+
+
+def _unit(context: Any) -> Any:
+    """m R^2 sqrt(g/R) of the top in kg m^2/s."""
+    m, R, g = (context.mpf(RATIOS[name]) for name in ("m", "R", "g"))
+    return m * R**2 * context.sqrt(g / R)
+
+
+@SIDES
+def test_a_spoiled_equation_moves_the_threshold(side: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The torque on the axis off by 1e-30 of itself: the last digits no longer agree."""
+    rates: Callable[..., NewtonState] = newton.rates
+
+    def spoiled(body: Parameters, state: NewtonState, fn: Any = None) -> NewtonState:
+        rate = rates(body, state, fn)
+        return rate._replace(Lx=rate.Lx + rate.Lx / 10**30, Ly=rate.Ly + rate.Ly / 10**30)
+
+    monkeypatch.setattr(newton, "rates", spoiled)
+    context = own_context(60)
+    found = marginal_spin(top(), side, 45, context)
+    assert 25 <= agreed_digits(found.spin, expected(top(), side, context), 60, context) <= 31
+
+
+def test_fineness_grows_with_the_digits_of_the_parameters() -> None:
+    assert fineness(top()) < fineness(top(alpha="0.3000000000000001"))
+    assert fineness(top()) < fineness(top(), Fraction(1, 10**20))

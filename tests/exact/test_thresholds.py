@@ -1,0 +1,247 @@
+"""Thresholds of a scene: two determinations each, and what happens where there are none."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+
+from tt_precise.body import TippeTop
+from tt_precise.errors import InputError
+from tt_precise.exact import thresholds as module
+from tt_precise.exact.stability import Crossing
+from tt_precise.exact.thresholds import Thresholds, thresholds
+from tt_precise.mechanics import euler, quantities
+from tt_precise.mechanics import thresholds as formulas
+from tt_precise.scene import Inclination, Scene, load_scene
+
+NAMES = ["lambda", "lambda_thres", "lambda_up", "D0", "D1", "E0", "E1", "gamma", "sigma"]
+
+
+def with_body(**changes: str) -> Scene:
+    scene = load_scene("reference")
+    ratios = {
+        "m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82",
+        "mu": "0.3",
+    }  # fmt: skip
+    return replace(scene, body=TippeTop.from_ratios(**(ratios | changes)))
+
+
+def with_start(scene: str = "reference", **changes: Any) -> Scene:
+    loaded = load_scene(scene)
+    return replace(loaded, start=replace(loaded.start, **changes))
+
+
+@pytest.fixture(scope="module")
+def reference() -> Thresholds:
+    return thresholds(load_scene("reference"))
+
+
+def test_all_digits_agree_in_the_reference_scene(reference: Thresholds) -> None:
+    assert list(reference.quantities) == NAMES
+    assert {name: one.digits_agreed for name, one in reference.quantities.items()} == dict.fromkeys(
+        NAMES, 50
+    )
+    assert not any(one.reason for one in reference.quantities.values())
+    assert reference.inverts is True
+
+
+def test_values_are_what_the_printed_formulas_give(reference: Thresholds) -> None:
+    """Computed here from the numbers of section 2.1, in mpmath's global context."""
+    with mpmath.workdps(60):
+        m, R, alpha, g = map(mpmath.mpf, ("0.02", "0.02", "0.3", "9.82"))
+        I3 = mpmath.mpf(2) / 5 * m * R**2
+        gamma = mpmath.mpf(131) / 140
+        scale = mpmath.sqrt(m * g * R**3 * alpha * I3)
+        start = R * (-I3 * 155 * (alpha - mpmath.cos(mpmath.mpf("0.1"))))
+        expected = {
+            "lambda": start,
+            "lambda_thres": scale * (1 + alpha) ** 2 / mpmath.sqrt(1 + alpha - gamma),
+            "lambda_up": scale * (1 - alpha) ** 2 / mpmath.sqrt(alpha + gamma - 1),
+            "E0": start**2 / (2 * R**2 * I3 * (1 - alpha) ** 2) + m * g * R * (1 - alpha),
+            "E1": start**2 / (2 * R**2 * I3 * (1 + alpha) ** 2) + m * g * R * (1 + alpha),
+            "gamma": gamma,
+            "sigma": mpmath.mpf(5) / 2,
+        }
+        for name, value in expected.items():
+            found = mpmath.mpf(reference.to_json()["quantities"][name]["value"])
+            assert abs(found / value - 1) < mpmath.mpf(10) ** -48, name
+
+
+def test_two_hundred_digits() -> None:
+    found = thresholds(load_scene("reference"), 200)
+    assert {one.digits_agreed for one in found.quantities.values()} == {200}
+    text = found.to_json()["quantities"]["lambda_thres"]["value"]
+    assert len(text.lstrip("0.").replace(".", "")) >= 200
+    shorter = thresholds(load_scene("reference"), 30).to_json()["quantities"]["lambda_thres"]
+    assert text.startswith(shorter["value"][:-2])
+
+
+def test_json_is_plain(reference: Thresholds) -> None:
+    found = json.loads(json.dumps(reference.to_json()))
+    assert list(found["quantities"]) == NAMES
+    for one in found["quantities"].values():
+        assert {"value", "independent", "digits_agreed", "how"} <= set(one)
+        assert isinstance(one["value"], str)
+        assert isinstance(one["digits_agreed"], int)
+    assert found["inverts"] is True
+    assert "Theorem 1.1" in found["inverts_reason"]
+
+
+@pytest.mark.parametrize("scene", ["rolling", "frictionless", "upright", "inverted"])
+def test_other_scenes_agree_too(scene: str) -> None:
+    found = thresholds(load_scene(scene), 40)
+    assert {one.digits_agreed for one in found.quantities.values()} == {40}
+    borrowed = "an auxiliary mu = 1 s/m" in found.quantities["lambda_thres"].how
+    assert borrowed is (scene in ("rolling", "frictionless"))
+    assert found.inverts is (False if scene == "upright" else None)
+
+
+def test_precession_and_gliding_at_the_start_are_counted() -> None:
+    found = thresholds(load_scene("phi-dot-195"), 40)
+    assert {one.digits_agreed for one in found.quantities.values()} == {40}
+    still = thresholds(load_scene("reference"), 40)
+    assert found.quantities["lambda"].value > still.quantities["lambda"].value
+
+
+def test_lambda_is_accurate_beside_the_inverted_pole() -> None:
+    """Only phi_dot sin^2 theta = 1e-80 phi_dot is left where omega_3 = 0."""
+    theta = Inclination(Fraction(1, 10**40), from_pi=True)
+    scene = with_start(theta=theta, omega_3="0", phi_dot="1")
+    found = thresholds(scene, 50).quantities["lambda"]
+    assert found.digits_agreed == 50
+    body = scene.body
+    assert abs(found.value / float(body.R * body.I1) * 10**80 - 1) < 1e-14
+
+
+def test_upright_never_loses_stability_for_small_gamma() -> None:
+    found = thresholds(with_body(I1="0.28"), 30)
+    up = found.quantities["lambda_up"]
+    assert (up.value, up.independent, up.digits_agreed) == (None, None, None)
+    assert "the formula needs gamma > 1 - alpha" in up.reason
+    assert "perturbations decay at every" in up.reason
+    assert found.quantities["lambda_thres"].digits_agreed == 30
+    assert found.inverts is None
+    assert found.to_json()["quantities"]["lambda_up"]["value"] is None
+
+
+def test_inverted_never_gains_stability_for_large_gamma() -> None:
+    found = thresholds(with_body(I1="0.53"), 30)
+    thres = found.quantities["lambda_thres"]
+    assert (thres.value, thres.independent, thres.digits_agreed) == (None, None, None)
+    assert "perturbations grow at every" in thres.reason
+    assert found.inverts is False
+
+
+def test_extreme_friction_falls_back_on_an_auxiliary_one() -> None:
+    found = thresholds(with_body(mu="1e-300"), 30).quantities["lambda_thres"]
+    assert found.digits_agreed == 30
+    assert "the scene's own mu" not in found.how
+    assert "not searched" in found.reason
+
+
+def test_what_cannot_be_searched_does_not_claim_digits() -> None:
+    found = thresholds(with_body(alpha="1e-100"), 30).quantities["lambda_thres"]
+    assert found.value is not None
+    assert found.independent is None
+    assert found.digits_agreed == 0
+
+
+def test_the_mirror_image_has_the_same_thresholds_and_verdict(reference: Thresholds) -> None:
+    found = thresholds(with_start(omega_3="-155"), 50)
+    for name, one in found.quantities.items():
+        sign = -1 if name in ("lambda", "D0", "D1") else 1
+        assert one.digits_agreed == 50
+        assert abs(one.value - sign * reference.quantities[name].value) < mpmath.mpf(10) ** -55
+    assert found.inverts is True
+
+
+Spoil = Callable[[pytest.MonkeyPatch], None]
+
+
+def _scaled(target: Any, name: str) -> Spoil:
+    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
+        original = getattr(target, name)
+
+        def spoiled(*given: Any) -> Any:
+            value = original(*given)
+            return value + value / 10**30
+
+        monkeypatch.setattr(target, name, spoiled)
+
+    return spoil
+
+
+def _quantity(name: str) -> Spoil:
+    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
+        original = quantities.QUANTITIES[name]
+
+        def spoiled(q: Any) -> Any:
+            value = original.evaluate(q)
+            return value + value / 10**30
+
+        monkeypatch.setitem(quantities.QUANTITIES, name, replace(original, evaluate=spoiled))
+
+    return spoil
+
+
+def _euler_rate(name: str) -> Spoil:
+    def spoil(monkeypatch: pytest.MonkeyPatch) -> None:
+        original = euler.rates
+
+        def spoiled(*given: Any) -> Any:
+            rate = original(*given)
+            value = getattr(rate, name)
+            return rate._replace(**{name: value + value / 10**30})
+
+        monkeypatch.setattr(euler, "rates", spoiled)
+
+    return spoil
+
+
+@pytest.mark.parametrize(
+    ("spoil", "name"),
+    [
+        (_scaled(euler, "jellett"), "lambda"),
+        (_scaled(formulas, "lambda_thres"), "lambda_thres"),
+        (_scaled(formulas, "lambda_up"), "lambda_up"),
+        (_scaled(formulas, "D0"), "D0"),
+        (_scaled(formulas, "D1"), "D1"),
+        (_scaled(formulas, "E0"), "E0"),
+        (_scaled(formulas, "E1"), "E1"),
+        (_quantity("D"), "D1"),
+        (_quantity("E_tilde"), "E0"),
+        (_euler_rate("phi_dot"), "gamma"),
+        (_euler_rate("omega_3"), "sigma"),
+    ],
+)
+def test_a_difference_in_the_30th_digit_is_seen(
+    spoil: Spoil, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not name.startswith("lambda_"):  # the search takes time and is not what is spoiled
+        monkeypatch.setattr(module, "marginal_spin", lambda *given: Crossing(None))
+    assert thresholds(load_scene("reference"), 40).quantities[name].digits_agreed == 40
+    spoil(monkeypatch)
+    found = thresholds(load_scene("reference"), 40).quantities[name].digits_agreed
+    assert found in (29, 30)
+
+
+@pytest.mark.parametrize("digits", [0, -3, 1.5, "50", 5000])
+def test_refuses_digits(digits: Any) -> None:
+    with pytest.raises(InputError, match="digits: got"):
+        thresholds(load_scene("reference"), digits)
+
+
+def test_import_is_light() -> None:
+    code = (
+        "import sys, tt_precise.exact.thresholds, tt_precise.exact.jellett; "
+        "print(sorted({'heyoka', 'sympy', 'pandas', 'numpy', 'matplotlib'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+    assert module.__doc__

@@ -1,0 +1,50 @@
+"""What each scene conserves, and how drift is measured."""
+
+import dataclasses
+from typing import Any
+
+import pytest
+
+from tt_precise.body import TippeTop
+from tt_precise.mechanics.conserved import INTEGRALS, conserved, drift
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.scene import load_scene
+
+
+@pytest.mark.parametrize(
+    ("scene", "names"),
+    [
+        ("reference", {"jellett", "axis_norm"}),
+        ("rolling", {"jellett", "axis_norm", "energy", "routh", "modified_energy"}),
+        (
+            "frictionless",
+            {
+                "jellett", "axis_norm", "energy", "spin", "vertical_angular_momentum",
+                "momentum_x", "momentum_y",
+            },
+        ),
+    ],
+)  # fmt: skip
+def test_conserved_by_the_scene(scene: str, names: set[str]) -> None:
+    assert {integral.name for integral in conserved(load_scene(scene))} == names
+
+
+def test_drift_is_relative_to_the_start(body: TippeTop, mp: Any, rounded: Any) -> None:
+    numbers = body.numbers(rounded)
+    first = NewtonState(*map(mp.mpf, (0, 0, 1, 0, 0, 2, 0, 0)))
+    later = first._replace(Lz=mp.mpf("2.5"))
+    motions = [Motion(numbers, state, mp) for state in (first, later, first)]
+    still, changed, back = drift(INTEGRALS["jellett"], motions)
+    assert still == back == 0
+    assert abs(changed - mp.mpf("0.25")) < 4 * mp.eps
+
+
+def test_an_integral_that_starts_at_zero_has_a_scale(body: TippeTop, mp: Any, rounded: Any) -> None:
+    numbers = dataclasses.replace(body.numbers(rounded), mu=mp.mpf(0))
+    first = NewtonState(*map(mp.mpf, (0, 0, 1, 0, 0, 2, 0, 0)))
+    moved = first._replace(vx=mp.mpf("1e-10"))
+    found = drift(INTEGRALS["momentum_x"], [Motion(numbers, one, mp) for one in (first, moved)])
+    scale = numbers.m * numbers.R * 2 / numbers.I3
+    assert abs(found[1] - numbers.m * mp.mpf("1e-10") / scale) < 10 * mp.eps
+    assert found[0] == 0

@@ -1,0 +1,76 @@
+"""Formulations: one motion told in four ways."""
+
+import dataclasses
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from tt_precise.body import TippeTop
+from tt_precise.errors import InputError
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import FORMULATIONS, STATE_DIMENSIONS, formulation
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+
+Round = Callable[[Fraction], Any]
+EVERY = pytest.mark.parametrize(
+    "form", FORMULATIONS.values(), ids=lambda f: f"{f.model}-{f.coordinates}"
+)
+START = EulerState(*(Fraction(n, 10) for n in (9, 21, -13, 34, 5, -8)))
+
+
+def beginning(form: Any, body: TippeTop, mp: Any, rounded: Round) -> Any:
+    """The same start in the coordinates of ``form``."""
+    given = START if form.model == "gliding" else START._replace(nu_x=Fraction(0), nu_y=Fraction(0))
+    euler = EulerState(*map(rounded, given))
+    numbers = body.numbers(rounded)
+    return form.start(vectors_from_euler(numbers, euler, mp), euler)
+
+
+@EVERY
+def test_state_has_its_columns_and_dimensions(
+    form: Any, body: TippeTop, mp: Any, rounded: Round
+) -> None:
+    state = beginning(form, body, mp, rounded)
+    assert tuple(state._fields) == form.columns
+    assert set(form.columns) <= set(STATE_DIMENSIONS)
+    rate = form.rates(body.numbers(rounded), state, mp)
+    assert rate._fields == state._fields
+
+
+@pytest.mark.parametrize("model", ["gliding", "rolling"])
+def test_coordinates_tell_the_same_motion(
+    model: str, body: TippeTop, mp: Any, rounded: Round
+) -> None:
+    """Every quantity of the start is equal, whichever way it is told."""
+    numbers = body.numbers(rounded)
+    newton, euler = (
+        form.motion(numbers, beginning(form, body, mp, rounded), mp)
+        for form in (formulation(model, "newton"), formulation(model, "euler"))
+    )
+    for name, quantity in QUANTITIES.items():
+        one, other = quantity.evaluate(newton), quantity.evaluate(euler)
+        assert abs(one - other) <= mp.mpf(10) ** -55 * max(1, abs(one)), name
+    assert isinstance(newton, Motion)
+    assert newton.model == euler.model == model
+
+
+@EVERY
+def test_equations_use_the_listed_parameters_only(
+    form: Any, body: TippeTop, mp: Any, rounded: Round
+) -> None:
+    """Dimensionless: m = R = g = 1; the others are listed, and each listed one matters."""
+    small = body.dimensionless(mp, rounded)
+    state = beginning(form, body, mp, rounded)
+    truth = form.rates(small, state, mp)
+    for name in ("alpha", "I1", "I3", "mu"):
+        changed = dataclasses.replace(small, **{name: getattr(small, name) * mp.mpf("1.1")})
+        assert (form.rates(changed, state, mp) != truth) is (name in form.parameters), name
+
+
+@pytest.mark.parametrize("coordinates", ["Newton", "", "quaternion"])
+def test_refuses_unknown_coordinates(coordinates: str) -> None:
+    with pytest.raises(InputError, match="expected one of: newton, euler"):
+        formulation("gliding", coordinates)

@@ -1,0 +1,148 @@
+"""The gliding top as vectors: exact answers in rational arithmetic."""
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from tt_precise.body import Parameters, TippeTop
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.vectors import cross, dot, scaled, subtracted
+
+RATIOS = [(3, 4), (5, 12), (-8, 15), (20, 21)]
+
+
+def leaning(state: Any = (0, 0, 0, 0, 0), rise: int = 4, run: int = 3) -> NewtonState:
+    """The axis at the angle of a Pythagorean triangle, towards X."""
+    root = Fraction(rise**2 + run**2)
+    length = Fraction(int(root**0.5))
+    assert length**2 == root
+    return NewtonState(run / length, Fraction(0), rise / length, *map(Fraction, state))
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("spin", [0, 5, -7])
+def test_vertical_spins_are_steady(body: TippeTop, side: int, spin: int) -> None:
+    state = NewtonState(*map(Fraction, (0, 0, side, 0, 0, spin, 0, 0)))
+    assert not any(newton.rates(body, state))
+    assert newton.normal_force(body, state) == body.m * body.g
+
+
+def test_a_tilted_spin_is_not_steady(body: TippeTop) -> None:
+    assert any(newton.rates(body, leaning((0, 0, 5, 0, 0))))
+
+
+@pytest.mark.parametrize(("run", "rise"), RATIOS)
+def test_normal_force_on_a_top_let_go(body: TippeTop, run: int, rise: int) -> None:
+    """g_n = m g I1/(I1 + m R^2 alpha^2 sin^2 theta): the table yields as the top starts to fall."""
+    state = leaning(run=run, rise=rise)
+    give = body.m * (body.R * body.alpha * state.kx) ** 2 / body.I1
+    assert newton.normal_force(body, state) == body.m * body.g / (1 + give)
+
+
+@pytest.mark.parametrize(("run", "rise"), RATIOS)
+def test_gravity_rights_a_top_let_go(body: TippeTop, run: int, rise: int) -> None:
+    """Torque R alpha sin theta g_n about -Y: the centre of mass swings below the centre."""
+    state = leaning(run=run, rise=rise)
+    rate = newton.rates(body, state)
+    moment = body.R * body.alpha * state.kx * newton.normal_force(body, state)
+    assert (rate.Lx, rate.Ly, rate.Lz) == (0, -moment, 0)
+    assert (rate.kx, rate.ky, rate.kz) == (0, 0, 0)
+
+
+def test_a_centred_ball_slides_to_rest() -> None:
+    """alpha = 0, I1 = I3 = I: v_dot = -mu g (1 + m R^2/I) v, whatever the spin."""
+    m, R, inertia, g, mu = (Fraction(n, 7) for n in (3, 5, 2, 68, 4))
+    ball = Parameters(m, R, Fraction(0), inertia, inertia, g, mu)
+    state = leaning((2, -3, 5, 7, -11))
+    rate = newton.rates(ball, state)
+    assert newton.normal_force(ball, state) == m * g
+    slowing = -mu * g * (1 + m * R * R / inertia)
+    assert (rate.vx, rate.vy) == (slowing * 7, slowing * -11)
+    assert (rate.Lx, rate.Ly, rate.Lz) == (-R * mu * m * g * -11, R * mu * m * g * 7, 0)
+
+
+def test_gyroscopic_axis(body: TippeTop) -> None:
+    """L along k leaves the axis where it is; L along z precesses it at |L|/I1."""
+    state = leaning((0, 0, 0, 0, 0))
+    along = state._replace(Lx=2 * state.kx, Lz=2 * state.kz)
+    assert newton.axis_rate(body, along) == (0, 0, 0)
+    about_z = state._replace(Lz=Fraction(2))
+    assert newton.axis_rate(body, about_z) == (0, 2 * state.kx / body.I1, 0)
+
+
+def test_spin_response_inverts_the_inertia(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
+    for state in vector_states:
+        omega = newton.angular_velocity(body, state)
+        across = subtracted(omega, scaled(dot(omega, state.k), state.k))
+        along = scaled(dot(omega, state.k), state.k)
+        L = [body.I1 * p + body.I3 * q for p, q in zip(across, along, strict=True)]
+        assert tuple(L) == state.L
+        wrong = [body.I1 * (p + q) for p, q in zip(across, along, strict=True)]
+        assert tuple(wrong) != state.L
+
+
+def test_axis_moves_as_the_body_turns(body: TippeTop, vector_states: list[NewtonState]) -> None:
+    """k_dot = L x k/I1 = omega x k, orthogonal to k; eq (1)."""
+    for state in vector_states:
+        k_dot = newton.axis_rate(body, state)
+        assert k_dot == cross(newton.angular_velocity(body, state), state.k)
+        assert dot(k_dot, state.k) == 0
+
+
+def test_contact_does_not_accelerate_into_the_table(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
+    for state in vector_states:
+        free, forced = newton.contact_acceleration_terms(body, state)
+        g_n = newton.normal_force(body, state)
+        assert free[2] + g_n * forced[2] == 0
+        assert free[2] + (g_n + Fraction(1, 10**40)) * forced[2] != 0
+
+
+def test_denominator_is_singular_where_eq_7_says(body: TippeTop) -> None:
+    """At theta = pi/2: I1 + m R^2 alpha (alpha - mu nu_x) = 0."""
+    lever = body.m * body.R**2 * body.alpha
+    nu_x = (body.I1 / lever + body.alpha) / body.mu
+    state = NewtonState(*map(Fraction, (1, 0, 0, 0, 0, 0, nu_x, 0)))
+    _, denominator = newton.contact_terms(body, state)
+    assert denominator == 0
+    with pytest.raises(ZeroDivisionError):
+        newton.rates(body, state)
+    assert newton.contact_terms(replace(body, mu=body.mu / 2), state)[1] > 0
+
+
+def test_frictionless_top_keeps_its_horizontal_momentum_and_spin(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
+    ice = replace(body, mu=Fraction(0))
+    for state in vector_states:
+        force = newton.contact_force(ice, state)
+        assert force[:2] == (0, 0)
+        assert newton.rates(ice, state).Lz == 0
+        assert newton.rates(body, state).Lz != 0
+
+
+def test_slope_of_the_normal_force_is_its_rate(
+    body: TippeTop, vector_states: list[NewtonState], mp: Any, rounded: Any
+) -> None:
+    numbers = body.numbers(rounded)
+    h = mp.mpf(10) ** -20
+    for exact in vector_states:
+        state = NewtonState(*map(rounded, exact))
+        rate = newton.rates(numbers, state)
+        ahead, behind = (
+            newton.normal_force(
+                numbers, NewtonState(*(x + sign * h * r for x, r in zip(state, rate, strict=True)))
+            )
+            for sign in (1, -1)
+        )
+        slope = (ahead - behind) / (2 * h) * newton.contact_terms(numbers, state)[1]
+        found = newton.normal_force_slope(numbers, state)
+        # Central differences of step 1e-20 err by 1e-40 times a third derivative.
+        assert abs(slope - found) < mp.mpf(10) ** -34
+        assert abs(slope - found * (1 + mp.mpf(10) ** -30)) > mp.mpf(10) ** -34

@@ -1,0 +1,234 @@
+"""Quantities: the same number in every arithmetic and every unit, and rates that are rates."""
+
+import cmath
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tt_precise.body import Parameters, TippeTop, Units
+from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.rolling import RollingState
+
+START = EulerState(*(Fraction(n, 10) for n in (9, 21, -13, 34, 5, -8)))
+EVERY = pytest.mark.parametrize("name", QUANTITIES)
+
+
+@pytest.fixture
+def motion(body: TippeTop, mp: Any, rounded: Callable[[Fraction], Any]) -> Motion:
+    """One generic motion in mpmath."""
+    numbers = body.numbers(rounded)
+    vectors = vectors_from_euler(numbers, EulerState(*map(rounded, START)), mp, mp.mpf("0.7"))
+    return Motion(numbers, vectors, mp)
+
+
+@EVERY
+def test_has_meaning_and_unit(name: str) -> None:
+    quantity = QUANTITIES[name]
+    assert quantity.name == name
+    assert len(quantity.meaning) > 5
+    assert quantity.unit
+
+
+@EVERY
+def test_numpy_gives_the_same_number_for_a_whole_trajectory(
+    name: str, body: TippeTop, motion: Motion
+) -> None:
+    evaluate = QUANTITIES[name].evaluate
+    columns = NewtonState(*(np.full(3, float(x)) for x in motion.state))
+    kept = [column.copy() for column in columns]
+    found = evaluate(Motion(body.numbers(float), columns, np))
+    truth = float(evaluate(motion))
+    bound_eps = 500  # some 50 operations whose terms are up to 10 times their sum
+    assert np.shape(found) == (3,)
+    assert np.all(np.abs(found - truth) <= bound_eps * np.finfo(float).eps * abs(truth))
+    assert all(np.array_equal(a, b) for a, b in zip(columns, kept, strict=True))
+
+
+@EVERY
+def test_rolling_motion_in_numpy(name: str, body: TippeTop, motion: Motion) -> None:
+    evaluate = QUANTITIES[name].evaluate
+    exact = motion.state._replace(vx=motion.fn.mpf(0), vy=motion.fn.mpf(0))
+    truth = evaluate(Motion(motion.body, exact, motion.fn, "rolling"))
+    columns = NewtonState(*(np.array([float(x)]) for x in exact))
+    found = evaluate(Motion(body.numbers(float), columns, np, "rolling"))
+    assert abs(np.broadcast_to(found, 1)[0] - float(truth)) <= 1e-13 * max(1, abs(float(truth)))
+
+
+@EVERY
+def test_sympy_gives_the_same_number(
+    name: str, body: TippeTop, vector_states: list[NewtonState], mp: Any, rounded: Any
+) -> None:
+    import sympy
+
+    def rational(value: Fraction) -> Any:
+        return sympy.Rational(value.numerator, value.denominator)
+
+    evaluate, exact = QUANTITIES[name].evaluate, vector_states[0]
+    symbolic = Motion(body.numbers(rational), NewtonState(*map(rational, exact)), sympy)
+    truth = evaluate(Motion(body.numbers(rounded), NewtonState(*map(rounded, exact)), mp))
+    found = mp.mpf(str(sympy.N(evaluate(symbolic), 60)))
+    assert abs(found / truth - 1) < mp.mpf(10) ** -55
+
+
+def test_heyoka_gives_the_same_numbers(body: TippeTop, motion: Motion) -> None:
+    import heyoka
+
+    state = heyoka.make_vars(*NewtonState._fields)
+    symbolic = Motion(body.numbers(float), NewtonState(*state), heyoka)
+    every = [quantity.evaluate(symbolic) for quantity in QUANTITIES.values()]
+    function = heyoka.cfunc([heyoka.expression(0.0) + one for one in every], state)
+    found = function(np.array([float(x) for x in motion.state]))
+    for value, quantity in zip(found, QUANTITIES.values(), strict=True):
+        truth = float(quantity.evaluate(motion))
+        # As for numpy; heyoka may also regroup sums.
+        assert abs(value - truth) <= 500 * np.finfo(float).eps * abs(truth), quantity.name
+
+
+@EVERY
+def test_dimensionless_form_is_si_in_other_units(
+    name: str, body: TippeTop, motion: Motion, rounded: Callable[[Fraction], Any]
+) -> None:
+    mp, quantity = motion.fn, QUANTITIES[name]
+    units = Units.of(body, mp, rounded)
+    small = NewtonState(
+        *(
+            value / units.of_dimension(STATE_DIMENSIONS[key])
+            for key, value in motion.state._asdict().items()
+        )
+    )
+    scaled = quantity.evaluate(Motion(body.dimensionless(mp, rounded), small, mp))
+    truth = quantity.evaluate(motion)
+    back = scaled * units.of_dimension(quantity.dimension)
+    assert abs(back / truth - 1) < mp.mpf(10) ** -55
+    longer = quantity.dimension._replace(length=quantity.dimension.length + 1)
+    assert abs(scaled * units.of_dimension(longer) / truth - 1) > mp.mpf("0.1")
+
+
+RATES = {
+    "E": "E_dot", "E_trans": "E_trans_dot", "E_rot": "E_rot_dot", "E_pot": "E_pot_dot",
+    "E_tilde": "E_tilde_dot", "D": "D_dot", "theta": "theta_dot", "omega_3": "omega_3_dot",
+    "L_z": "tau_z", "lambda": None,
+}  # fmt: skip
+
+
+def slope(name: str, motion: Motion, rates: Any, model: str = "gliding", h_digits: int = 20) -> Any:
+    """Derivative of a quantity along a straight step in the direction of the rates."""
+    h = motion.fn.mpf(10) ** -h_digits
+    ahead, behind = (
+        QUANTITIES[name].evaluate(
+            Motion(
+                motion.body,
+                NewtonState(*(x + sign * h * r for x, r in zip(motion.state, rates, strict=True))),
+                motion.fn,
+                model,
+            )
+        )
+        for sign in (1, -1)
+    )
+    return (ahead - behind) / (2 * h)
+
+
+@pytest.mark.parametrize(("name", "rate"), RATES.items())
+def test_rates_are_derivatives(name: str, rate: str | None, motion: Motion) -> None:
+    mp = motion.fn
+    rates = newton.rates(motion.body, motion.state)
+    truth = QUANTITIES[rate].evaluate(motion) if rate else mp.mpf(0)
+    # Central differences of step 1e-20 err by 1e-40 times a third derivative (up to 1e4).
+    assert abs(slope(name, motion, rates) - truth) < mp.mpf(10) ** -34
+    spoiled = rates._replace(Lz=rates.Lz + mp.mpf(10) ** -30, kz=rates.kz + mp.mpf(10) ** -30)
+    assert abs(slope(name, motion, spoiled) - truth) > mp.mpf(10) ** -33
+
+
+@pytest.mark.parametrize("name", ["lambda", "D", "E_tilde", "E"])
+def test_rolling_keeps_lambda_routh_and_energy(name: str, motion: Motion) -> None:
+    mp = motion.fn
+    rates = NewtonState(*rolling.rates(motion.body, RollingState(*motion.state[:6])), 0, 0)
+    still = Motion(motion.body, motion.state._replace(vx=mp.mpf(0), vy=mp.mpf(0)), mp, "rolling")
+    assert abs(slope(name, still, rates, "rolling")) < mp.mpf(10) ** -34
+    spoiled = rates._replace(Lx=rates.Lx + mp.mpf(10) ** -30)
+    assert abs(slope(name, still, spoiled, "rolling")) > mp.mpf(10) ** -33
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_exact_values_of_a_vertical_spin(
+    side: int, body: TippeTop, mp: Any, rounded: Callable[[Fraction], Any]
+) -> None:
+    numbers, spin = body.numbers(rounded), mp.mpf(3)
+    state = NewtonState(*map(mp.mpf, (0, 0, side, 0, 0, 3, 0, 0)))
+    q = Motion(numbers, state, mp)
+    height = numbers.R * (1 - side * numbers.alpha)
+    energy = spin**2 / (2 * numbers.I3) + numbers.m * numbers.g * height
+    expected = {
+        "lambda": height * spin,
+        "E": energy,
+        "E_tilde": energy,
+        "E_trans": 0,
+        "omega_3": side * spin / numbers.I3,
+        "g_n": numbers.m * numbers.g,
+        "theta": mp.pi * (1 - side) / 2,
+        "L_z": spin,
+        "E_dot": 0,
+        "E_tilde_dot": 0,
+        "D_dot": 0,
+        "omega_3_dot": 0,
+        "gliding_speed": 0,
+    }
+    for name, value in expected.items():
+        found = QUANTITIES[name].evaluate(q)
+        assert abs(found - value) <= 20 * mp.eps * abs(value), name
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@EVERY
+def test_poles(
+    name: str, side: int, body: TippeTop, mp: Any, rounded: Callable[[Fraction], Any]
+) -> None:
+    quantity = QUANTITIES[name]
+    state = NewtonState(*map(mp.mpf, (0, 0, side, 1, 2, 3, 4, 5)))
+    q = Motion(body.numbers(rounded), state, mp)
+    if quantity.pole:
+        assert mp.isfinite(quantity.evaluate(q))
+    else:
+        with pytest.raises(ZeroDivisionError):
+            quantity.evaluate(q)
+
+
+def test_relations_between_quantities(motion: Motion) -> None:
+    value = {name: quantity.evaluate(motion) for name, quantity in QUANTITIES.items()}
+    tiny = motion.fn.mpf(10) ** -56
+    c, s = motion.fn.cos(value["theta"]), motion.fn.sin(value["theta"])
+    assert abs(value["psi_dot"] + value["phi_dot"] * c - value["omega_3"]) < tiny
+    assert abs(value["E_trans"] + value["E_rot"] + value["E_pot"] - value["E"]) < tiny
+    assert abs(value["nu_x"] ** 2 + value["nu_y"] ** 2 - value["gliding_speed"] ** 2) < tiny
+    assert abs(value["E_tilde_main"] - value["E_tilde"]) < tiny
+    body, g_n = motion.body, value["g_n"]
+    friction = body.mu * g_n * value["nu_y"] * body.R
+    # The components that section 2.3 prints.
+    assert abs(value["tau_x"] + (1 - body.alpha * c) * friction) < tiny
+    assert abs(value["tau_z"] + body.alpha * s * friction) < tiny
+    spin = body.I3 * value["omega_3"] - body.I1 * value["phi_dot"] * c
+    assert abs(value["xi"] - spin) < tiny
+    assert abs(value["E_dot"] + body.mu * g_n * value["gliding_speed"] ** 2) < tiny
+
+
+def test_a_motion_may_bring_its_euler_state(motion: Motion) -> None:
+    mp = motion.fn
+    brought = Motion(motion.body, motion.state, mp, euler=motion.euler._replace(nu_x=mp.mpf(42)))
+    assert QUANTITIES["nu_x"].evaluate(brought) == 42
+    assert QUANTITIES["nu_x"].evaluate(motion) != 42
+
+
+def test_complex_numbers_pass_through() -> None:
+    """Nothing compares or branches on numbers: the imaginary part of a complex step survives."""
+    numbers = Parameters(1.0, 1.0, 0.3, 0.37, 0.4, 1.0, 0.2)
+    state = NewtonState(0.6 + 1e-30j, 0.0, 0.8, 0.1, 0.2, 0.3, 0.4, 0.5)
+    found = QUANTITIES["D"].evaluate(Motion(numbers, state, cmath))
+    assert found.imag != 0

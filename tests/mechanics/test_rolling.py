@@ -1,0 +1,83 @@
+"""The rolling limit: exact answers in rational arithmetic."""
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from tt_precise.body import Parameters, TippeTop
+from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.rolling import RollingEulerState, RollingState
+from tt_precise.mechanics.vectors import added, cross, scaled
+
+
+def still(state: NewtonState) -> NewtonState:
+    return state._replace(vx=Fraction(0), vy=Fraction(0))
+
+
+def test_the_constraint_force_stops_the_contact(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
+    """v_A_dot = (part without force) + F/m + spin_response(a x F) x a = 0, exactly."""
+    for state in map(still, vector_states):
+        free, _ = newton.contact_acceleration_terms(body, state)
+
+        def acceleration(force: Any, state: NewtonState = state, free: Any = free) -> Any:
+            a = newton.arm(body, state.k)
+            spin_up = newton.spin_response(body, state.k, cross(a, force))
+            return added(free, scaled(1 / body.m, force), cross(spin_up, a))
+
+        force = rolling.constraint_force(body, state)
+        assert acceleration(force) == (0, 0, 0)
+        assert acceleration(added(force, (0, Fraction(1, 10**40), 0))) != (0, 0, 0)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_vertical_spins_are_steady(body: TippeTop, side: int) -> None:
+    state = RollingState(*map(Fraction, (0, 0, side, 0, 0, 7)))
+    assert not any(rolling.rates(body, state))
+    assert rolling.constraint_force(body, NewtonState(*state, 0, 0)) == (0, 0, body.m * body.g)
+
+
+def test_a_centred_ball_rolls_on() -> None:
+    ball = Parameters(*(Fraction(n) for n in (3, 2, 0, 5, 5, 10, 1)))
+    state = RollingState(*map(Fraction, (0, 1, 0, 3, 4, 5)))
+    assert rolling.constraint_force(ball, NewtonState(*state, 0, 0)) == (0, 0, 30)
+    assert not any(rolling.rates(ball, state)[3:])
+
+
+def test_friction_coefficient_does_not_matter(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
+    state = RollingState(*vector_states[0][:6])
+    assert rolling.rates(body, state) == rolling.rates(replace(body, mu=Fraction(9)), state)
+    assert rolling.rates(body, state) != rolling.rates(replace(body, g=Fraction(9)), state)
+
+
+def test_energy_does_not_change(body: TippeTop, vector_states: list[NewtonState]) -> None:
+    """dE/dt = omega.(a x F) + s_dot.(F - m g z) + m g s_dot.z = (omega x a + s_dot).F = 0."""
+    for state in map(still, vector_states):
+        force = rolling.constraint_force(body, state)
+        a = newton.arm(body, state.k)
+        omega = newton.angular_velocity(body, state)
+        s_dot = scaled(-1, cross(omega, a))
+        torque = cross(a, force)
+        power = sum(p * q for p, q in zip((*omega, *s_dot), (*torque, *force), strict=True))
+        assert power == 0
+        rates = rolling.rates(body, RollingState(*state[:6]))
+        assert rates[3:] == torque
+
+
+def test_upright_top_rocks_at_the_known_frequency(body: TippeTop, mp: Any, rounded: Any) -> None:
+    """Small rocking without spin: theta_ddot = -m g R alpha theta/(I1 + m R^2 (1 - alpha)^2)."""
+    numbers = body.numbers(rounded)
+    tilt = mp.mpf(10) ** -20
+    rate = rolling.euler_rates(numbers, RollingEulerState(tilt, 0, 0, 0), mp)
+    inertia = numbers.I1 + numbers.m * (numbers.R * (1 - numbers.alpha)) ** 2
+    expected = -numbers.m * numbers.g * numbers.R * numbers.alpha * tilt / inertia
+    # The next term is theta^2 = 1e-40 smaller.
+    assert abs(rate.theta_dot / expected - 1) < mp.mpf(10) ** -38
+    assert abs(rate.theta_dot / (expected * (1 + mp.mpf(10) ** -30)) - 1) > mp.mpf(10) ** -38
+    assert (rate.theta, rate.phi_dot, rate.omega_3) == (0, 0, 0)

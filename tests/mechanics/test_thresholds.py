@@ -1,0 +1,90 @@
+"""Threshold formulas: their dimension, their limits, and what the remarks say of them."""
+
+import dataclasses
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from tt_precise.body import Dimension, Parameters, TippeTop, Units
+from tt_precise.mechanics import thresholds
+from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT
+
+Round = Callable[[Fraction], Any]
+
+FORMULAS: dict[str, tuple[Dimension, Callable[[Parameters, Any, Any], Any]]] = {
+    "lambda_thres": (JELLETT, lambda b, x, fn: thresholds.lambda_thres(b, fn)),
+    "lambda_up": (JELLETT, lambda b, x, fn: thresholds.lambda_up(b, fn)),
+    "L0": (ANGULAR_MOMENTUM, lambda b, x, fn: thresholds.L0(b, x)),
+    "L1": (ANGULAR_MOMENTUM, lambda b, x, fn: thresholds.L1(b, x)),
+    "D0": (ANGULAR_MOMENTUM, thresholds.D0),
+    "D1": (ANGULAR_MOMENTUM, thresholds.D1),
+    "E0": (ENERGY, lambda b, x, fn: thresholds.E0(b, x)),
+    "E1": (ENERGY, lambda b, x, fn: thresholds.E1(b, x)),
+    "T_upp": (
+        Dimension(0, 0, 1),
+        lambda b, x, fn: thresholds.T_upp(b, x, thresholds.D0(b, x, fn), fn),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_dimensionless_form_is_si_in_other_units(
+    name: str, body: TippeTop, mp: Any, rounded: Round
+) -> None:
+    dimension, formula = FORMULAS[name]
+    units = Units.of(body, mp, rounded)
+    lambda_ = mp.mpf("1.25")
+    truth = formula(body.numbers(rounded), lambda_, mp)
+    small = formula(body.dimensionless(mp, rounded), lambda_ / units.of_dimension(JELLETT), mp)
+    assert abs(small * units.of_dimension(dimension) / truth - 1) < mp.mpf(10) ** -56
+    wrong = dimension._replace(time=dimension.time + 1)
+    assert abs(small * units.of_dimension(wrong) / truth - 1) > mp.mpf("0.1")
+
+
+def of_gamma(body: TippeTop, gamma: Fraction) -> TippeTop:
+    return dataclasses.replace(body, I1=gamma * body.I3)
+
+
+def both(body: TippeTop, mp: Any, rounded: Round) -> tuple[Any, Any]:
+    numbers = body.numbers(rounded)
+    return thresholds.lambda_thres(numbers, mp), thresholds.lambda_up(numbers, mp)
+
+
+def test_remark_on_the_order_of_the_thresholds(body: TippeTop, mp: Any, rounded: Round) -> None:
+    """lambda_thres > lambda_up for 1 - alpha^2 <= gamma < 1 + alpha, and for somewhat less."""
+    alpha = body.alpha
+    for gamma in (1 - alpha**2, Fraction(1), 1 + alpha - Fraction(1, 10**9)):
+        thres, up = both(of_gamma(body, gamma), mp, rounded)
+        assert thres > up
+    thres, up = both(of_gamma(body, 1 - alpha + Fraction(1, 10**9)), mp, rounded)
+    assert thres < up
+
+
+def test_thresholds_are_equal_at_one_gamma(body: TippeTop, mp: Any, rounded: Round) -> None:
+    """(1 + alpha)^4 (alpha + gamma - 1) = (1 - alpha)^4 (1 + alpha - gamma)."""
+    wide, narrow = (1 + body.alpha) ** 4, (1 - body.alpha) ** 4
+    gamma = (wide * (1 - body.alpha) + narrow * (1 + body.alpha)) / (wide + narrow)
+    thres, up = both(of_gamma(body, gamma), mp, rounded)
+    assert abs(thres / up - 1) < 20 * mp.eps
+    thres, up = both(of_gamma(body, gamma + Fraction(1, 10**40)), mp, rounded)
+    assert abs(thres / up - 1) > mp.mpf(10) ** -41
+
+
+def test_the_spins_have_the_same_lambda(body: TippeTop, mp: Any, rounded: Round) -> None:
+    numbers, lambda_ = body.numbers(rounded), mp.mpf(3)
+    low, high = 1 - numbers.alpha, 1 + numbers.alpha
+    assert abs(thresholds.L0(numbers, lambda_) * numbers.R * low - 3) < 10 * mp.eps
+    assert abs(thresholds.L1(numbers, lambda_) * numbers.R * high - 3) < 10 * mp.eps
+    lost = thresholds.E0(numbers, lambda_) - thresholds.E1(numbers, lambda_)
+    spin = lambda_**2 / (2 * numbers.R**2 * numbers.I3) * (1 / low**2 - 1 / high**2)
+    raised = 2 * numbers.m * numbers.g * numbers.R * numbers.alpha
+    assert abs(lost - (spin - raised)) < mp.mpf(10) ** -55
+
+
+def test_slow_tops_gain_energy_by_inverting(body: TippeTop, mp: Any, rounded: Round) -> None:
+    numbers = body.numbers(rounded)
+    for lambda_, loses in ((mp.mpf(0), False), (mp.mpf(100), True)):
+        lost = thresholds.E0(numbers, lambda_) - thresholds.E1(numbers, lambda_)
+        assert (lost > 0) is loses

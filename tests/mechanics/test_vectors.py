@@ -1,0 +1,39 @@
+"""Vector algebra, exactly."""
+
+import random
+from fractions import Fraction
+
+import pytest
+
+from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled, subtracted
+
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+
+
+def drawn(source: random.Random) -> Vector:
+    x, y, z = (Fraction(source.randint(-99, 99), source.randint(1, 99)) for _ in range(3))
+    return (x, y, z)
+
+
+def test_the_frame_is_right_handed() -> None:
+    assert (cross(X, Y), cross(Y, Z), cross(Z, X)) == (Z, X, Y)
+    assert cross(Y, X) != Z
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_lagrange_and_jacobi(seed: int) -> None:
+    source = random.Random(seed)
+    a, b, c = (drawn(source) for _ in range(3))
+    assert dot(cross(a, b), cross(a, b)) == dot(a, a) * dot(b, b) - dot(a, b) ** 2
+    assert cross(a, cross(b, c)) == subtracted(scaled(dot(a, c), b), scaled(dot(a, b), c))
+    assert dot(a, cross(a, b)) == dot(b, cross(a, b)) == 0
+    assert not any(added(cross(a, cross(b, c)), cross(b, cross(c, a)), cross(c, cross(a, b))))
+    assert any(added(cross(a, cross(b, c)), cross(b, cross(c, a)), cross(c, cross(b, a))))
+
+
+def test_adding_leaves_the_arguments_alone() -> None:
+    a = (1, 2, 3)
+    assert added(a, X, Y) == (2, 3, 3)
+    assert a == (1, 2, 3)
+    assert added(a) == a
+    assert subtracted(a, a) == (0, 0, 0)
