@@ -20,7 +20,6 @@ from tt_precise.claims.verdicts import (
     readings,
     rounds_to,
     statement,
-    with_note,
     within,
     wording,
 )
@@ -145,10 +144,6 @@ def test_misprint_says_what_should_be_read() -> None:
 
 def test_wording_is_untestable() -> None:
     assert wording(NOTE, printed="so").verdict == "untestable"
-
-
-def test_a_note_can_be_lengthened() -> None:
-    assert with_note(judged(TRUE, NOTE), "More.").note == "A note. More."
 
 
 @pytest.mark.parametrize("bad", ["", "1,5", "0x10", "nan", "1.5 s"])

@@ -123,12 +123,6 @@ def least(name: str, scene: SceneLike = "reference") -> Settled:
     return Settled.of(*found)
 
 
-def greatest(name: str, scene: SceneLike = "reference") -> Settled:
-    """The largest value of a quantity over a whole run, with the digits double confirms."""
-    found = [turning_values(name, scene, one)["value"].max() for one in (rough(), "double")]
-    return Settled.of(*found)
-
-
 def weight(scene: SceneLike = "reference") -> Any:
     """m g in N, exact."""
     body = load_scene(scene).body

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 
@@ -226,11 +226,6 @@ def misprint(
 def wording(note: str, *, printed: str, measured: str = "-") -> Finding:
     """Words that no computation can test."""
     return Finding(Verdict.UNTESTABLE, printed, measured, note)
-
-
-def with_note(finding: Finding, more: str) -> Finding:
-    """The same finding with a further sentence in its note."""
-    return replace(finding, note=f"{finding.note} {more}")
 
 
 def _common(checks: Mapping[str, Check]) -> Verdict:

@@ -29,7 +29,7 @@ PRECESSIONS = ("-50", "0", "83", "150")  # rad/s
 )
 def limits_in_the_past(scene: evidence.SceneLike = "reference") -> Finding:
     """Inverting solutions come from the upright spin as t goes to minus infinity."""
-    found, again = past(scene), past(scene, 1e-9)
+    found, again = past(scene), past(scene, 1e-10)
     start = float(load_scene(scene).start.theta.offset)
     end = Settled.of(found.t, again.t)
     how = "contact is made at" if found.contact_lost else "still gliding at"

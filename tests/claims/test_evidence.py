@@ -1,0 +1,57 @@
+"""Shared computations: variants of scenes, settled values, the past, the paper's own way."""
+
+from fractions import Fraction
+
+import pytest
+
+from tt_precise.claims import evidence
+from tt_precise.claims.backwards import past
+from tt_precise.claims.own_way import own_way, state_errors
+from tt_precise.errors import InputError
+from tt_precise.integrate import integrate
+
+SHORT = evidence.variant(until="0.3")
+
+
+def test_a_variant_changes_what_it_names_and_nothing_else() -> None:
+    scene = evidence.variant(mu="0.5", phi_dot="195", until="2")
+    assert scene.body.mu == Fraction(1, 2)
+    assert scene.start.phi_dot == 195
+    assert scene.until == 2
+    assert evidence.variant(scene, mu="0.3", phi_dot="0", until="8") == evidence.variant()
+
+
+def test_a_variant_is_checked_like_a_scene() -> None:
+    with pytest.raises(InputError):
+        evidence.variant(mu="-1")
+
+
+def test_settled_values_agree_with_a_finer_run() -> None:
+    found = evidence.at("theta", "0.25", SHORT)
+    assert found.digits >= 15
+    finer = integrate(SHORT, "mp", bits=160).at("0.25").theta
+    assert abs(found.value - finer) < abs(finer) * 10**-28
+
+
+def test_extrema_are_not_missed_between_samples() -> None:
+    values = evidence.turning_values("g_n", SHORT)["value"]
+    sampled = evidence.sampled(SHORT, ("g_n",), "0.0001")["g_n"]
+    assert values.min() <= sampled.min()
+    assert values.min() == pytest.approx(sampled.min(), rel=1e-4)
+
+
+def test_the_past_leads_back_to_where_it_came_from() -> None:
+    scene = evidence.variant(until="0.1")
+    later = integrate(scene, "double").state
+    text = {name: repr(getattr(later, name)) for name in ("theta_dot", "phi_dot", "omega_3")}
+    text |= {name: repr(getattr(later, name)) for name in ("nu_x", "nu_y")}
+    again = evidence.variant(scene, theta=repr(later.theta), **text)
+    back, origin = past(again), past(scene)
+    assert origin.contact_lost
+    assert back.t == pytest.approx(origin.t - 0.1, abs=1e-7)
+
+
+def test_the_own_way_is_close_and_its_errors_are_seen() -> None:
+    own = own_way(SHORT)
+    assert 1e-13 < own.jellett_drift < 1e-9
+    assert 1e-12 < state_errors(SHORT)["theta"] < 1e-6
