@@ -27,7 +27,8 @@ COMMANDS = {
     "report": "The main job: the precision report.",
 }
 
-DONE, CHECK_FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, CHECK_FAILED, BAD_INPUT = 0, 1, 2
+INTERRUPTED, READER_GONE = 130, 141  # as shells tell SIGINT and SIGPIPE
 
 
 class _Lazy(click.Group):
@@ -67,10 +68,10 @@ def main(argv: list[str] | None = None) -> int:
         return _complain(error.format_message(), BAD_INPUT)
     except InputError as error:
         return _complain(str(error), BAD_INPUT)
-    except BrokenPipeError:
-        # the reader (head, less) has gone; what it wanted it has
-        sys.stderr.close()
-        return DONE
+    except SystemExit:
+        # so click tells that the reader (head, less) has gone; as nobody was told whether all
+        # checks pass, the status must not say so
+        return READER_GONE
     return status if isinstance(status, int) else DONE
 
 

@@ -6,6 +6,8 @@ import json
 
 import click
 
+from tt_precise.errors import InputError
+
 SCHEMA = "tt_precise.events/1"
 
 
@@ -17,6 +19,8 @@ SCHEMA = "tt_precise.events/1"
 def command(scene: str | None, precision: str | None, only: str | None, as_json: bool) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb."""
     if scene is None:
+        if precision or only:
+            raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
     from tt_precise.commands.run import summary
     from tt_precise.integrate import catalogue, integrate

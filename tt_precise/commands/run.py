@@ -63,8 +63,13 @@ def command(
     recorded = set(_split(record) or loaded.record)
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be told as vectors too
+    wanted = _split(columns)
+    # found out now, not after a long integration
     if out is not None:
         _require_writable(Path(out))
+    elif wanted:
+        raise InputError("--columns: got names without --out, expected --out FILE too")
+    _require_columns(wanted)
     with progress_bar(f"integrating {loaded.name}") as progress:
         trajectory = integrate(
             loaded,
@@ -79,7 +84,7 @@ def command(
     if out is not None:
         from tt_precise.files import atomic_write
 
-        frame = trajectory.frame(*_split(columns), numbers="text")
+        frame = trajectory.frame(*wanted, numbers="text")
         atomic_write(out, frame.to_csv(index=False, lineterminator="\n"))
     if as_json:
         click.echo(json.dumps(summary(trajectory), indent=2))
@@ -157,7 +162,16 @@ def _split(names: str | None) -> tuple[str, ...]:
     return tuple(name.strip() for name in (names or "").split(",") if name.strip())
 
 
+def _require_columns(names: tuple[str, ...]) -> None:
+    from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+    from tt_precise.mechanics.quantities import QUANTITIES
+
+    for name in names:
+        if name not in STATE_DIMENSIONS and name not in QUANTITIES:
+            known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES])
+            raise InputError(f"--columns: got {name[:60]!r}, expected any of: {', '.join(known)}")
+
+
 def _require_writable(path: Path) -> None:
-    # found out now, not after a long integration
     if not path.parent.is_dir():
         raise InputError(f"--out: got {path}, expected a file in a folder that exists")

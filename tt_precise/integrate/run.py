@@ -17,7 +17,7 @@ from tt_precise.mechanics.formulations import formulation as formulation_of
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene, load_scene
 
-STEPS_IN_A_PIECE = {"double": 100_000, "extended": 10_000, "quad": 200, "mp": 200}  # about 1 s
+STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}  # 0.2 s or more
 
 
 def integrate(
