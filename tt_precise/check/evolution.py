@@ -8,8 +8,8 @@ that the sampling interval does not matter: what is measured is
 |x(t) - x(0) - integral of rates|, in units of the size of x at the start.
 
 Where rows lie too far apart for the highest order, the interval is left out and counted. From
-the sum of the others, the sum of the quadrature's own doubts is subtracted: a value that remains
-is not the quadrature's. Rows closer together than the equations need are passed over.
+the sum of the others, the doubts of the quadrature and the rounding are subtracted: a value that
+remains is the trajectory's own. Rows closer together than the equations need are passed over.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Evolution:
         with numpy.errstate(all="ignore"):
             mismatch, doubt = self._intervals(stretch, every, ORDERS[0])
             for order in ORDERS[1:]:
-                wanted = numpy.maximum(RESOLVED * steps / (HORIZON * self._time), EPS)
+                wanted = numpy.maximum(RESOLVED * steps / (HORIZON * self._time), 4 * EPS)
                 open_ = every[~(doubt <= wanted)]
                 if not len(open_):
                     break
@@ -132,7 +132,8 @@ class Evolution:
         last, before = abs(best - lower).max(axis=0), abs(lower - lowest).max(axis=0)
         shrinking = numpy.where(before > 0, numpy.minimum(MOST, MARGIN * last / before), MOST)
         change = values[:, ends[1]] - values[:, ends[0]]
-        return change - best, last * shrinking
+        rounding = EPS * abs(best).max(axis=0)
+        return change - best, last * shrinking + rounding
 
     def _functions(self, state: NewtonState, order: int) -> tuple[numpy.ndarray, numpy.ndarray]:
         """Values (functions, rows), and Taylor coefficients of their rates, of every row."""
@@ -170,7 +171,7 @@ class Total:
     def __init__(self, evolution: Evolution, part: str, limit: float):
         self._evolution, self._part, self._limit = evolution, part, limit
         self._sum: Any = 0.0
-        self._doubt = 0.0
+        self._doubt = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self.intervals = self.unresolved = 0
 
     def __call__(self, stretch: Stretch) -> numpy.ndarray:
