@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from tt_precise.claims import evidence
 from tt_precise.claims import reference_series as series
@@ -13,42 +14,45 @@ from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import climb_marks, course, over_time
 from tt_precise.scene import load_scene
 
-SNAPSHOTS = (3.1886, 4.6, 5.2, 5.6, 5.88, 6.1, 6.4, 7.8)  # s
-COLOURS = ("#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#c9b200")
+INSTANTS = (3.2, 4.7, 5.3, 5.75, 6.1, 7.7)  # s; the next maximum of theta is shown
+COLOURS = (style.BLACK, style.BLUE, style.GREEN, style.PURPLE, style.RED, style.ORANGE)
+ABOVE = 6e-3  # J of a well's walls drawn above the level of E~
 MILLI = 1e3
 
 
 @registered
 def deforming_potential() -> Figure:
-    """V over theta at eight instants with E~ there; theta(t) with the minimum of V over time."""
+    """V over theta with E~ at six pairs of turning points; theta(t) and the minimum of V."""
     import numpy
 
     body = load_scene("reference").body.numbers(float)
     lambda_ = float(evidence.thresholds_of().quantities["lambda"].value)
     angles = numpy.linspace(0.002, math.pi - 0.002, 1200)
-    then = series.columns(["theta", "D", "E_tilde"], list(SNAPSHOTS))
     data = course("theta")
-    every = numpy.linspace(0, 8, 161)
-    bottoms = [minima(body, float(D), lambda_) for D in series.columns(["D"], list(every))["D"]]
+    turns = series.turning_points()
+    lows, highs = (
+        turns["t"][turns["name"] == name].to_numpy(dtype=float)
+        for name in ("theta_min", "theta_max")
+    )
+    beyond, bottoms = _bottoms(lows, lambda_)
     with style.panels([3.2, 2.0], shared_time=False) as (drawing, (wells, motion)):
-        for i, (t, colour) in enumerate(zip(SNAPSHOTS, COLOURS, strict=True)):
-            V = effective_potential(body, numpy.cos(angles), then["D"][i], lambda_, numpy)
-            level = then["E_tilde"][i]
-            kept = V < level + 6e-3
-            wells.plot(angles[kept], MILLI * V[kept], color=colour, label=f"{t:.2f} s")
-            inside = angles[V < level]
-            if len(inside):
-                ends = inside[[0, -1]]
-                wells.plot(ends, [MILLI * level] * 2, color=colour, linewidth=0.7)
-            wells.plot(then["theta"][i], MILLI * level, "o", color=colour, markersize=5)
-        wells.set(xlabel=r"$\theta$ (rad)", ylabel="$V$ (mJ)", ylim=(10, 52),
+        for t, colour in zip(INSTANTS, COLOURS, strict=True):
+            high = float(highs[highs > t][0])
+            low = float(lows[lows > high][0])
+            there = series.columns(["theta", "D", "E_tilde"], [high, low])
+            for i, dashes, filling in ((0, "-", colour), (1, "--", "white")):
+                V = effective_potential(body, numpy.cos(angles), there["D"][i], lambda_, numpy)
+                kept = there["E_tilde"][0] + ABOVE > V
+                label = f"{high:.2f} s" if i == 0 else None
+                wells.plot(angles[kept], MILLI * V[kept], dashes, color=colour, label=label)
+                wells.plot(there["theta"][i], MILLI * there["E_tilde"][i], "o", color=colour,
+                           markerfacecolor=filling, markersize=5)  # fmt: skip
+        wells.set(xlabel=r"$\theta$ (rad)", ylabel=r"$V$, $\tilde E$ (mJ)",
                   xticks=[0, math.pi / 2, math.pi])  # fmt: skip
         wells.set_xticklabels(["0", "π/2", "π"])
-        wells.legend(loc="upper right", ncols=2, title="$t$")
+        wells.legend(loc="upper right", ncols=2)
         style.curve(motion, data["t"], data["theta"], r"$\theta(t)$", style.BLUE)
-        lowest = [(t, angle) for t, some in zip(every, bottoms, strict=True) for angle in some]
-        motion.plot(*zip(*lowest, strict=True), ".", color=style.RED, markersize=3,
-                    label="minima of $V$")  # fmt: skip
+        motion.plot(lows, bottoms, ".", color=style.RED, markersize=3, label="minimum of $V$")
         motion.set(ylabel=r"$\theta$ (rad)", yticks=[0, math.pi / 2, math.pi])
         motion.set_yticklabels(["0", "π/2", "π"])
         motion.legend(loc="upper left")
@@ -58,12 +62,28 @@ def deforming_potential() -> Figure:
             "deforming-potential",
             drawing,
             caption="The Main Equation at work. Above: the effective potential V(cos theta, D(t), "
-            "lambda) at eight instants, with the level of E~(t) and, as a dot, theta(t) on it. "
-            "Below: theta(t) oscillates about the minimum of V, which wanders from pole to pole "
-            "as D falls. Bears on the Proposition, on the statement that a particle is reflected "
-            "between the walls of V, and on FIG-10 to FIG-13, QUAL-01, QUAL-08.",
-            alt="Above, eight potential wells in the plane of theta and energy, moving from theta "
-            "near 0 at 41 mJ to theta near pi at 16 mJ, each with a horizontal level and a dot. "
-            "Below, theta against time with the minima of V as a red dotted curve through its "
-            "oscillations.",
+            "lambda) at six maxima of theta (solid) and at the minimum after each (dashed), and "
+            "E~ there as a filled and an open dot. Below: theta(t), and the minimum "
+            f"of V, which wanders from pole to pole as D falls. Between {beyond[0]:.2f} and "
+            f"{beyond[-1]:.2f} s even the minima of theta lie "
+            "beyond that of V: there theta is turned back not by a second wall but by the fall of "
+            "E~, which oscillates as strongly as it does. Bears on the Proposition, on the picture "
+            "of a particle reflected between the walls of V, and on QUAL-01, FIG-10 to FIG-13.",
+            alt="Above, six pairs of potential wells in the plane of theta and energy, moving from "
+            "small theta and high energy to theta near pi and low energy, each with a filled "
+            "dot on its right wall and an open one further down. Below, theta against time with "
+            "the minima of V as red dots, first amid its oscillation, later beneath it.",
         )
+
+
+def _bottoms(lows: Any, lambda_: float) -> tuple[list[float], list[float]]:
+    """The minima of theta that lie beyond the minimum of V, and that minimum at all of them."""
+    body = load_scene("reference").body.numbers(float)
+    there = series.columns(["theta", "D"], list(lows))
+    bottoms = [minima(body, float(D), lambda_) for D in there["D"]]
+    nearest = [
+        min((abs(angle - theta), angle) for angle in some)[1] if some else math.nan
+        for some, theta in zip(bottoms, there["theta"], strict=True)
+    ]
+    pairs = zip(lows, there["theta"], nearest, strict=True)
+    return [float(t) for t, theta, angle in pairs if theta > angle], nearest

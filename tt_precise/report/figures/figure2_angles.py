@@ -37,7 +37,7 @@ def figure_2() -> Figure:
             "QUAL-01 to QUAL-05, QUAL-08, QUAL-26, NUM-08 and NUM-13: theta oscillates about a "
             "logistic curve, and phi_dot reverses from - to + at the first moment but from + to - "
             "at the second.",
-            alt="Three panels over 0 to 8 s: theta rises from 0.1 to pi in an S shape with small "
-            "oscillations; theta_dot oscillates, widest at 5.3 s; phi_dot and psi_dot mirror each "
-            "other with large spikes at the two dashed moments, 3.19 s and 7.83 s.",
+            alt="Three panels over 0 to 8 s: theta rises from near 0 to pi in an S shape with "
+            "small oscillations; theta_dot oscillates, widest before theta passes pi/2; phi_dot "
+            "and psi_dot mirror each other with large spikes at the two dashed moments.",
         )

@@ -45,9 +45,9 @@ def figure_4() -> Figure:
             caption="Figure 4 redrawn, with a magnification of the shaded interval. Bears on "
             "FIG-01 to FIG-05, NUM-20 to NUM-25: the parts add up, E falls monotonously, most of "
             "it is rotational all the time, and E_pot rises only on the average over a nutation.",
-            alt="Energy against time: E and E_rot fall in an S shape from 42 and 38 mJ to 16 and "
-            "11 mJ, E_pot rises from 2.8 to 5.1 mJ, E_trans falls to zero. Two small panels show "
-            "the oscillation of E_pot and E_trans between 5.2 and 5.6 s.",
+            alt="Energy against time: E and E_rot fall in an S shape to less than half, E_pot "
+            "nearly doubles, E_trans falls to zero. Two small panels magnify the oscillation of "
+            "E_pot and E_trans in the shaded interval.",
         )
 
 
@@ -73,10 +73,10 @@ def figure_5() -> Figure:
             "figure-5",
             drawing,
             caption="Figure 5 redrawn (first two panels), and the rate of the rotational energy, "
-            "which the paper does not show (last panel). Bears on FIG-06 to FIG-08: the rate of E_trans is as "
-            "often positive as negative in the climb, and not similar in shape to the rate of E; "
-            "the rate of E_rot is.",
-            alt="Rates of energy against time: the rate of E is negative, down to -26 mW at 5.8 s; "
-            "those of E_trans and E_pot oscillate about zero between 4 and 6.5 s; in the last "
+            "which the paper does not show (last panel). Bears on FIG-06 to FIG-08: the rate of "
+            "E_trans is as often positive as negative in the climb, and not similar in shape to "
+            "the rate of E; the rate of E_rot is.",
+            alt="Rates of energy against time: the rate of E is negative, with a deep trough in "
+            "the climb; those of E_trans and E_pot oscillate about zero there; in the last "
             "panel that of E_rot follows that of E.",
         )

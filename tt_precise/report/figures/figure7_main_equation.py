@@ -47,5 +47,5 @@ def figure_7() -> Figure:
             "in the middle of the climb, but not at every instant.",
             alt="Above, the curve of E~ against D runs from upper right to lower left with loops; "
             "two black dots lie at its ends, two red crosses away from it. Below, D falls from "
-            "0.73 to -0.60 g m^2/s, and E~ oscillates about and above E.",
+            "positive to negative, and E~ oscillates about and above E.",
         )

@@ -44,7 +44,7 @@ def figure_8() -> Figure:
             caption="Figure 8 redrawn: phi_dot(0) = 195 rad/s, everything else as in the reference "
             "start. Bears on FIG-15 and NUM-31 to NUM-34: the solution is smooth until the end of "
             "the climb, where phi_dot reverses as in the reference solution.",
-            alt="Five panels over 0 to 8 s: theta rises smoothly from 0.1 to pi by 4.9 s; "
+            alt="Five panels over 0 to 8 s: theta rises smoothly from near 0 to pi; "
             "theta_dot, nu_x, nu_y and g_n change slowly with tiny ripples; phi_dot falls from 195 "
             "and has spikes at the end of the climb.",
         )

@@ -41,7 +41,7 @@ def axis_at_the_pole() -> Figure:
         panel.plot(0, 0, "+", color=style.BLACK, markersize=14, label="pole")
         panel.set(xlabel="$k_x$ (rad)", ylabel="$k_y$ (rad)", aspect="equal")
         panel.legend(loc="upper left", bbox_to_anchor=(0, -0.13), ncols=2)
-        inset = panel.inset_axes((0.72, 0.72, 0.28, 0.28))
+        inset = panel.inset_axes((0.36, 0.22, 0.27, 0.27))
         inset.plot(1e6 * close["kx"], 1e6 * close["ky"], color=style.PURPLE)
         inset.plot(0, 0, "+", color=style.BLACK, markersize=10)
         inset.set(xlim=(-1e6 * MICRO, 1e6 * MICRO), ylim=(-1e6 * MICRO, 1e6 * MICRO),
@@ -54,12 +54,11 @@ def axis_at_the_pole() -> Figure:
             drawing,
             caption="What the initiation is: the path of the symmetry axis over the unit sphere, "
             f"seen from above, from {BEFORE} s before to {AFTER} s after it passes the pole at "
-            f"{passage:.4f} s. Each loop before turns round beside the pole (phi_dot changes "
-            "sign), each loop after it goes round the pole, which lies inside for the first time. "
+            f"{passage:.4f} s. Each loop before that leaves the pole outside, so that phi_dot "
+            "changes sign; each loop after it goes round the pole, and phi_dot stays positive. "
             f"The nearest distance, {least:.0f} µrad, is a matter of chance, and so is the height "
             "of the spike of phi_dot. Bears on QUAL-03, QUAL-04, QUAL-17, QUAL-18, NUM-04.",
-            alt="A rosette of loops about the origin. The inner ends of the loops approach the "
-            "pole, pass it, and recede; red dots mark inner ends before the passage, green dots "
-            "those after it. An inset shows the path passing 200 millionths of a radian from the "
-            "pole.",
+            alt="A spiral of growing loops beside the origin. Their nearest points move towards "
+            "the pole and over it: red dots before the passage, with the pole outside the loops, "
+            "green dots after it, with the pole inside. An inset magnifies the passage.",
         )

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-DEFINITIONS = {"A": (style.BLUE, "o"), "B": (style.ORANGE, "s"), "C": (style.GREEN, "^")}
+DEFINITIONS = {"A": (style.BLUE, "-"), "B": (style.ORANGE, "--"), "C": (style.GREEN, ":")}
 PANELS = (
     ("t_init", r"$t_{\theta\approx0}$ (s)"),
     ("t_end", r"$t_{\theta\approx\pi}$ (s)"),
@@ -26,7 +26,7 @@ def times_by_precession() -> Figure:
     """t_init, t_end and climbing time against phi_dot(0), definitions A, B and C."""
     names = ("phi_dot", "phi_dot near the peak", "phi_dot near the end")
     rows, lost = _rows(names, "phi_dot")
-    peak = rows.loc[rows["t_init_A"].idxmax()]
+    peak = rows.sort_values("t_init_A", na_position="first").iloc[-1]
     with style.panels([1.9, 1.9, 1.9]) as (drawing, axes):
         _draw(axes, rows, "phi_dot", lost)
         axes[-1].set_xlabel(r"$\dot\varphi(0)$ (rad/s)")
@@ -56,7 +56,8 @@ def times_by_inclination() -> Figure:
             drawing,
             caption=f"{len(rows)} starts that differ from the reference start in theta(0) alone "
             "(omega_3(0) = 155 rad/s, so lambda falls with cos(theta)). Bears on SWP-15 to SWP-17: "
-            f"how the climbing time depends on theta(0). Shaded: {LOST}, as in the figure before.",
+            f"how the climbing time depends on theta(0). Shaded: {LOST}, as in the figure before. "
+            f"Gaps: no such time within {section22.UNTIL} s.",
             alt="Three panels against theta(0) from 0.01 to 1 rad: initiation time, ending time "
             "and climbing time in three definitions.",
         )
@@ -82,14 +83,15 @@ def _rows(names: tuple[str, ...], x: str) -> tuple[pandas.DataFrame, list[tuple[
 
 def _draw(axes: list[Axes], rows: Any, x: str, lost: list[tuple[float, float]]) -> None:
     for panel, (name, label) in zip(axes, PANELS, strict=True):
-        for definition, (colour, mark) in reversed(DEFINITIONS.items()):
+        for definition, (colour, dashes) in DEFINITIONS.items():
+            # gaps where a time does not exist; a curve is not drawn across them
             panel.plot(
-                rows[x], rows[f"{name}_{definition}"], mark, color=colour, markersize=1.8,
-                markeredgewidth=0, label=definition, rasterized=False,
+                rows[x], rows[f"{name}_{definition}"], dashes, color=colour, linewidth=1.1,
+                label=definition,
             )  # fmt: skip
         for span in lost:
             panel.axvspan(*span, color="#e9e9e9", linewidth=0, zorder=0)
         panel.set_ylabel(label)
-        panel.set_ylim(0, None)
-    axes[0].legend(loc="upper right", title="definition", markerscale=3, ncols=3)
+    axes[0].set_ylim(0, None)
+    style.legend(axes[0], title="definition")
     axes[-1].set_xlim(rows[x].min(), rows[x].max())

@@ -10,6 +10,7 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.report.document import Figure
@@ -23,7 +24,7 @@ SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
 WIDTH = 5.6  # inches
 BINS = 700  # of time across a panel; each keeps its first, least, greatest and last value
 DECIMALS = 2  # of a point (1/72 inch) in paths
-_SETTINGS: dict[str, Any] = {
+_SETTINGS: Any = {
     "font.size": 10,
     "axes.titlesize": 10,
     "axes.titlelocation": "left",
@@ -109,9 +110,9 @@ def thinned(times: Any, values: Any, bins: int = BINS) -> Any:
         return numpy.arange(len(times))
     places = (times - times[0]) / (times[-1] - times[0])
     spans = numpy.minimum((bins * places).astype(int), bins - 1)
-    edges = numpy.flatnonzero(numpy.diff(spans, prepend=-1, append=bins))
+    edges = numpy.flatnonzero(numpy.diff(spans, prepend=-1, append=bins)).tolist()
     kept = {0, len(times) - 1}
-    for begin, end in zip(edges, edges[1:], strict=False):
+    for begin, end in pairwise(edges):
         piece = values[begin:end]
         kept |= {begin, begin + int(piece.argmin()), begin + int(piece.argmax()), end - 1}
     return numpy.array(sorted(kept))
@@ -139,5 +140,5 @@ def legend(axes: Axes, **place: Any) -> None:
     """A legend in one row above the panel, where it hides nothing."""
     axes.legend(
         loc="lower right", bbox_to_anchor=(1, 1), ncols=4, borderaxespad=0.1,
-        handlelength=1.4, columnspacing=1.0, **place,
+        handlelength=1.8, columnspacing=1.0, **place,
     )  # fmt: skip

@@ -1,0 +1,81 @@
+"""The report's figures: complete, small, and bound to statements of the paper that exist."""
+
+import re
+from xml.etree import ElementTree
+
+import pytest
+
+from tt_precise.claims import claims
+from tt_precise.report.document import Figure
+from tt_precise.report.figures import (
+    all_figures,
+    effective_potential,
+    figure2_angles,
+    figure7_main_equation,
+    pole_passage,
+    starts,
+)
+
+LARGEST = 300_000  # characters of SVG
+EXPECTED = {
+    *(f"figure-{n}" for n in range(2, 9)),
+    "axis-at-the-pole", "deforming-potential", "jellett-drift", "times-by-inclination",
+    "times-by-precession",
+}  # fmt: skip
+CLAIM = re.compile(r"\b(?:EQ|TH|NUM|QUAL|FIG|SWP|SUM|NT)-\d\d\b")
+
+
+def problems(figure: Figure) -> list[str]:
+    """What is wrong with a figure."""
+    found = []
+    if not ElementTree.fromstring(figure.svg).tag.endswith("svg"):
+        found.append("no svg")
+    if len(figure.svg) > LARGEST:
+        found.append(f"{len(figure.svg)} characters")
+    if not figure.alt or "nan" in figure.caption:
+        found.append("alt or caption incomplete")
+    named = CLAIM.findall(figure.caption)
+    if not named or not set(named) <= set(claims()):
+        found.append(f"bears on {named}")
+    return found
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        figure2_angles.figure_2,
+        figure7_main_equation.figure_7,
+        effective_potential.deforming_potential,
+        pole_passage.axis_at_the_pole,
+        starts.times_by_precession,
+        starts.times_by_inclination,
+    ],
+)
+def test_figure_is_complete(draw: object) -> None:
+    assert callable(draw)
+    assert problems(draw()) == []
+
+
+def test_problems_are_found() -> None:
+    good = pole_passage.axis_at_the_pole()
+    assert good is not None
+    bad = Figure("x", "Bears on FIG-99, nan.", good.svg + " " * LARGEST, "")
+    assert len(problems(bad)) == 3
+
+
+def test_the_spike_is_drawn() -> None:
+    """The tallest mark of phi_dot in Figure 2 stands in its caption, above any sampled maximum."""
+    figure = figure2_angles.figure_2()
+    assert figure is not None
+    height = re.search(r"spike of ([\d,]+) rad/s", figure.caption)
+    assert height
+    assert int(height[1].replace(",", "")) > 40_000
+
+
+@pytest.mark.slow
+def test_all_figures() -> None:
+    figures = all_figures()
+    assert {figure.name for figure in figures} == EXPECTED
+    assert [problem for figure in figures for problem in problems(figure)] == []
+    ids = [id for figure in figures for id in re.findall(r'\bid="([^"]*)"', figure.svg)]
+    assert len(ids) == len(set(ids))

@@ -1,0 +1,64 @@
+"""The common look: thinning that keeps extrema, SVG that is the same twice and has its own ids."""
+
+import re
+from xml.etree import ElementTree
+
+import numpy
+
+from tt_precise.report.figures import style
+
+TIMES = numpy.linspace(0, 8, 100_001)
+VALUES = numpy.sin(40 * TIMES)
+VALUES[61_803] = 1e4  # a spike of one sample
+
+
+def drawn(name: str) -> str:
+    with style.panels([1.0, 1.0]) as (drawing, axes):
+        style.curve(axes[0], TIMES, VALUES, "a", style.BLUE)
+        axes[1].fill_between([0, 8], [0, 1], color=style.RED)
+        style.moments(axes, {"here": 3.0})
+        style.legend(axes[0])
+        return style.svg_text(name, drawing)
+
+
+def test_thinning_keeps_every_extremum() -> None:
+    kept = style.thinned(TIMES, VALUES)
+    assert len(kept) <= 4 * style.BINS
+    assert kept[0] == 0
+    assert kept[-1] == len(TIMES) - 1
+    assert VALUES[kept].max() == 1e4
+    assert VALUES[kept].min() == VALUES.min()
+
+
+def test_every_other_sample_would_lose_the_spike() -> None:
+    assert VALUES[:: len(VALUES) // (4 * style.BINS)].max() < 2
+
+
+def test_short_series_stay_as_they_are() -> None:
+    assert len(style.thinned(TIMES[:50], VALUES[:50])) == 50
+
+
+def test_the_same_drawing_gives_the_same_text() -> None:
+    first = drawn("one")
+    assert first == drawn("one")
+    assert "dc:date" not in first
+    assert "Matplotlib v" not in first
+
+
+def test_ids_begin_with_the_name_and_references_find_them() -> None:
+    ids = {name: set(re.findall(r'\bid="([^"]*)"', drawn(name))) for name in ("one", "two")}
+    assert all(id.startswith("one-") for id in ids["one"])
+    assert not ids["one"] & ids["two"]
+    text = drawn("one")
+    targets = set(re.findall(r'href="#([^"]*)"', text)) | set(re.findall(r"url\(#([^)]*)\)", text))
+    assert targets
+    assert targets <= ids["one"]
+
+
+def test_svg_is_well_formed_and_its_paths_are_short() -> None:
+    text = drawn("one")
+    root = ElementTree.fromstring(text)
+    assert root.tag.endswith("svg")
+    paths = re.findall(r' d="([^"]*)"', text)
+    assert paths
+    assert not any(re.search(r"\.\d{3}", path) for path in paths)
