@@ -1,0 +1,221 @@
+"""The command line: exit statuses, one line for what cannot be used, interruption."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import tt_precise
+from tt_precise import cli
+from tt_precise.errors import InputError
+from tt_precise.scene import load_scene
+
+LONG = """
+import os, signal, sys, threading
+from tt_precise import cli
+from tt_precise.integrate import run
+
+propagate = run._propagate
+
+def interrupted_soon(*arguments):
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    return propagate(*arguments)
+
+run._propagate = interrupted_soon
+sys.argv = ["tt-precise", "run", "frictionless", "--until", "100000", *sys.argv[1:]]
+cli.entry()
+"""
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Callable[..., str]:
+    """Write the reference scene with one piece of text replaced; its path."""
+
+    def write(old: str, new: str) -> str:
+        text = load_scene("reference").text
+        assert text.count(old) >= 1
+        file = tmp_path / "mine.toml"
+        file.write_text(text.replace(old, new, 1), "utf-8")
+        return str(file)
+
+    return write
+
+
+def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+    """The one line that is said about input which cannot be used."""
+    status = cli.main(list(argv))
+    out, err = capsys.readouterr()
+    assert status == 2
+    assert out == ""
+    assert err.startswith("tt-precise: ")
+    assert err.count("\n") == 1 == len(err.splitlines())
+    assert "Traceback" not in err
+    return err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('alpha = "0.3"', 'alpha = "0.3"\nradius = "1"', "unknown key body.radius, expected only"),
+        ("[run]", '[extra]\na = "1"\n[run]', "unknown key extra"),
+        ('omega_3 = "155"', "", "missing key start.omega_3"),
+        ('model = "gliding"', "", "missing key model"),
+        ('R = "0.02"', 'R = "0,1"', "R: got '0,1', expected an exact number"),
+        ('R = "0.02"', 'R = "NaN"', "R: got 'NaN', expected an exact number"),
+        ('R = "0.02"', "R = nan", "R: got 'nan', expected an exact number"),
+        ('alpha = "0.3"', 'alpha = "1.2"', "alpha: got 1.2, expected a number between 0 and 1"),
+        ('I3 = "2/5"', 'I3 = "0.75"', "I3: got 0.75, expected at most 2 I1"),
+        ('mu = "0.3"', 'mu = "-0.3"', "mu: got -0.3, expected a number of at least 0"),
+        ('until = "8"', 'until = "-1"', "until: got -1, expected seconds, at least 0"),
+        ('theta = "0.1"', 'theta = "4"', "theta: got 4, expected 0 <= theta <= pi"),
+        ('model = "gliding"', 'model = "sliding"', "expected one of: gliding, rolling"),
+        ('model = "gliding"', 'model = "gliding', "not a TOML file"),
+    ],
+)
+def test_a_bad_scene(
+    scene_file: Callable[..., str],
+    capsys: pytest.CaptureFixture[str],
+    old: str,
+    new: str,
+    told: str,
+) -> None:
+    file = scene_file(old, new)
+    line = refused(capsys, "run", file)
+    assert f"tt-precise: {file}: " in line
+    assert told in line
+
+
+@pytest.mark.parametrize(
+    ("argv", "told"),
+    [
+        (["run", "nowhere"], "scene: got 'nowhere', expected a path to a .toml file or one of: "),
+        (["run", "nowhere.toml"], "nowhere.toml: No such file or directory"),
+        (["run", "reference", "--until", "-1"], "until: got -1"),
+        (["run", "reference", "--until", "0,1"], "until: got '0,1'"),
+        (["run", "reference", "--until", "nan"], "until: got 'nan'"),
+        (["run", "upright", "--formulation", "euler"], "theta = 0 is a pole"),
+        (["run", "reference", "--formulation", "lagrange"], "expected one of: newton, euler"),
+        (["run", "reference", "--out", "no/such/folder/a.csv"], "expected a file in a folder"),
+        (["run", "reference", "--until", "0", "--out", "/proc/a.csv"], "expected a place that can"),
+        (["run", "reference", "--out", "."], "is a directory"),
+        (["run", "reference", "--columns", "g_n"], "expected --out FILE too"),
+        (
+            ["run", "reference", "--columns", "gn", "--out", "a.csv"],
+            "--columns: got 'gn', expected",
+        ),
+        (["run", "reference", "--events", "theta_min,perigee"], "event: got 'perigee'"),
+        (["run", "reference", "--record", "theta"], "expected one of: phi, psi, x, y"),
+        (["run", "reference", "--digits", "0"], "digits: got 0, expected a whole number"),
+        (["run", "reference", "--digits", "ten"], "'ten' is not a valid integer"),
+        (
+            ["run", "reference", "--digits", "9", "--precision", "quad"],
+            "one of digits and precision",
+        ),
+        (["run", "reference", "--precision", "single"], "'single' is not one of"),
+        (["run", "reference", "--bits", "200"], "expected bits only with mp"),
+        (["run"], "Missing argument 'SCENE'"),
+        (["run", "reference", "again"], "unexpected extra argument"),
+        (["run", "reference", "--fast"], "No such option"),
+        (["events", "nowhere"], "scene: got 'nowhere'"),
+        (["events", "reference", "--only", "perigee"], "event: got 'perigee'"),
+        (["events", "--only", "equator"], "expected the SCENE too"),
+        (["thresholds", "nowhere"], "scene: got 'nowhere'"),
+        (["thresholds", "reference", "--digits", "0"], "expected a whole number between 1 and"),
+        (["invert"], "No such command 'invert'"),
+        (["--fast"], "No such option"),
+    ],
+)
+def test_bad_arguments(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    argv: list[str], told: str,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert told in refused(capsys, *argv)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_told_is_always_one_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise InputError("got this\nand that")
+
+    monkeypatch.setattr(cli.group, "main", fail)
+    assert refused(capsys) == "tt-precise: got this and that\n"
+
+
+def test_a_bug_is_not_disguised_as_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ValueError("a bug")
+
+    monkeypatch.setattr(cli.group, "main", fail)
+    with pytest.raises(ValueError, match="a bug"):
+        cli.main([])
+
+
+@pytest.mark.parametrize("argv", [["--help"], ["-h"], ["run", "--help"], ["events", "-h"]])
+def test_help(capsys: pytest.CaptureFixture[str], argv: list[str]) -> None:
+    assert cli.main(argv) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("Usage: tt-precise")
+    assert err == ""
+
+
+def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    cli.main(["--help"])
+    told = capsys.readouterr().out
+    for name in cli.COMMANDS:
+        assert re.search(rf"^  {name} ", told, re.MULTILINE), name
+
+
+@pytest.mark.parametrize("name", cli.COMMANDS)
+def test_every_command_explains_itself(capsys: pytest.CaptureFixture[str], name: str) -> None:
+    if not (Path(cli.__file__).parent / "commands" / f"{name}.py").exists():
+        pytest.skip(f"commands/{name}.py is still to be written")
+    assert cli.main([name, "--help"]) == 0
+    assert f"Usage: tt-precise {name}" in capsys.readouterr().out
+
+
+def test_no_command_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("Usage: tt-precise")
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out.split()[-1] == tt_precise.__version__
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_an_interruption_ends_a_long_run(precision: str) -> None:
+    """A run that would take hours ends within a piece of it after Ctrl-C."""
+    begin = time.monotonic()
+    done = subprocess.run(
+        [sys.executable, "-c", LONG, "--precision", precision],
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 130
+    assert done.stderr.strip() == "tt-precise: interrupted"
+    assert done.stdout == ""
+    assert time.monotonic() - begin < 60
+
+
+def test_a_reader_that_leaves_early_is_no_error() -> None:
+    code = "from tt_precise.cli import entry; entry()"
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = subprocess.run(
+        [sys.executable, "-c", code, "events"],
+        stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    os.close(writing)
+    assert done.returncode == 128 + signal.SIGPIPE
+    assert done.stderr == ""

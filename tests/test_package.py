@@ -1,0 +1,78 @@
+"""The package: cheap to import, with the names that other scripts rely on."""
+
+import subprocess
+import sys
+
+import pytest
+
+import tt_precise
+
+HEAVY = (
+    "heyoka", "pandas", "numpy", "matplotlib", "scipy", "sympy", "mpmath", "rich", "jinja2",
+)  # fmt: skip
+
+
+def imported_by(code: str) -> set[str]:
+    """Heavy packages that a fresh interpreter has imported after running ``code``."""
+    code += f"\nimport sys; print(*(name for name in {HEAVY!r} if name in sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def test_the_import_needs_nothing_heavy() -> None:
+    assert imported_by("import tt_precise") == set()
+
+
+def test_the_help_needs_nothing_heavy() -> None:
+    code = "from tt_precise.cli import main; assert main(['--help']) == 0"
+    assert imported_by(code) == set()
+
+
+def test_reading_a_scene_needs_nothing_heavy() -> None:
+    assert imported_by("import tt_precise as tt; tt.load_scene('reference')") == set()
+
+
+@pytest.mark.parametrize("command", ["run", "events", "thresholds", "claims", "check", "report"])
+def test_the_help_of_a_command_needs_nothing_heavy(command: str) -> None:
+    code = f"from tt_precise.cli import main; assert main([{command!r}, '--help']) == 0"
+    assert imported_by(code) == set()
+
+
+def test_the_check_of_it_sees_an_import() -> None:
+    assert "numpy" in imported_by("import tt_precise, numpy")
+    assert "mpmath" in imported_by("import tt_precise as tt; tt.integrate")
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        "",
+        "import tt_precise.integrate",
+        "import tt_precise.integrate.run",
+        "from tt_precise import integrate",
+        "from tt_precise.integrate import integrate",
+    ],
+)
+def test_integrate_can_be_called_however_it_was_imported(before: str) -> None:
+    code = (
+        f"{before}\nimport tt_precise as tt\n"
+        "try: tt.integrate('nowhere')\n"
+        "except tt.InputError as error: assert 'nowhere' in str(error)\n"
+        "else: raise AssertionError\n"
+        "import tt_precise.integrate as folder\n"
+        "assert folder.Trajectory is tt.Trajectory\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("name", tt_precise.__all__)
+def test_every_public_name_is_there_and_listed(name: str) -> None:
+    assert getattr(tt_precise, name) is not None
+    assert name in dir(tt_precise)
+    assert (getattr(tt_precise, name).__doc__ or "").strip()
+
+
+def test_other_names_are_told_as_python_does() -> None:
+    with pytest.raises(AttributeError, match="module 'tt_precise' has no attribute 'integrat'"):
+        _ = tt_precise.integrat
+    assert not hasattr(tt_precise, "_private")
