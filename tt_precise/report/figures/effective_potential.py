@@ -66,8 +66,8 @@ def deforming_potential() -> Figure:
             "E~ there as a filled and an open dot. Below: theta(t), and the minimum "
             f"of V, which wanders from pole to pole as D falls. Between {beyond[0]:.2f} and "
             f"{beyond[-1]:.2f} s even the minima of theta lie "
-            "beyond that of V: there theta is turned back not by a second wall but by the fall of "
-            "E~, which oscillates as strongly as it does. Bears on the Proposition, on the picture "
+            "beyond that of V: there theta turns back with no wall before it, because D and E~ "
+            "change within each nutation. Bears on the Proposition, on the picture "
             "of a particle reflected between the walls of V, and on QUAL-01, FIG-10 to FIG-13.",
             alt="Above, six pairs of potential wells in the plane of theta and energy, moving from "
             "small theta and high energy to theta near pi and low energy, each with a filled "

@@ -18,7 +18,7 @@ PANELS = (
     ("t_end", r"$t_{\theta\approx\pi}$ (s)"),
     ("climb", r"$T_{inv}$ (s)"),
 )
-LOST = "contact lost on the way"
+LOST = "starts that lose contact on the way"
 
 
 @registered
@@ -36,7 +36,7 @@ def times_by_precession() -> Figure:
             caption=f"{len(rows)} starts that differ from the reference start in phi_dot(0) alone. "
             f"Bears on SWP-01 to SWP-07, NUM-18, NUM-19: t_init is largest, "
             f"{peak['t_init_A']:.2f} s, at {peak['phi_dot']:.2f} rad/s, not at 0, and vanishes "
-            f"beyond 83.1 rad/s. Shaded: starts for which {LOST} (g_n reaches 0), shown as the "
+            f"beyond 83.1 rad/s. Shaded: {LOST} (g_n reaches 0), shown as the "
             "paper's equations go on with g_n < 0; no top does.",
             alt="Three panels against phi_dot(0) from -200 to 200 rad/s: the initiation time has a "
             "sharp peak just below zero and vanishes beyond 83; ending time and climbing time in "
