@@ -157,10 +157,18 @@ class Readout:
         import numpy
 
         rounded = numpy.array([float(time) for time in times])
-        if len(self._outputs) == 1:
-            entries = list(self._outputs[0](rounded).T)
-        else:
-            entries = list(numpy.array([self._interpolated(t) for t in rounded], dtype=float).T)
+        if self._outputs:
+            ends = numpy.array([output.bounds[1] for output in self._outputs[:-1]], dtype=float)
+            piece = numpy.searchsorted(ends, rounded)
+            # all times of a piece at once: a call with one time returns a buffer that the next
+            # call overwrites
+            entries = [numpy.empty(len(rounded)) for _ in self.course.state]
+            for number, output in enumerate(self._outputs):
+                chosen = piece == number
+                for entry, values in zip(entries, output(rounded[chosen]).T, strict=True):
+                    entry[chosen] = values
+        else:  # a horizon of zero
+            entries = [numpy.full(len(rounded), float(x)) for x in self.course.state]
         delay = numpy.array([float(t - r) for t, r in zip(times, rounded.tolist(), strict=True)])
         with numpy.errstate(all="ignore"):
             rates = extended_rates(

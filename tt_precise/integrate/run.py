@@ -19,6 +19,10 @@ from tt_precise.scene import RECORDABLE, Scene, load_scene
 
 STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}  # 0.2 s or more
 
+# Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
+# other roots of its Taylor step from heyoka; so with events the first step is a tiny one.
+FIRST_STEP = 2.0**-20
+
 
 def integrate(
     scene: str | Scene,
@@ -121,7 +125,9 @@ def run(
     horizon = number(start.until) if until is None else until
     with integrator(key) as made:
         made.reset(state, parameters, number(zero))
-        outcome, steps, outputs = _propagate(made, horizon, dense, progress, key.precision)
+        first = number(key.precision.context.mpf(FIRST_STEP)) if key.events else horizon
+        goals = [first, horizon] if first < horizon else [horizon]
+        outcome, steps, outputs = _propagate(made, goals, dense, progress, key.precision)
         status = _status(outcome, made.terminal)
         if status != "failed":
             return _course(key, start, made, status, steps, outputs)
@@ -136,9 +142,9 @@ def run(
 
 
 def _propagate(
-    made: Integrator, horizon: Any, dense: bool, progress: Progress | None, precision: Precision
+    made: Integrator, goals: list[Any], dense: bool, progress: Progress | None, precision: Precision
 ) -> tuple[Any, int, tuple[Any, ...]]:
-    """Outcome, steps and dense outputs of a propagation in pieces of bounded length.
+    """Outcome, steps and dense outputs of a propagation from goal to goal, in bounded pieces.
 
     Between the pieces, and between the steps of wide arithmetics, Python runs: that is where
     progress is told and Ctrl-C gets through. The outcome is ``step_limit`` where a whole piece
@@ -147,25 +153,29 @@ def _propagate(
     import heyoka
 
     def tell(adaptive: Any) -> bool:
-        if progress and horizon:
-            progress(min(1.0, float(adaptive.time) / float(horizon)))
+        if progress and goals[-1]:
+            progress(min(1.0, float(adaptive.time) / float(goals[-1])))
         return True
 
     guarded = precision.guarded
     keywords: dict[str, Any] = {"max_steps": STEPS_IN_A_PIECE[precision.name]}
     if precision.name in ("quad", "mp"):
         keywords["callback"] = tell
-    steps, outputs, outcome = 0, [], heyoka.taylor_outcome.step_limit
-    advance, crawl = guarded(horizon), precision.eps * guarded(horizon)
-    while outcome == heyoka.taylor_outcome.step_limit and advance >= crawl:
-        before = made.adaptive.time
-        outcome, _, _, count, output, _ = made.adaptive.propagate_until(
-            horizon, c_output=dense, **keywords
-        )
-        steps += count
-        outputs.append(output)
-        advance = guarded(made.adaptive.time - before)
-        tell(made.adaptive)
+    steps, outputs, outcome = 0, [], heyoka.taylor_outcome.time_limit
+    for goal in goals:
+        if outcome != heyoka.taylor_outcome.time_limit:
+            break
+        outcome = heyoka.taylor_outcome.step_limit
+        advance, crawl = guarded(goal), precision.eps * guarded(goal)
+        while outcome == heyoka.taylor_outcome.step_limit and advance >= crawl:
+            before = made.adaptive.time
+            outcome, _, _, count, output, _ = made.adaptive.propagate_until(
+                goal, c_output=dense, **keywords
+            )
+            steps += count
+            outputs.append(output)
+            advance = guarded(made.adaptive.time - before)
+            tell(made.adaptive)
     return outcome, steps, tuple(output for output in outputs if output is not None)
 
 
