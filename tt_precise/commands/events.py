@@ -22,7 +22,7 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
         if precision or only:
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
-    from tt_precise.commands.run import summary
+    from tt_precise.commands.run import events_told
     from tt_precise.integrate import catalogue, integrate
     from tt_precise.progress import progress_bar
     from tt_precise.scene import load_scene
@@ -38,10 +38,16 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
         for when in ("t_init", "t_end")
     }
     if as_json:
-        told = summary(trajectory)
-        text = {key: None if t is None else str(t) for key, t in climb.items()}
-        keys = ("scene", "status", "t_end", "events")
-        click.echo(json.dumps({"schema": SCHEMA, **{k: told[k] for k in keys}, "climb": text}))
+        text, context = trajectory.precision.text, trajectory.precision.context
+        told = {
+            "schema": SCHEMA,
+            "scene": loaded.name,
+            "status": trajectory.status,
+            "t_end": text(context.mpf(trajectory.t_end)),
+            "events": events_told(trajectory),
+            "climb": {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()},
+        }
+        click.echo(json.dumps(told))
         return 0
     events = trajectory.events
     for row in events.to_dict("records"):

@@ -100,7 +100,6 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
     def short(value: Any) -> str:
         return str(context.nstr(context.mpf(value), 3, min_fixed=0, max_fixed=0))
 
-    events = trajectory.events
     return {
         "schema": SCHEMA,
         "scene": trajectory.scene.name,
@@ -116,32 +115,39 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
         "error_estimate": {name: short(e) for name, e in trajectory.error_estimate.items()},
         "digits": round(trajectory.digits, 1),
         "drift": {name: short(value) for name, value in trajectory.drift.items()},
-        "events": [
-            {
-                "name": row["name"],
-                "t": text(context.mpf(row["t"])),
-                "direction": int(row["direction"]),
-                "state": {
-                    name: None if row[name] is None else text(context.mpf(row[name]))
-                    for name in events.columns[3:]
-                },
-            }
-            for row in events.to_dict("records")
-        ],
+        "events": events_told(trajectory),
     }
+
+
+def events_told(trajectory: Trajectory) -> list[dict[str, Any]]:
+    """The recorded events for JSON: name, t, direction, and the state there as strings."""
+    text, context = trajectory.precision.text, trajectory.precision.context
+    events = trajectory.events
+    return [
+        {
+            "name": row["name"],
+            "t": text(context.mpf(row["t"])),
+            "direction": int(row["direction"]),
+            "state": {
+                name: None if row[name] is None else text(context.mpf(row[name]))
+                for name in events.columns[3:]
+            },
+        }
+        for row in events.to_dict("records")
+    ]
 
 
 def lines(trajectory: Trajectory) -> list[str]:
     """What a person reads: how it ended, where, how well."""
     context = trajectory.precision.context
 
-    def short(value: Any, digits: int = 2) -> str:
-        return str(context.nstr(context.mpf(value), digits))
+    def short(value: Any) -> str:
+        return str(context.nstr(context.mpf(value), 2))
 
     state = trajectory.state.as_text()
     errors = trajectory.error_estimate
     told = [
-        f"{trajectory.scene.name}: {trajectory.status} at t = {short(trajectory.t_end, 17)} s "
+        f"{trajectory.scene.name}: {trajectory.status} at t = {float(trajectory.t_end)!r} s "
         f"({trajectory.precision.name}, {trajectory.formulation}, {trajectory.steps} steps)",
         *(
             f"  {name:>9} {value or 'undefined':<{trajectory.precision.decimals + 8}}"

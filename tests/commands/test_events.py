@@ -1,0 +1,84 @@
+"""``tt-precise events``: the catalogue, and the events of a scene."""
+
+import json
+import re
+
+import pytest
+
+from tt_precise import cli
+from tt_precise.integrate import EVENTS, TERMINAL, Trajectory, catalogue, integrate
+
+SCHEMA = "tt_precise.events/1"
+
+
+@pytest.fixture(scope="module")
+def trajectory() -> Trajectory:
+    return integrate("reference", events=catalogue("gliding"))
+
+
+def test_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["events"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for name, event in EVENTS.items():
+        assert f"{name:<20} {event.meaning}" in lines
+    assert any(line.startswith("extremum:QUANTITY ") for line in lines)
+    start = lines.index("always watched; they end a trajectory:")
+    assert [line.split()[0] for line in lines[start + 1 :]] == list(TERMINAL)
+
+
+def test_the_catalogue_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["events", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == SCHEMA
+    assert told["events"] == {name: event.meaning for name, event in EVENTS.items()}
+    assert told["terminal"] == TERMINAL
+
+
+def test_the_events_of_a_scene(capsys: pytest.CaptureFixture[str], trajectory: Trajectory) -> None:
+    assert cli.main(["events", "reference"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    pattern = re.compile(r" *(\d\.\d{12}) s  (\S+) +(rising|falling) +theta (\d\.\d{6})")
+    matches = [pattern.fullmatch(line) for line in lines[: len(trajectory.events)]]
+    found = [(float(m[1]), m[2], m[3]) for m in matches if m]
+    expected = [
+        (round(float(row["t"]), 12), row["name"], "rising" if row["direction"] > 0 else "falling")
+        for row in trajectory.events.to_dict("records")
+    ]
+    assert found == expected
+    climb = lines[len(trajectory.events) :]
+    assert [line.split(":")[0].strip() for line in climb] == [
+        "t_init_A", "t_end_A", "t_init_B", "t_end_B", "t_init_C", "t_end_C",
+    ]  # fmt: skip
+    assert climb[0] == f" t_init_A: {trajectory.inversion.A.t_init:.12f} s"
+
+
+def test_the_events_of_a_scene_as_json(
+    capsys: pytest.CaptureFixture[str], trajectory: Trajectory
+) -> None:
+    assert cli.main(["events", "reference", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["schema"], told["scene"], told["status"]) == (SCHEMA, "reference", "complete")
+    assert [event["name"] for event in told["events"]] == list(trajectory.events["name"])
+    assert [float(event["t"]) for event in told["events"]] == list(trajectory.events["t"])
+    for definition in "ABC":
+        climb = getattr(trajectory.inversion, definition)
+        assert float(told["climb"][f"t_init_{definition}"]) == climb.t_init
+        assert float(told["climb"][f"t_end_{definition}"]) == climb.t_end
+
+
+def test_only_some(capsys: pytest.CaptureFixture[str]) -> None:
+    assert (
+        cli.main(["events", "upright", "--only", "equator,extremum:g_n", "--precision", "extended"])
+        == 0
+    )
+    out = capsys.readouterr().out
+    assert out.splitlines() == [
+        f"{key:>9}: none"
+        for key in ("t_init_A", "t_end_A", "t_init_B", "t_end_B", "t_init_C", "t_end_C")
+    ]
+
+
+def test_a_rolling_scene_has_its_own_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["events", "rolling", "--precision", "extended", "--json"]) == 0
+    names = {event["name"] for event in json.loads(capsys.readouterr().out)["events"]}
+    assert {"theta_min", "theta_max"} <= names <= set(catalogue("rolling"))

@@ -1,0 +1,192 @@
+"""``tt-precise run``: what it tells, to a person, to a machine and into a file."""
+
+import csv
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import pytest
+
+from tt_precise import cli
+from tt_precise.integrate import integrate
+from tt_precise.scene import load_scene
+
+VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
+STATE = [*VECTORS, "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
+SHORT = ("reference", "--until", "0.1")
+
+Told = Callable[..., dict[str, Any]]
+
+
+@pytest.fixture
+def told(capsys: pytest.CaptureFixture[str]) -> Told:
+    """The JSON object that ``run`` prints; nothing else is printed."""
+
+    def run(*argv: str, status: int = 0) -> dict[str, Any]:
+        assert cli.main(["run", *argv, "--json"]) == status
+        out, err = capsys.readouterr()
+        assert err == ""
+        return json.loads(out, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+
+    return run
+
+
+def test_json_of_a_complete_run(told: Told) -> None:
+    found = told(*SHORT)
+    assert found["schema"] == "tt_precise.run/1"
+    assert [found[key] for key in ("scene", "model", "formulation", "precision", "status")] == [
+        "reference", "gliding", "newton", "double", "complete",
+    ]  # fmt: skip
+    assert float(found["t_end"]) == 0.1
+    assert list(found["state"]) == STATE
+    assert set(found["error_estimate"]) == {"t_end", *STATE}
+    assert set(found["drift"]) == {"jellett", "axis_norm"}
+    assert all(float(drift) < 1e-14 for drift in found["drift"].values())
+    assert 12 < found["digits"] < 16
+    assert found["steps"] > 5
+    assert found["events"] == []
+
+
+def test_numbers_are_those_of_the_trajectory(told: Told) -> None:
+    found = told(*SHORT, "--precision", "quad")
+    scene = load_scene("reference")
+    trajectory = integrate(replace(scene, until=scene.until / 80), "quad")
+    assert found["state"] == trajectory.state.as_text()
+    number = trajectory.precision.number
+    for name, text in found["state"].items():
+        exact = trajectory.state.values[name]
+        assert number(trajectory.precision.context.mpf(text)) == number(exact), name
+        assert len(re.sub(r"e.*|\D", "", text)) <= 36
+    assert found["t_end"] == "1.0e-1"
+    assert found["bits"] == 113
+
+
+def test_digits_choose_the_precision(told: Told) -> None:
+    found = told(*SHORT, "--digits", "25")
+    assert found["precision"] == "quad"
+    assert found["digits"] >= 25
+
+
+def test_bits_of_the_precision_mp(told: Told) -> None:
+    found = told("reference", "--until", "0.01", "--precision", "mp", "--bits", "150")
+    assert (found["precision"], found["bits"]) == ("mp", 150)
+    assert found["digits"] > 40
+
+
+def test_the_euler_form_tells_vectors_too(told: Told) -> None:
+    angles = told(*SHORT, "--formulation", "euler", "--precision", "extended")
+    vectors = told(*SHORT, "--precision", "extended")
+    assert angles["formulation"] == "euler"
+    assert set(angles["state"]) == {*STATE, "phi"}
+    for name in STATE:
+        a, b = (mpmath.mpf(found["state"][name]) for found in (angles, vectors))
+        assert abs(a - b) < mpmath.mpf("1e-14") * max(abs(b), mpmath.mpf("1e-4")), name
+
+
+def test_events_are_told_when_asked_for(told: Told) -> None:
+    found = told(*SHORT, "--events", "theta_min, nu_y_zero", "--precision", "extended")["events"]
+    assert {event["name"] for event in found} == {"theta_min", "nu_y_zero"}
+    assert [float(event["t"]) for event in found] == sorted(float(event["t"]) for event in found)
+    assert all(list(event["state"]) == STATE for event in found)
+    assert all(event["direction"] in (-1, 1) for event in found)
+    turning = next(event for event in found if event["name"] == "theta_min")
+    assert abs(float(turning["state"]["theta_dot"])) < 1e-14
+    everything = told(*SHORT, "--events", "all")["events"]
+    assert len(everything) > len(found)
+
+
+def test_quadratures_join_the_state(told: Told) -> None:
+    state = told(*SHORT, "--record", "x,y", "--precision", "extended")["state"]
+    assert list(state) == [*STATE, "x", "y"]
+
+
+def test_a_run_that_ends_early_cannot_look_complete(
+    told: Told, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "rough.toml"
+    text = load_scene("reference").text
+    file.write_text(text.replace('mu = "0.3"', 'mu = "3"'), "utf-8")
+    found = told(str(file), status=1)
+    assert found["status"] == "contact_lost"
+    assert found["t_end"].startswith("6.57718826391441")
+    assert cli.main(["run", str(file)]) == 1
+    out = capsys.readouterr().out
+    assert out.startswith("rough: contact_lost at t = 0.65771882639144")
+    assert out.splitlines()[-1] == "  NOT COMPLETE: it ended before the horizon of 8 s"
+
+
+def test_a_pole_and_a_failure_are_json_too(told: Told, tmp_path: Path) -> None:
+    text = load_scene("reference").text
+    falling, hopeless = tmp_path / "falling.toml", tmp_path / "hopeless.toml"
+    falling.write_text(
+        text.replace('theta = "0.1"', 'theta = "1"').replace('omega_3 = "155"', 'omega_3 = "0"')
+    )
+    hopeless.write_text(text.replace('mu = "0.3"', 'mu = "1e300"'))
+    pole = told(str(falling), "--formulation", "euler", "--precision", "extended", status=1)
+    assert pole["status"] == "pole"
+    failed = told(str(hopeless), status=1)
+    assert (failed["status"], float(failed["t_end"])) == ("failed", 0)
+
+
+def test_undefined_entries_are_null(told: Told, capsys: pytest.CaptureFixture[str]) -> None:
+    found = told("upright", "--until", "0.1")
+    assert found["state"]["phi_dot"] is None
+    assert "phi_dot" not in found["error_estimate"]
+    assert cli.main(["run", "upright", "--until", "0.1"]) == 0
+    assert re.search(r"^ +phi_dot undefined *$", capsys.readouterr().out, re.MULTILINE)
+
+
+def test_what_a_person_reads(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["run", *SHORT, "--events", "all"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    lines = out.splitlines()
+    assert re.fullmatch(
+        r"reference: complete at t = 0\.1 s \(double, newton, \d+ steps\)", lines[0]
+    )
+    assert [line.split()[0] for line in lines[1:15]] == STATE
+    assert re.search(r"^ +theta 9\.\d+e-2 +\+- \d\.\d+e-1\d$", out, re.MULTILINE)
+    assert re.search(r"^  digits of the worst entry: 1\d\.\d$", out, re.MULTILINE)
+    assert re.search(r"^  drift of jellett: \d\.\d+e-1\d$", out, re.MULTILINE)
+    assert re.search(r"^  \d x theta_min$", out, re.MULTILINE)
+
+
+def test_the_file_it_writes(told: Told, tmp_path: Path) -> None:
+    file = tmp_path / "mine.csv"
+    found = told(*SHORT, "--precision", "quad", "--out", str(file))
+    assert list(tmp_path.iterdir()) == [file]
+    data = file.read_bytes()
+    assert b"\r" not in data
+    rows = list(csv.DictReader(data.decode("ascii").splitlines()))
+    assert list(rows[0]) == ["t", *STATE]
+    assert [Fraction(row["t"]) * 100 for row in rows] == list(range(11))
+    assert {name: rows[-1][name] for name in STATE} == found["state"]
+
+
+def test_columns_of_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "mine.csv"
+    argv = ["run", *SHORT, "--columns", "theta, g_n,E", "--out", str(file)]
+    assert cli.main(argv) == 0
+    lines = file.read_text().splitlines()
+    assert lines[0] == "t,theta,g_n,E"
+    assert float(lines[1].split(",")[1]) == pytest.approx(0.1, rel=1e-15)
+
+
+def test_a_run_that_cannot_be_written_leaves_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "mine.csv"
+    file.write_text("old")
+
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pandas.DataFrame.to_csv", interrupt)
+    assert cli.main(["run", *SHORT, "--out", str(file)]) == 130
+    assert file.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [file]
