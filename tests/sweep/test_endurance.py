@@ -93,7 +93,7 @@ def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Path) -> No
     """A real scheduler and two worker processes over loopback TCP; one is killed in the middle."""
     spec = reference_kind(2000)
     with cluster(2, nanny=True) as (address, workers):
-        killed = []
+        killed: list[int] = []
 
         def progress(done: int, rows: int) -> None:
             if not killed and done > rows / 4:

@@ -1,6 +1,7 @@
 """Pictures of sweeps."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy
 import pandas
@@ -34,7 +35,8 @@ def test_map_shows_every_row(grid: bool, z: str) -> None:
     table = rows(grid)
     axes = map_of(table, "mu", "omega_3", z).axes[0]
     (drawn,) = axes.collections
-    assert numpy.size(drawn.get_array()) == len(table)
+    shown: Any = drawn.get_array()
+    assert numpy.size(shown) == len(table)
 
 
 def test_unknown_columns_are_refused() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from tt_precise.sweep import section22
 from tt_precise.sweep.chunk import compute
+from tt_precise.sweep.kept import fingerprint, unpacked
 from tt_precise.sweep.specification import STARTS, Plan
 
 FILE = Path(__file__).parents[2] / "reports" / section22.FILE
@@ -14,12 +15,12 @@ FILE = Path(__file__).parents[2] / "reports" / section22.FILE
 
 def test_the_committed_file_is_of_the_present_definition() -> None:
     assert FILE.stat().st_size < 2_000_000
-    assert section22._unpacked(FILE.read_bytes()) is not None
+    assert unpacked(FILE.read_bytes(), fingerprint(section22.definition())) is not None
 
 
-def test_a_file_of_another_definition_is_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(section22, "fingerprint", lambda: "another")
-    assert section22._unpacked(FILE.read_bytes()) is None
+def test_a_file_of_another_definition_is_not_read() -> None:
+    other = section22.definition() | {"until": "13"}
+    assert unpacked(FILE.read_bytes(), fingerprint(other)) is None
 
 
 def test_what_the_issue_asks_for_is_there() -> None:

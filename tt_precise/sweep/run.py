@@ -101,12 +101,13 @@ def sweep(
         if not store.quarantined:
             _check(spec, store, crew, one_in, checking)
         checked = time.perf_counter() - begun - seconds
+        serving = crew.size()
     finally:
         crew.leave()
         disconnect()
     how = {
         "batch": lanes,
-        "workers": size if executor is not None else crew.size(),
+        "workers": serving,
         "chunk": store.size,
         "chunks_found": before,
         "rows_computed": computed,

@@ -4,32 +4,25 @@ Every sweep varies the reference scene. Rows that lose contact are integrated tw
 where the trajectory ends when g_n reaches 0, and "bilateral", where it goes on with g_n < 0, as
 the paper's own equations do. Conclusions can so be drawn with and without them.
 
-The rows are kept in ``reports/`` of the checkout, in a file that names the definition it was made
-from; elsewhere, or after a change of the definition, they are computed anew (a minute or two).
+The rows are kept in ``reports/``; after a change of the definition they are computed anew, which
+takes some three minutes of one core.
 """
 
 from __future__ import annotations
 
-import fcntl
-import gzip
-import hashlib
-import io
-import json
 import math
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tt_precise.files import atomic_write
-from tt_precise.mechanics.quantities import jellett
-from tt_precise.scene import Inclination, Scene, load_scene
-from tt_precise.sweep.crew import Failure, crew_of, performed
+from tt_precise.scene import Scene, load_scene
+from tt_precise.sweep.crew import crew_of
+from tt_precise.sweep.kept import kept
 from tt_precise.sweep.specification import STARTS, Plan, blocks, specification
+from tt_precise.sweep.starts import integrated, lambda_of_start
 
 if TYPE_CHECKING:
     import pandas
@@ -42,8 +35,6 @@ RECORD = (
     "min_nu_x", "max_nu_x", "min_nu_y", "max_nu_y", "min_theta_dot", "max_theta_dot",
     "end_theta", "start_E", "lambda_ratio",
 )  # fmt: skip
-TASK_ROWS = 128
-DIGITS = 12  # significant, in the file
 FILE = "sweeps-section-2.2.csv.gz"
 VERSION = 1  # of everything above that the fingerprint does not see
 
@@ -87,26 +78,9 @@ def rows() -> pandas.DataFrame:
     """All rows: ``series``, ``contact``, the six start values, and the columns of a sweep.
 
     Each start has a row with ``contact`` "unilateral", and one with "bilateral" if it loses
-    contact. Read from the file if that is up to date, else computed on all cores and kept.
+    contact.
     """
-    for folder in _folders():
-        found = _read(folder / FILE)
-        if found is not None:
-            return found
-    with _alone():
-        for folder in _folders():  # somebody else may have made it meanwhile
-            found = _read(folder / FILE)
-            if found is not None:
-                return found
-        content = packed(compute())
-        for folder in _folders():
-            if folder.is_dir() and os.access(folder, os.W_OK):
-                atomic_write(folder / FILE, content)
-                break
-    # from the bytes, so that nobody sees other digits than the next one who reads the file
-    table = _unpacked(content)
-    assert table is not None
-    return table
+    return kept(FILE, definition(), compute)
 
 
 def series(name: str, *, contact: str = "held") -> pandas.DataFrame:
@@ -127,19 +101,20 @@ def series(name: str, *, contact: str = "held") -> pandas.DataFrame:
     return chosen.sort_values("index", kind="stable").reset_index(drop=True)
 
 
-def compute(workers: int | None = None, progress: Callable[[float], None] | None = None) -> Any:
+def compute(workers: int | None = None) -> pandas.DataFrame:
     """Integrate everything; the table that ``rows`` gives."""
     import pandas
 
     crew = crew_of(workers or len(os.sched_getaffinity(0)))
+    plan = Plan(_scene(), STARTS, RECORD, "unilateral")
     try:
-        first = _integrated(crew, list(_starts()), "unilateral", progress)
+        first = integrated(crew, plan, list(_starts()))
         lost = first[first["outcome"] == "contact_lost"]
         again = [
             (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
             for name, some in lost.groupby("series", sort=False)
         ]
-        second = _integrated(crew, again, "bilateral", progress)
+        second = integrated(crew, replace(plan, contact="bilateral"), again)
     finally:
         crew.leave()
     order = {one.name: position for position, one in enumerate(SERIES)}
@@ -150,21 +125,10 @@ def compute(workers: int | None = None, progress: Callable[[float], None] | None
     return table.reset_index(drop=True)
 
 
-def packed(table: pandas.DataFrame) -> bytes:
-    """The file of the rows, with their fingerprint; the same rows give the same bytes."""
-    text = table.to_csv(index=False, float_format=f"%.{DIGITS}g", lineterminator="\n")
-    sink = io.BytesIO()
-    # no time and no name in the header, which would change with every run
-    with gzip.GzipFile(filename="", mode="wb", fileobj=sink, mtime=0) as file:
-        file.write(f"# {fingerprint()}\n{text}".encode())
-    return sink.getvalue()
-
-
-@cache
-def fingerprint() -> str:
-    """SHA-256 of what the rows are made from: scene, series, columns."""
+def definition() -> dict[str, Any]:
+    """What the rows are made from: scene, series, columns."""
     scene = _scene()
-    told = {
+    return {
         "version": VERSION,
         "body": repr(scene.body),
         "start": repr(scene.start),
@@ -172,7 +136,6 @@ def fingerprint() -> str:
         "series": [repr(one) for one in SERIES],
         "record": RECORD,
     }
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode("utf-8")).hexdigest()
 
 
 def _scene() -> Scene:
@@ -193,92 +156,10 @@ def _starts() -> Iterator[tuple[str, Any, Any]]:
         for position, name in enumerate(spec.names):
             table[:, STARTS.index(name)] = values[:, position]
         if one.keep_lambda:
-            table[:, STARTS.index("omega_3")] = _spins(scene, table[:, STARTS.index("theta")])
+            own = lambda_of_start(scene, reference[STARTS.index("theta")])
+            spin = float(scene.start.omega_3)
+            table[:, STARTS.index("omega_3")] = [
+                spin * own / lambda_of_start(scene, theta)
+                for theta in table[:, STARTS.index("theta")].tolist()
+            ]
         yield one.name, numpy.arange(len(table)), table
-
-
-def _spins(scene: Scene, thetas: Any) -> Any:
-    """omega_3(0) with which each inclination has the reference's lambda, the rest at rest."""
-    import numpy
-
-    from tt_precise.integrate.precision import precision_named
-    from tt_precise.integrate.start import beginning
-    from tt_precise.mechanics.quantities import Motion
-
-    def lambda_of(theta: float) -> float:
-        # lambda is linear in omega_3, with no other rate
-        start = replace(scene.start, theta=Inclination(Fraction(theta)), omega_3=Fraction(1))
-        begun = beginning(replace(scene, start=start), precision_named("double"))
-        return float(jellett(Motion(begun.body, begun.vectors, precision_named("double").context)))
-
-    spin = float(scene.start.omega_3)
-    own = lambda_of(scene.start.theta.radians(math, float))
-    return numpy.array([spin * own / lambda_of(theta) for theta in thetas.tolist()])
-
-
-def _integrated(
-    crew: Any,
-    starts: list[tuple[str, Any, Any]],
-    contact: str,
-    progress: Callable[[float], None] | None,
-) -> pandas.DataFrame:
-    import heyoka
-    import pandas
-
-    from tt_precise import __version__
-    from tt_precise.sweep.run import chunk_task
-
-    plan = Plan(_scene(), STARTS, RECORD, contact)
-    pieces = [
-        (name, index[first : first + TASK_ROWS], values[first : first + TASK_ROWS])
-        for name, index, values in starts
-        for first in range(0, len(index), TASK_ROWS)
-    ]
-    lanes = heyoka.recommended_simd_size()
-    tasks = (
-        (number, (plan, __version__, number, piece[2], lanes))
-        for number, piece in enumerate(pieces)
-    )
-    frames = {}
-    for done, (number, _, result) in enumerate(performed(crew, chunk_task, tasks), start=1):
-        if isinstance(result, Failure):
-            raise RuntimeError(f"section 2.2: {result.error}")
-        name, index, values = pieces[number]
-        columns = {"series": name, "contact": contact, "index": index}
-        columns |= {start: values[:, position] for position, start in enumerate(STARTS)}
-        frames[number] = pandas.DataFrame({**columns, **result["columns"]})
-        if progress:
-            progress(done / len(pieces))
-    return pandas.concat([frames[number] for number in sorted(frames)], ignore_index=True)
-
-
-def _folders() -> tuple[Path, ...]:
-    """Where the file may be: the checkout's reports, then the user's cache."""
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    checkout = Path(__file__).parents[2]
-    known = [checkout / "reports"] if (checkout / "pyproject.toml").is_file() else []
-    return (*known, home / "tt-precise")
-
-
-def _read(path: Path) -> pandas.DataFrame | None:
-    """The rows in a file, unless it was made from another definition."""
-    return _unpacked(path.read_bytes()) if path.is_file() else None
-
-
-def _unpacked(content: bytes) -> pandas.DataFrame | None:
-    import pandas
-
-    text = gzip.decompress(content).decode("utf-8")
-    if not text.startswith(f"# {fingerprint()}\n"):
-        return None
-    return pandas.read_csv(io.StringIO(text), comment="#")
-
-
-@contextmanager
-def _alone() -> Iterator[None]:
-    """Keep other processes waiting, so that not each of them computes the same."""
-    folder = _folders()[-1]
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / f"{FILE}.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield

@@ -1,0 +1,31 @@
+"""The maps of the report: up to date, full grids, and no top inverts below the threshold."""
+
+from pathlib import Path
+
+import numpy
+
+from tt_precise.sweep import maps
+from tt_precise.sweep.kept import fingerprint, unpacked
+
+FILE = Path(__file__).parents[2] / "reports" / maps.FILE
+
+
+def test_the_committed_file_is_of_the_present_definition() -> None:
+    assert unpacked(FILE.read_bytes(), fingerprint(maps.definition())) is not None
+
+
+def test_maps_are_full_grids() -> None:
+    for name, (x, y) in maps.MAPS.items():
+        rows = maps.map_rows(name)
+        pairs = set(zip(rows[x.name], rows[y.name], strict=True))
+        assert len(pairs) == len(rows) == maps.COUNT**2
+        drawn = maps.figure(name).axes[0].collections[0]
+        assert numpy.size(drawn.get_array()) == maps.COUNT**2  # type: ignore[arg-type]
+
+
+def test_nothing_inverts_below_the_threshold() -> None:
+    for name in maps.MAPS:
+        rows = maps.map_rows(name)
+        inverts = rows["outcome"] == "inverts"
+        assert inverts.any()
+        assert (rows["lambda_ratio"][inverts] > 1).all()

@@ -1,0 +1,119 @@
+"""Two maps for the report: inclination against lambda, and friction against spin.
+
+Each says for every start whether it inverts, and how: over theta(0) and lambda/lambda_thres, and
+over mu and omega_3(0) at the reference's theta(0). Starts have no rate but omega_3.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.scene import Scene, load_scene
+from tt_precise.sweep.crew import crew_of
+from tt_precise.sweep.kept import kept
+from tt_precise.sweep.specification import Plan
+from tt_precise.sweep.starts import integrated, lambda_of_start
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+UNTIL = "20"  # s
+COUNT = 41  # of values along each side
+RECORD = ("climb_A", "lambda_ratio")
+FILE = "sweeps-maps.csv.gz"
+VERSION = 1  # of everything here that the definition does not hold
+
+
+@dataclass(frozen=True)
+class Side:
+    """A side of a map: its column and range."""
+
+    name: str
+    low: float
+    high: float
+
+    def values(self) -> Any:
+        """``COUNT`` values, ends included."""
+        import numpy
+
+        return numpy.linspace(self.low, self.high, COUNT)
+
+
+MAPS = {
+    "inclination and lambda": (Side("theta", 0.02, 1.22), Side("lambda_ratio", 0.2, 3.2)),
+    "friction and spin": (Side("mu", 0.05, 4.05), Side("omega_3", 20.0, 260.0)),
+}
+
+
+@cache
+def rows() -> pandas.DataFrame:
+    """All rows of both maps: ``series`` (its name), starts, and the columns of a sweep."""
+    return kept(FILE, definition(), compute)
+
+
+def map_rows(name: str) -> pandas.DataFrame:
+    """The rows of one map, a full grid in the columns of its sides."""
+    table = rows()
+    return table[table["series"] == name].reset_index(drop=True)
+
+
+def figure(name: str, z: str = "outcome") -> Figure:
+    """The map called ``name``: which starts invert, or another column, such as climb_A."""
+    from tt_precise.sweep.picture import map_of
+
+    x, y = MAPS[name]
+    return map_of(map_rows(name), x.name, y.name, z)
+
+
+def compute(workers: int | None = None) -> pandas.DataFrame:
+    """Integrate both maps."""
+    import numpy
+    import pandas
+
+    crew = crew_of(workers or len(os.sched_getaffinity(0)))
+    tables = []
+    try:
+        for name, (x, y) in MAPS.items():
+            along, up = (values.ravel() for values in numpy.meshgrid(x.values(), y.values()))
+            spins = _spins(along, up) if y.name == "lambda_ratio" else up
+            plan = Plan(_scene(), (x.name, "omega_3"), RECORD, "unilateral")
+            starts = numpy.column_stack([along, spins])
+            table = integrated(crew, plan, [(name, numpy.arange(len(starts)), starts)])
+            # as asked for, where it was computed back from omega_3 with some eps of error
+            tables.append(table.assign(**{y.name: up}))
+    finally:
+        crew.leave()
+    return pandas.concat(tables, ignore_index=True)
+
+
+def definition() -> dict[str, Any]:
+    """What the rows are made from."""
+    scene = _scene()
+    sides = {name: repr(pair) for name, pair in MAPS.items()}
+    told = {"body": repr(scene.body), "start": repr(scene.start), "sides": sides}
+    return {**told, "version": VERSION, "until": UNTIL, "count": COUNT, "record": RECORD}
+
+
+def _scene() -> Scene:
+    return replace(load_scene("reference"), until=Fraction(UNTIL))
+
+
+def _spins(thetas: Any, ratios: Any) -> Any:
+    """omega_3 with which starts at rest but for it have these lambda/lambda_thres."""
+    import math
+
+    import numpy
+
+    from tt_precise.mechanics.thresholds import lambda_thres
+
+    scene = _scene()
+    threshold = lambda_thres(scene.body.dimensionless(math, float), math)
+    each = {theta: lambda_of_start(scene, theta) for theta in sorted(set(thetas.tolist()))}
+    # lambda_of_start is that of omega_3 = 1 rad/s, dimensionless like the threshold
+    pairs = zip(ratios.tolist(), thetas.tolist(), strict=True)
+    return numpy.array([ratio * threshold / each[theta] for ratio, theta in pairs])

@@ -1,0 +1,70 @@
+"""Integrating tables of start values, for sweeps that are no grid and no box."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.scene import Inclination, Scene
+from tt_precise.sweep.crew import Crew, Failure, performed
+from tt_precise.sweep.specification import Plan
+
+if TYPE_CHECKING:
+    import pandas
+
+TASK_ROWS = 128
+
+
+def integrated(crew: Crew, plan: Plan, tables: list[tuple[str, Any, Any]]) -> pandas.DataFrame:
+    """The rows of some tables, in order: ``series``, ``contact``, ``index``, starts, results.
+
+    ``tables`` holds (series, index, values of shape (rows, ``plan.names``)).
+
+    Raises
+    ------
+    RuntimeError
+        A task fails again and again.
+    """
+    import heyoka
+    import pandas
+
+    from tt_precise import __version__
+    from tt_precise.sweep.run import chunk_task
+
+    pieces = [
+        (name, index[first : first + TASK_ROWS], values[first : first + TASK_ROWS])
+        for name, index, values in tables
+        for first in range(0, len(index), TASK_ROWS)
+    ]
+    lanes = heyoka.recommended_simd_size()
+    tasks = (
+        (number, (plan, __version__, number, piece[2], lanes))
+        for number, piece in enumerate(pieces)
+    )
+    frames = {}
+    for number, _, result in performed(crew, chunk_task, tasks):
+        if isinstance(result, Failure):
+            raise RuntimeError(f"sweep of {pieces[number][0]}: {result.error}")
+        name, index, values = pieces[number]
+        columns = {"series": name, "contact": plan.contact, "index": index}
+        columns |= {start: values[:, position] for position, start in enumerate(plan.names)}
+        frames[number] = pandas.DataFrame({**columns, **result["columns"]})
+    return pandas.concat([frames[number] for number in sorted(frames)], ignore_index=True)
+
+
+def lambda_of_start(scene: Scene, theta: float) -> float:
+    """Dimensionless lambda of a start with this inclination, omega_3 = 1 rad/s and no other rate.
+
+    lambda is linear in omega_3.
+    """
+    from tt_precise.integrate.precision import precision_named
+    from tt_precise.integrate.start import beginning
+    from tt_precise.mechanics.quantities import Motion, jellett
+
+    start = replace(
+        scene.start, theta=Inclination(Fraction(theta)), omega_3=Fraction(1), phi_dot=Fraction(0)
+    )
+    double = precision_named("double")
+    begun = beginning(replace(scene, start=start), double)
+    return float(jellett(Motion(begun.body, begun.vectors, double.context)))
