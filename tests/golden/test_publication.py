@@ -44,6 +44,15 @@ def test_one_deviating_run_costs_digits(small: Small, which: int) -> None:
     assert publication.agreement < 12
 
 
+def test_a_last_digit_that_agrees_by_luck_is_not_enough(small: Small) -> None:
+    changed = spoiled(small.runs[1], 2, "omega_3", "1.550000000000000000000000000000000")
+    runs = [spoiled(small.runs[0], 2, "omega_3", "1.5500000000000000000000000000000003"), changed]
+    publication = publish(small.scene, runs)
+    assert digits_of(publication.trajectory.column("omega_3")[2]) == 34
+    assert 33 < publication.agreement < 35
+    assert not publication.complete
+
+
 def test_an_entry_without_a_common_digit_is_a_contradiction(small: Small) -> None:
     runs = [small.runs[0], spoiled(small.runs[1], 2, "theta", "2.0e-1")]
     publication = publish(small.scene, runs)

@@ -41,7 +41,7 @@ class Desk:
 
 def outcome(task: Task) -> Run:
     empty = Table(("t",), ())
-    return Run(task.label, task.formulation, 1, 1, 1, "complete", empty, empty, ())
+    return Run(task.label, task.formulation, 1, 1, "complete", empty, empty, ())
 
 
 def task(name: str, bits: int) -> Task:
@@ -100,20 +100,16 @@ def test_kept_runs_are_void_when_the_code_changes(
     assert Kept(tmp_path).find(task("a", 1)) is None
 
 
-def test_missing_digits_are_computed_with_more_bits(small: Small) -> None:
-    shelf, scene = small.shelf, small.scene
-    coarse = tasks(scene, LADDER[0])[1]
-    wrong = small.runs[1].trajectory
-    rows = [list(row) for row in wrong.rows]
-    rows[3][1] = rows[3][1][:20] + "e-1"
-    spoiled = replace(small.runs[1], trajectory=Table(wrong.columns, tuple(map(tuple, rows))))
-    finer = tasks(scene, LADDER[1])
-    for one, run in zip(finer, small.runs, strict=True):
+def test_missing_digits_are_computed_with_more_bits(small: Small, tmp_path: Path) -> None:
+    scene, (high, low, euler) = small.scene, small.runs
+    rows = [list(row) for row in low.trajectory.rows]
+    rows[3][1] = rows[3][1][:20] + "e-2"
+    coarse = replace(low, trajectory=Table(low.trajectory.columns, tuple(map(tuple, rows))))
+    shelf = type(small.shelf)(tmp_path)
+    for one, run in zip(tasks(scene, LADDER[0]), (high, coarse, euler), strict=True):
+        shelf.keep(one, run)
+    for one, run in zip(tasks(scene, LADDER[1]), (high, high, euler), strict=True):
         shelf.keep(one, replace(run, label=one.label))
-    shelf.keep(coarse, spoiled)
-    try:
-        (built,) = building.build([scene], folder=small.folder, workers=1, kept=shelf)
-    finally:
-        shelf.keep(coarse, small.runs[1])
+    (built,) = building.build([scene], folder=tmp_path / "data", workers=1, kept=shelf)
     assert built.bits == LADDER[1]
     assert built.digits == 34

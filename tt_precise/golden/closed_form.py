@@ -44,7 +44,6 @@ def closed_form(scene: Scene) -> Run | None:
         formulation=LABEL,
         bits=BITS,
         order=0,
-        steps=0,
         status="complete",
         trajectory=Table(names, tuple((t, *state.values()) for t in times)),
         events=Table(("name", "t", "direction", *names[1:]), ()),

@@ -174,7 +174,7 @@ def _run(run: Run) -> dict[str, Any]:
         "rows": len(run.trajectory.rows) - (run.status == "pole"),
     }
     if run.order:
-        told |= {"order": run.order, "tolerance": f"2^-{run.bits - 1}", "steps": run.steps}
+        told |= {"order": run.order, "tolerance": f"2^-{run.bits - 1}"}
     return told
 
 

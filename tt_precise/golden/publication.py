@@ -17,7 +17,7 @@ from tt_precise.golden.digits import (
     is_near_zero,
     scale_of,
 )
-from tt_precise.golden.recipe import DIGITS, TERMINAL_DIRECTION, Run
+from tt_precise.golden.recipe import DIGITS, ENOUGH, TERMINAL_DIRECTION, Run
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS
 from tt_precise.scene import Scene
@@ -57,9 +57,14 @@ class Publication:
 
     @property
     def complete(self) -> bool:
-        """Whether all entries have all digits, those near zero relative to their scale."""
+        """Whether all entries have all digits, those near zero relative to their scale.
+
+        And whether the runs agree far enough that the last digit is no luck.
+        """
         scales = {n: scale_of(self.trajectory.column(n)) for n in self.trajectory.columns}
-        return not self.contradictions and all(
+        if self.contradictions or self.agreement < ENOUGH:
+            return False
+        return all(
             digits_of(entry) >= DIGITS or is_near_zero(entry, scales[name])
             for table in (self.trajectory, self.events)
             for name in table.columns
