@@ -13,7 +13,7 @@ LISTED = Path(__file__).with_name("ids.txt").read_text("ascii").split()
 SLOW = {
     "conservation", "contact", "contact_forces", "direct_climb", "energy_decreases",
     "energy_transfer", "gliding", "limits", "main_equation_curve", "motion_in_the_potential",
-    "printed_constants", "robustness", "spin", "summary",
+    "printed_constants", "robustness", "spin", "summary", "synchronisation",
 }  # fmt: skip
 
 

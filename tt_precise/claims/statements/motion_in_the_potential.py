@@ -129,6 +129,9 @@ def bound_on_the_time_between_turns(
     swings = [swing(body, *row, lambda_) for row in zip(table["D"], table["E_tilde"], strict=True)]
     ratios = [one.time / bound for one, bound in zip(swings, bounds, strict=True) if one]
     begin, end = _longest_gap(scene)
+    rise = float(table["theta"][table["t"] <= end].iloc[-1]) - float(
+        table["theta"][table["t"] >= begin].iloc[0]
+    )
     during = [b for t, b in zip(table["t"], bounds, strict=True) if begin <= t <= end]
     return readings(
         {
@@ -144,9 +147,9 @@ def bound_on_the_time_between_turns(
                 measured=f"at most {decimal(max(ratios), 4)} T_upp",
             ),
         },
-        "Between those two turning points theta rises without a stop by 0.5 rad, because the "
-        "potential moves on faster than theta swings in it; no bound from a frozen potential can "
-        "hold for the solution.",
+        f"Between those two turning points theta rises without a stop by {decimal(rise, 2)} rad, "
+        "because the potential moves on while theta swings in it; no bound from a frozen potential "
+        "can hold for the solution.",
     )
 
 
@@ -205,8 +208,8 @@ def theta_goes_to_the_minimum(end: str = "10") -> Finding:
                 measured=f"E~ - V_min down to {decimal(above[-1], 3)} J at {end} s",
             ),
         },
-        "The moving potential pumps the oscillation during the climb by five orders of magnitude; "
-        "dissipation wins only after the equator.",
+        f"The moving potential pumps the oscillation by {above[top] / above[0]:.1e} until "
+        f"{decimal(peak, 3)} s; dissipation wins only then.",
     )
 
 
