@@ -8,6 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
+from tt_precise.body import Dimension
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.readout import Course, Readout, State, Status, as_fraction
 from tt_precise.integrate.start import Beginning
@@ -189,6 +190,10 @@ class Trajectory:
             if self._readout.has_azimuth or not integral.azimuth
             if self.formulation == "newton" or integral.name != "axis_norm"
         }
+
+    def dimension(self, name: str) -> Dimension:
+        """The dimension of a column; refuses names that ``frame`` does not know."""
+        return self._readout.dimension(name)
 
     @cached_property
     def error_estimate(self) -> dict[str, Any]:
