@@ -23,7 +23,7 @@ def section(judgements: Sequence[Judgement]) -> Section:
     limit = (1 + body.alpha) / (1 - body.alpha)
     tally = counts(judgements)
     bad = [one for one in judgements if one.verdict in (Verdict.REFUTED, Verdict.MISPRINT)]
-    ratio = {one.id: one.verdict for one in judgements}.get("NUM-22")
+    ratio = next((one.verdict for one in judgements if one.id == "NUM-22"), None)
     cards = [
         Card(
             "lambda holds to",
@@ -36,7 +36,7 @@ def section(judgements: Sequence[Judgement]) -> Section:
             "E_pot(8 s)/E_pot(0)",
             full(end / start, 12),
             f"the paper: 1.8534 (NUM-22: {ratio}); theory: 1.3/0.7 = {full(float(limit), 5)}",
-            good={Verdict.ROUNDED: True, Verdict.REFUTED: False}.get(ratio),
+            good=ratio is Verdict.ROUNDED if ratio in (Verdict.ROUNDED, Verdict.REFUTED) else None,
         ),
         Card(
             "claims that hold",
