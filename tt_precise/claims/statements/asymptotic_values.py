@@ -19,36 +19,48 @@ DEFINITION = "lambda is that of the reference start, or exactly 2 lambda_thres"
 
 
 @claim(
-    "NUM-26", quote="D0 = ... = 9.381e-4", where=WHERE, definition=DEFINITION,
+    "NUM-26",
+    quote="D0 approx lambda sqrt(d(1))/(R(1-alpha))=9.381*10^-4",
+    where=WHERE,
+    definition=DEFINITION,
     control={"printed": "7.239e-4"},
-)  # fmt: skip
+)
 def D0(printed: str = "9.381e-4", scene: str = "reference") -> Finding:
     """Routh's function of the upright spin with the reference lambda is 9.381e-4 kg m^2/s."""
     return _asymptotic("D0", printed, scene, "D", "0", "kg m^2/s")
 
 
 @claim(
-    "NUM-27", quote="D1 = ... = -6.667e-4", where=WHERE, definition=DEFINITION,
+    "NUM-27",
+    quote="D1 approx -lambda sqrt(d(-1))/(R(1+alpha))=-6.667*10^-4",
+    where=WHERE,
+    definition=DEFINITION,
     control={"printed": "-6.024e-4"},
-)  # fmt: skip
+)
 def D1(printed: str = "-6.667e-4", scene: str = "reference") -> Finding:
     """Routh's function of the inverted spin with the reference lambda is -6.667e-4 kg m^2/s."""
     return _asymptotic("D1", printed, scene, "D", "8", "kg m^2/s")
 
 
 @claim(
-    "NUM-28", quote="E~0 about 4.912e-2", where=WHERE, definition=DEFINITION,
+    "NUM-28",
+    quote="E~0 approx 4.912*10^-2",
+    where=WHERE,
+    definition=DEFINITION,
     control={"printed": "4.064e-2"},
-)  # fmt: skip
+)
 def E0(printed: str = "4.912e-2", scene: str = "reference") -> Finding:
     """The modified energy of the upright spin with the reference lambda is 4.912e-2 J."""
     return _asymptotic("E0", printed, scene, "E_tilde", "0", "J")
 
 
 @claim(
-    "NUM-29", quote="E~1 about 1.734e-2", where=WHERE, definition=DEFINITION,
+    "NUM-29",
+    quote="E~1 approx 1.734*10^-2",
+    where=WHERE,
+    definition=DEFINITION,
     control={"printed": "1.609e-2"},
-)  # fmt: skip
+)
 def E1(printed: str = "1.734e-2", scene: str = "reference") -> Finding:
     """The modified energy of the inverted spin with the reference lambda is 1.734e-2 J."""
     return _asymptotic("E1", printed, scene, "E_tilde", "8", "J")

@@ -46,9 +46,11 @@ DIFFERENCE = "m*dot(v_A, cross(omega, a)) - m*dot(v_A, v_A)/2"
 
 
 @claim(
-    "EQ-31", quote="E=E_trans+E_rot+E_pot=...", where=f"{WHERE}, eq (energy_split)",
+    "EQ-31",
+    quote="E=E_trans+E_rot+E_pot=...",
+    where=f"{WHERE}, eq (22)",
     control={"translational": TRANSLATIONAL.replace("nu_x*sin(theta) +", "nu_x*sin(theta) -")},
-)  # fmt: skip
+)
 def energy_split(
     translational: str = TRANSLATIONAL, rotational: str = ROTATIONAL, potential: str = POTENTIAL
 ) -> Finding:
@@ -62,9 +64,11 @@ def energy_split(
 
 
 @claim(
-    "EQ-32", quote="E_dot=... (four lines)", where=WHERE,
+    "EQ-32",
+    quote="E_dot=... (four lines)",
+    where=f"{WHERE}, eq (23)",
     control={"lines": (CHAIN[0].replace("+ m*g", "- m*g"), *CHAIN[1:])},
-)  # fmt: skip
+)
 def chain_for_the_energy(lines: tuple[str, ...] = CHAIN) -> Finding:
     """Every step of the derivation of E_dot = -mu g_n v_A^2 is right."""
     derived, known = f.rate_of("E"), _vectors()
@@ -148,9 +152,11 @@ def transfers(
 
 
 @claim(
-    "EQ-35", quote="tau_x=..., tau_z=..., tau_y=...", where=WHERE,
+    "EQ-35",
+    quote="tau_x=..., tau_z=..., tau_y=...",
+    where=WHERE,
     control={"printed": (TORQUE[0][1:], *TORQUE[1:])},
-)  # fmt: skip
+)
 def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
     """The components of the torque a x F in the frame (x, y, z)."""
     parts = zip("xyz", printed, f.motion().torque, strict=True)
@@ -162,9 +168,11 @@ def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
 
 
 @claim(
-    "EQ-36", quote="E~=E-m v_A^2/2+m v_A.(omega x a)", where=WHERE,
+    "EQ-36",
+    quote="E~=E-m v_A^2/2+m v_A.(omega x a)",
+    where=WHERE,
     control={"printed": DIFFERENCE.replace("/2", "")},
-)  # fmt: skip
+)
 def modified_energy_from_energy(printed: str = DIFFERENCE) -> Finding:
     """E~ is E - m v_A^2/2 + m v_A.(omega x a)."""
     return judged(
@@ -181,7 +189,7 @@ def modified_energy_from_energy(printed: str = DIFFERENCE) -> Finding:
 @claim(
     "EQ-37",
     quote="... approx -m nu_x^2/2 + m nu_y(2|omega x a| - nu_y)/2",
-    where=f"{WHERE}, eq (est_v_A)",
+    where=f"{WHERE}, eq (25)",
     definition="root mean square over the climb (definition A) of the reference solution, every "
     "millisecond",
     control={"factor": 4},
@@ -207,8 +215,8 @@ def estimate_of_the_difference(
 
 @claim(
     "EQ-38",
-    quote="2|omega x a| = 2|omega||a| sin theta",
-    where=f"{WHERE}, after eq (est_v_A)",
+    quote="2|omega x a|-nu_y=2|omega||a| sin theta-nu_y>0",
+    where=f"{WHERE}, after eq (25)",
     definition="for omega parallel to z, which the paper assumes there",
     control={"printed": "R*alpha*sin(theta)"},
 )

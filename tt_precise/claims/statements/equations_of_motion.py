@@ -49,9 +49,11 @@ def theta_equation(printed: str = THETA) -> Finding:
 
 
 @claim(
-    "EQ-09", quote="phi_ddot=...", where="eq (3)",
+    "EQ-09",
+    quote="phi_ddot=...",
+    where="eq (3)",
     control={"printed": PHI.replace("2*I1*theta_dot", "I1*theta_dot")},
-)  # fmt: skip
+)
 def phi_equation(printed: str = PHI) -> Finding:
     """The equation for phi_ddot."""
     return _compared("phi_dot", printed)
@@ -64,27 +66,33 @@ def omega_3_equation(printed: str = OMEGA_3) -> Finding:
 
 
 @claim(
-    "EQ-11", quote="nu_x_dot=...", where="eq (5)",
+    "EQ-11",
+    quote="nu_x_dot=...",
+    where="eq (5)",
     control={"printed": NU_X.replace("I1*alpha*(theta", "I1*(theta")},
-)  # fmt: skip
+)
 def nu_x_equation(printed: str = NU_X) -> Finding:
     """The equation for nu_x_dot."""
     return _compared("nu_x", printed)
 
 
 @claim(
-    "EQ-12", quote="nu_y_dot=...", where="eq (6)",
+    "EQ-12",
+    quote="nu_y_dot=...",
+    where="eq (6)",
     control={"printed": NU_Y.replace("- phi_dot*nu_x", "+ phi_dot*nu_x")},
-)  # fmt: skip
+)
 def nu_y_equation(printed: str = NU_Y) -> Finding:
     """The equation for nu_y_dot."""
     return _compared("nu_y", printed)
 
 
 @claim(
-    "EQ-13", quote="g_n=...", where="eq (7)",
+    "EQ-13",
+    quote="g_n=...",
+    where="eq (7)",
     control={"printed": NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y")},
-)  # fmt: skip
+)
 def normal_force(printed: str = NORMAL_FORCE) -> Finding:
     """The normal force."""
     derived = newton.normal_force(f.chart().body, f.motion().state)

@@ -32,9 +32,11 @@ DETERMINANT = (
 
 
 @claim(
-    "EQ-15", quote="E~=... (with s_dot=-omega x a)", where="eq (8)",
+    "EQ-15",
+    quote="E~=... (with s_dot=-omega x a)",
+    where="eq (8)",
     control={"printed": MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3")},
-)  # fmt: skip
+)
 def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
     """The energy with s_dot = -omega x a is the printed expression in Euler angles."""
     return judged(
@@ -45,9 +47,11 @@ def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
 
 
 @claim(
-    "EQ-16", quote="D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))", where="eq (9)",
+    "EQ-16",
+    quote="D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))",
+    where="eq (9)",
     control={"under_root": ROUTH_SQUARED.replace("R**2*I1", "R**2*I3")},
-)  # fmt: skip
+)
 def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Finding:
     """The two printed forms of Routh's function agree, with d(cos theta) as printed."""
     body = f.chart().body
@@ -72,9 +76,11 @@ def jellett_rate(quantity: str = "lambda") -> Finding:
 
 
 @claim(
-    "EQ-18", quote="d/dt D=gamma m/(alpha sqrt(d)) (z x a).v_A_dot", where="eq (11)",
+    "EQ-18",
+    quote="d/dt D=gamma m/(alpha sqrt(d)) (z x a).v_A_dot",
+    where="eq (11)",
     control={"factor": ROUTH_RATE.replace("alpha", "R*alpha")},
-)  # fmt: skip
+)
 def routh_rate(factor: str = ROUTH_RATE) -> Finding:
     """Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot."""
     rates = f.vector_rates()
@@ -91,8 +97,11 @@ def routh_rate(factor: str = ROUTH_RATE) -> Finding:
 
 
 @claim(
-    "EQ-19", quote="d/dt E~=m (omega x a).v_A_dot", where="eq (12)", control={"factor": "-m"},
-)  # fmt: skip
+    "EQ-19",
+    quote="d/dt E~=m (omega x a).v_A_dot",
+    where="eq (12)",
+    control={"factor": "-m"},
+)
 def modified_energy_rate(factor: str = "m") -> Finding:
     """E~ changes at the rate m (omega x a).v_A_dot."""
     rates = f.vector_rates()
@@ -109,8 +118,11 @@ def modified_energy_rate(factor: str = "m") -> Finding:
 
 
 @claim(
-    "EQ-20", quote="d/dt m r_dot=-mu g_n v_A", where="eq (13)", control={"factor": "-mu*g_n*m"},
-)  # fmt: skip
+    "EQ-20",
+    quote="d/dt m r_dot=-mu g_n v_A",
+    where="eq (13)",
+    control={"factor": "-mu*g_n*m"},
+)
 def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
     """The horizontal momentum of the centre of mass changes by friction alone."""
     q, symbols = f.motion(), f.chart()
@@ -190,9 +202,11 @@ def _determinant() -> Any:
 
 
 @claim(
-    "EQ-22", quote="E~(t)=g(cos theta) theta_dot^2+V(cos theta,D(t),lambda)", where="eq (METT)",
+    "EQ-22",
+    quote="E~(t)=g(cos theta) theta_dot^2+V(cos theta,D(t),lambda)",
+    where="Sec. 1, eq (17)",
     control={"mass": EFFECTIVE_MASS.replace("+ gamma", "- gamma")},
-)  # fmt: skip
+)
 def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Finding:
     """E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation."""
     turning = f.chart().state.theta_dot ** 2
@@ -205,9 +219,11 @@ def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Fin
 
 
 @claim(
-    "EQ-23", quote="V(z,D(t),lambda)=...", where="Sec. 1, after METT",
+    "EQ-23",
+    quote="V(z,D(t),lambda)=...",
+    where="Sec. 1, eq (18)",
     control={"printed": POTENTIAL.replace("- sigma*lambda_", "+ sigma*lambda_")},
-)  # fmt: skip
+)
 def potential(printed: str = POTENTIAL) -> Finding:
     """The effective potential with its three terms is E~ at theta_dot = 0."""
     symbols = f.chart()

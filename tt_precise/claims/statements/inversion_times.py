@@ -24,9 +24,12 @@ START, END = "3.2", "7.87"
 
 
 @claim(
-    "NUM-04", quote="initiation time ... about 3.2 s", where=SECTION, definition=DEFINITION,
+    "NUM-04",
+    quote="initiation time t_{theta approx 0} approx 3.2 s",
+    where=SECTION,
+    definition=DEFINITION,
     control={"printed": "3.4"},
-)  # fmt: skip
+)
 def initiation_time(printed: str = START, scene: str = "reference") -> Finding:
     """The climb starts at about 3.2 s."""
     times = _in_all_definitions("t_init", scene)
@@ -40,9 +43,12 @@ def initiation_time(printed: str = START, scene: str = "reference") -> Finding:
 
 
 @claim(
-    "NUM-05", quote="ending time ... about 7.87 s", where=SECTION, definition=DEFINITION,
+    "NUM-05",
+    quote="ending time t_{theta approx pi} approx 7.87 s",
+    where=SECTION,
+    definition=DEFINITION,
     control={"printed": "7.88"},
-)  # fmt: skip
+)
 def ending_time(printed: str = END, scene: str = "reference") -> Finding:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", scene)
@@ -56,11 +62,13 @@ def ending_time(printed: str = END, scene: str = "reference") -> Finding:
 
 
 @claim(
-    "NUM-07", quote="A climbing time is the quantity T_inv", where=SECTION,
+    "NUM-07",
+    quote="A climbing time is the quantity T_inv=t_{theta approx pi}-t_{theta approx 0}",
+    where=SECTION,
     definition=f"T_inv = t_end - t_init; the printed times give {END} - {START}, which has the "
     f"one decimal of {START}. {DEFINITION}",
     control={"printed": "4.4"},
-)  # fmt: skip
+)
 def climbing_time(printed: str = "4.7", scene: str = "reference") -> Finding:
     """The climbing time T_inv = t_end - t_init, from the first to the second reversal."""
     return readings(

@@ -208,8 +208,8 @@ def theta_goes_to_the_minimum(end: str = "10") -> Finding:
                 measured=f"E~ - V_min down to {decimal(above[-1], 3)} J at {end} s",
             ),
         },
-        f"The moving potential pumps the oscillation by {above[top] / above[0]:.1e} until "
-        f"{decimal(peak, 3)} s; dissipation wins only then.",
+        f"Until {decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
+        f"{decimal(above[top] / above[0], 2)}; only then dissipation wins.",
     )
 
 

@@ -1,4 +1,4 @@
-"""Section 2.1: Jellett's integral rewritten for phi_dot, eq (phi_dot_equ)."""
+"""Section 2.1: Jellett's integral rewritten for phi_dot, eq (21)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
 from tt_precise.claims.verdicts import Check, Finding, judged, misprint
 
-WHERE = "Sec. 2.1, eq (phi_dot_equ)"
+WHERE = "Sec. 2.1, eq (21)"
 RIGHT = "lambda_/(R*I3) + omega_3*(alpha - cos(theta))"
 CORRECT = "lambda_/(R*I1) + omega_3*(alpha - cos(theta))/gamma"
 START = "-R*I3*omega_3*(alpha - cos(theta))"

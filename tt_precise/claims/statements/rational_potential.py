@@ -22,19 +22,24 @@ NOTE = (
 
 
 @claim(
-    "EQ-26", quote="sigma=(1-alpha)/(gamma+alpha^2-1)", where="Sec. 1 and Sec. 2.1",
+    "EQ-26",
+    quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
+    where="Sec. 1 and Sec. 2.1",
     definition="the condition under which d(z) is the square of a polynomial",
     control={"printed": CORRECT},
-)  # fmt: skip
+)
 def rationality_condition(printed: str = PRINTED) -> Finding:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
     return misprint(_square(printed), _square(CORRECT), f"sigma = {CORRECT}", NOTE, proved=True)
 
 
 @claim(
-    "EQ-27", quote="V(z,D(t),lambda) is a rational function of cos theta", where="Sec. 1",
-    definition="for all lambda and D", control={"printed": CORRECT},
-)  # fmt: skip
+    "EQ-27",
+    quote="V(z,D(t),lambda) is a rational function of cos theta",
+    where="Sec. 1",
+    definition="for all lambda and D",
+    control={"printed": CORRECT},
+)
 def rational_potential(printed: str = PRINTED) -> Finding:
     """V is a rational function of cos theta when the printed condition holds."""
     return misprint(

@@ -14,7 +14,7 @@ DIGITS = 40
 
 @claim(
     "NUM-01",
-    quote="initial conditions with lambda about 2 lambda_thres",
+    quote="initial conditions (IC) with lambda approx 2 lambda_thres",
     where="Sec. 2.1",
     control={"scene": evidence.variant(omega_3="200")},
 )
