@@ -26,7 +26,7 @@ def balance(frame: pandas.DataFrame, columns: str) -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("columns", ["vectors", "Euler"])
-@pytest.mark.parametrize("rows", [101, 151, 201, 301, 401, 601, 801, 1201, 3201])
+@pytest.mark.parametrize("rows", [101, 151, 201, 301, 401, 801, 1601])
 def test_the_doubt_bounds_the_error_of_the_quadrature(
     healthy: Healthy, columns: str, rows: int
 ) -> None:

@@ -66,8 +66,8 @@ def test_small_blocks_change_nothing(
     healthy: Healthy, written: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = tt.check.conservation(written, "reference")
-    monkeypatch.setattr(reading, "BLOCK_BYTES", 5000)
-    monkeypatch.setattr(reading, "BLOCK_ROWS", 7)
+    monkeypatch.setattr(reading, "BLOCK_BYTES", 20_000)
+    monkeypatch.setattr(reading, "BLOCK_ROWS", 101)
     for source in (written, healthy()[COLUMNS]):
         split = tt.check.conservation(source, "reference")
         for one, other in zip(whole.checks, split.checks, strict=True):

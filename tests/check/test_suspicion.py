@@ -95,7 +95,7 @@ def test_another_body_is_refused(healthy: Healthy, rigid_body: Healthy) -> None:
         )
 
 
-@pytest.mark.parametrize("rows", [41, 81, 101, 201, 401, 2001, 50001])
+@pytest.mark.parametrize("rows", [41, 101, 401, 12001])
 def test_no_sampling_makes_a_healthy_trajectory_suspicious(
     healthy: Healthy, rigid_body: Healthy, rows: int
 ) -> None:
@@ -106,7 +106,7 @@ def test_no_sampling_makes_a_healthy_trajectory_suspicious(
 
 
 def test_a_wrong_simulator_is_judged_not_refused(healthy: Healthy) -> None:
-    frame = healthy("reference", 4001)[VECTORS]
+    frame = healthy("reference", 1601)[VECTORS]
     for name in ("Lz", "vx", "kz"):
         assert not tt.check.conservation(scaled(frame, 1.05, name), "reference").passed
 

@@ -55,10 +55,13 @@ class Balance:
 
 
 class Evolution:
-    """The balances of one case; sizes are taken from its first row."""
+    """The balances of one case; sizes are taken from its first row.
 
-    def __init__(self, case: Case, first: Stretch):
-        self.case = case
+    ``resolved`` is the doubt of a whole trajectory at which no higher order is tried.
+    """
+
+    def __init__(self, case: Case, first: Stretch, resolved: float = RESOLVED):
+        self.case, self._resolved = case, resolved
         self._form = formulation(case.scene.model, "newton")
         self._time = float(numpy.sqrt(case.body.R / case.body.g))
         q = first.first
@@ -99,7 +102,7 @@ class Evolution:
         with numpy.errstate(all="ignore"):
             mismatch, doubt = self._intervals(stretch, every, ORDERS[0])
             for order in ORDERS[1:]:
-                wanted = numpy.maximum(RESOLVED * steps / (HORIZON * self._time), 4 * EPS)
+                wanted = numpy.maximum(self._resolved * steps / (HORIZON * self._time), 4 * EPS)
                 open_ = every[~(doubt <= wanted)]
                 if not len(open_):
                     break

@@ -26,6 +26,7 @@ from tt_precise.mechanics.vectors import added, cross, scaled
 FACTOR = 0.1  # off by more than this, and constantly so, is another unit or body
 CONSTANT = 0.99  # correlation from which a factor counts as constant
 MISFIT, FIT = 0.2, 0.02  # parts of the motion unexplained as given, and in other units
+ROUGHLY = 0.1  # how well intervals need to be resolved to tell units apart
 STILL = 1e-9  # relative change of a row that counts as no motion
 LOOKED_AT = 400  # rows
 COMPARED = 50  # rows of a second column set
@@ -89,7 +90,7 @@ def _misfit(case: Case, given: Columns) -> float:
         known |= dict.fromkeys(case.columns.velocity, numpy.zeros_like(given["t"]))
     moving = replace(case, velocity_given=True)
     stretch = moving.stretch(Block(known, str, lambda row, names: []))
-    change, mismatch = Evolution(moving, stretch).changes(stretch)
+    change, mismatch = Evolution(moving, stretch, ROUGHLY).changes(stretch)
     if not whole:  # without the force, only how the axis follows L can be told
         axis = slice(0, 3 if case.columns.azimuth else 1)
         change, mismatch = change[axis], mismatch[axis]

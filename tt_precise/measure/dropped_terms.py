@@ -89,7 +89,7 @@ def rates_without(
     """Rates with term ``drop`` (None: none) left out, and all terms in the order they are met."""
     tally = Tally(drop)
     counted = [Counted(entry, tally) for entry in state]
-    found = rates(body, type(state)(*counted), Functions(fn, tally))  # type: ignore[call-arg]
+    found = rates(body, type(state)(*counted), Functions(fn, tally))
     return [_bare(rate) for rate in found], tally.terms
 
 
