@@ -92,6 +92,9 @@ class Lanes:
 
         heyoka.set_logger_level_critical()  # what it would log is told by the status
         self.build = build
+        # a single lane would take its step sizes with other functions, which differ in the last
+        # bit; as one of two it has the same numbers as any other lane
+        width = max(2, build.batch)
         form = formulation(build.model, "newton")
         variables = tuple(heyoka.make_vars(*form.columns))
         body = symbolic_body(form)
@@ -106,8 +109,8 @@ class Lanes:
         size, parameters = len(form.columns), len(form.parameters)
         self._batch = heyoka.taylor_adaptive_batch(
             list(zip(variables, rates, strict=True)),
-            numpy.zeros((size, build.batch)),
-            pars=numpy.ones((parameters, build.batch)),
+            numpy.zeros((size, width)),
+            pars=numpy.ones((parameters, width)),
             t_events=[heyoka.t_event_batch(function) for function in terminal.values()],
             nt_events=[
                 heyoka.nt_event_batch(
@@ -119,26 +122,27 @@ class Lanes:
             ],
             **numeric_options(Key(form, precision_named("double"), (), (), 0.0, ())),
         )
-        self._aboard: list[int | None] = [None] * build.batch
-        self._goals = [0.0] * build.batch
-        self._steps = numpy.zeros(build.batch, dtype=int)
-        self._parts: list[list[Any]] = [[] for _ in range(build.batch)]
+        self._aboard: list[int | None] = [None] * width
+        self._goals = [0.0] * width
+        self._steps = numpy.zeros(width, dtype=int)
+        self._parts: list[list[Any]] = [[] for _ in range(width)]
         # views of heyoka's own memory, which stays where it is
         self._tc, self._time, self._last_h = self._batch.tc, self._batch.time, self._batch.last_h
         self._series = numpy.empty((STEPS_KEPT, *self._tc.shape))
-        self._ends = numpy.empty((STEPS_KEPT, build.batch))
-        self._widths = numpy.empty((STEPS_KEPT, build.batch))
+        self._ends = numpy.empty((STEPS_KEPT, width))
+        self._widths = numpy.empty((STEPS_KEPT, width))
         self._counts: list[int] = []
         self._kept = 0
-        self._since = numpy.zeros(build.batch)  # times when the series were last given up
+        self._since = numpy.zeros(width)  # times when the series were last given up
 
     def fly(self, departures: Sequence[Departure]) -> Iterator[tuple[int, Arrival]]:
         """Integrate all starts; (position, how it went) of each, in the order of their ends."""
         if not departures:
             return
         waiting = iter(range(len(departures)))
-        for lane in range(self.build.batch):
-            self._board(lane, next(waiting, None), departures)
+        for lane in range(len(self._aboard)):
+            number = next(waiting, None) if lane < self.build.batch else None
+            self._board(lane, number, departures)
         while any(number is not None for number in self._aboard):
             outcomes = self._advance()
             ended = [
@@ -209,8 +213,8 @@ class Lanes:
             state = numpy.full((len(lane), self._tc.shape[0]), numpy.nan)
             wanted = self._stateful[position.astype(int)]
             state[wanted] = self._states(step[wanted], lane[wanted], time[wanted])
-            first = numpy.searchsorted(lane, numpy.arange(self.build.batch + 1))
-            for one in range(self.build.batch):
+            first = numpy.searchsorted(lane, numpy.arange(len(self._aboard) + 1))
+            for one in range(len(first) - 1):
                 mine = slice(first[one], first[one + 1])
                 self._parts[one].append((position[mine], sign[mine], time[mine], state[mine]))
         self._good = self._ends[self._kept - 2].copy() if self._kept > 1 else self._since.copy()
