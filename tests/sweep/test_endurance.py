@@ -134,9 +134,9 @@ def cluster(count: int, nanny: bool = False) -> Iterator[tuple[str, Callable[[],
     address = f"tcp://127.0.0.1:{port}"
     begin("scheduler", *common, "--port", str(port), "--no-dashboard")
     watching = "--nanny" if nanny else "--no-nanny"
+    single = ["--nthreads", "1", "--death-timeout", "60"]  # no orphans if the test is killed
     own = [
-        begin("worker", address, *common, "--nthreads", "1", watching, "--no-dashboard")
-        for _ in range(count)
+        begin("worker", address, *common, *single, watching, "--no-dashboard") for _ in range(count)
     ]
 
     def workers() -> list[int]:
