@@ -164,3 +164,20 @@ def test_a_solution_that_blows_up_is_enclosed_until_shortly_before() -> None:
         (value,) = enclosure.at(arb(0.75))
         assert value.contains(4)
         assert value.rad() < 1e-25
+
+
+def test_strong_damping_does_not_widen_the_enclosure() -> None:
+    # x'' = -60 x' - 500 x: the norm of the equations says exp(60 t), the damping takes it away
+    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+        x, v = state
+        return v, -60 * v - 500 * x
+
+    start = [arb(1), arb(-10)]
+    problem = Problem("damped", ("x", "v"), rates, list, lambda: start, lambda: arb(5))
+    enclosure = enclose(problem, BITS)
+    assert enclosure.failure is None
+    with flint.ctx.workprec(2 * BITS):
+        for time in (arb(1), arb(3), arb(5)):
+            x, _ = enclosure.at(time)
+            assert x.overlaps((-10 * time).exp())
+            assert x.rad() < 1e-30

@@ -14,7 +14,8 @@ contains a function at each s of the interval):
 - **S1** |F(p(s)) - p'(s)| <= d on [0, S].
 - **S2** T is a tube that contains every p(s) + x with |x| <= r. On it F is defined and continuously
   differentiable (each division met a divisor that excludes zero), DF(y) lies in the band A(s) for
-  every y of the tube at s, and every matrix in A has a norm of at most a.
+  every y of the tube at s, and every matrix in A has a logarithmic norm of at most a >= 0, the
+  largest of M_ii + sum over j != i of |M_ij| w_j/w_i.
 - **S3** P is a polynomial matrix, P(0) = 1, with ||M P - P'|| <= q for every matrix M in A(s).
 - **S4** (|e0| + d S) exp(a S) < r for every e0 in the set of initial errors E0.
 
@@ -27,11 +28,12 @@ exists on the whole step and is unique. With G = (exp(a S) - 1)/a,
 *Proof.* f is continuously differentiable near p(0) + e0, so y exists and is unique as long as it
 stays in the tube. There e = y - p obeys e' = F(p + e) - F(p) + (F(p) - p') = M(s) e + c(s), where
 M(s), the integral of DF(p + h e) over 0 <= h <= 1, lies in A(s), which is convex, and |c| <= d. So
-|e|' <= a |e| + d, and Gronwall gives |e(s)| <= |e0| exp(a s) + d (exp(a s) - 1)/a, which is at
-most (|e0| + d S) exp(a S) < r: e cannot be the first time at the tube's wall, and y exists up to
-S. Let W be the fundamental matrix of M with W(0) = 1. (W - P)' = M (W - P) + (M P - P'), hence
-||W - P|| <= q G; and e(S) = W(S) e0 + integral of W(S) W(s)^-1 c(s) ds, where the norm of
-W(S) W(s)^-1 is at most exp(a (S - s)), so the integral is at most d G. ∎
+|e|' <= a |e| + d (Dahlquist and Lozinskii, 1958), and Gronwall gives |e(s)| <= |e0| exp(a s)
++ d (exp(a s) - 1)/a, which is at most (|e0| + d S) exp(a S) < r: e cannot be the first time at the
+tube's wall, and y exists up to S. Let W be the fundamental matrix of M with W(0) = 1; the norm of
+W(S) W(s)^-1 is at most exp(a (S - s)). (W - P)' = M (W - P) + (M P - P'), so W - P is the integral
+of W(S) W(s)^-1 (M P - P') ds, at most q G; and e(S) = W(S) e0 + integral of W(S) W(s)^-1 c(s) ds,
+where the integral is at most d G. ∎
 
 Components that are zero identically (``invariant``) are left out of all this and are exact.
 Step after step, the set of errors is carried as B z, z in a box (``error_set``), and shifted by

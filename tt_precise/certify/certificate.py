@@ -198,7 +198,9 @@ def _events(
     same = True
     listed: dict[str, list[tuple[str, ...]]] = {}
     for row in table.rows:
-        listed.setdefault(row[0], []).append(row)
+        # where the proof ends early it says nothing about what comes later
+        if proof.complete or Fraction(Decimal(row[1])) < bounds(proof.finish_s)[0]:
+            listed.setdefault(row[0], []).append(row)
     proved = {name: events.zeros for name, events in proof.all_events.items()}
     if proof.lost:
         proved["contact_lost"] = (proof.lost,)

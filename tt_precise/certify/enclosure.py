@@ -141,7 +141,7 @@ def enclose(
                     break
                 limit = min(limit, steps.length) / 2
                 continue
-            halvings, limit = 0, min(limit * 2, longest)
+            halvings, limit = 0, min(limit * 5 / 4, longest)
             stretch = _stretch(time, piece, crossing, zero, len(problem.columns))
             stretches.append(stretch)
             errors, reached, time = crossing.after, piece.last, stretch.finish

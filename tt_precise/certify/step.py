@@ -24,6 +24,8 @@ FLOW_BITS = 80
 FLOW_DEGREE = 24
 TUBE = arb(2) ** -60  # relative to the state: no wider than what the low degree leaves anyway
 
+LONGEST_FLOW = 72  # terms; strong damping makes them large before they get small
+MOST_SPREAD = 1e-6  # of the flow's derivative, relative; wider ones add up over the steps
 MOST_GROWTH = 1e5  # of the norm in one step; five digits of what the step adds
 
 
@@ -60,9 +62,9 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
         sizes = _sizes(centre)
         tube = [b.widened(TUBE * size) for b, size in zip(centre, sizes, strict=True)]
         rates, jacobian = _linearised(problem, piece, tube)
-        bound = [[entry.range.abs_upper() for entry in row] for row in jacobian]
+        bound = _upper(jacobian)
         weights = _weights(bound, sizes)
-        rate = _norm(bound, weights)
+        rate = largest((_norm(bound, weights), arb(0)))
         growth = (rate * piece.end).exp().upper()
         if not growth < MOST_GROWTH:
             raise NotProved("S4", "the step is too long for a useful bound")
@@ -77,6 +79,8 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
         flow, flow_defect = _flow(jacobian, frame, weights)
         gain = ((growth - 1) / rate).upper() if rate > 0 else piece.end
         spread = (flow_defect * gain).upper()
+        if not spread < MOST_SPREAD:
+            raise NotProved("S3", "the step is too long for a polynomial of the flow")
         at_end = [
             [flow[i][j](piece.end) + around(spread * wi / wj) for j, wj in enumerate(weights)]
             for i, wi in enumerate(weights)
@@ -128,11 +132,17 @@ def _flow(
         for j, entry in enumerate(row):
             for k, c in enumerate(entry.polynomial.coeffs()):
                 series[k, i, j] = float(c.mid())
-    powers = numpy.zeros((frame.degree + 2, size, size))
+    powers = numpy.zeros((LONGEST_FLOW, size, size))
     powers[0] = numpy.eye(size)
-    for k in range(frame.degree + 1):
-        terms = numpy.matmul(series[: k + 1], powers[k::-1])
+    length, small = float(frame.interval.upper()), False
+    for k in range(LONGEST_FLOW - 1):
+        terms = numpy.matmul(series[: k + 1], powers[k::-1][: len(series)])
         powers[k + 1] = terms.sum(axis=0) / (k + 1)
+        # two small terms in a row, as even or odd ones may vanish
+        before, small = small, bool(numpy.abs(powers[k + 1]).max() * length ** (k + 1) < 1e-18)
+        if k >= frame.degree and before and small:
+            powers = powers[: k + 2]
+            break
     flow = [[arb_poly(powers[:, i, j].tolist()) for j in range(size)] for i in range(size)]
     defects = []
     for i, row in enumerate(jacobian):
@@ -154,8 +164,19 @@ def _sizes(bands: Sequence[Band]) -> list[arb]:
     return [largest((size, floor)) for size in found]
 
 
+def _upper(jacobian: list[list[Band]]) -> list[list[arb]]:
+    """Bounds of the entries: of their size, but on the diagonal of their value.
+
+    Their norm bounds the logarithmic norm, which keeps what damping takes away.
+    """
+    return [
+        [entry.range.upper() if i == j else entry.range.abs_upper() for j, entry in enumerate(row)]
+        for i, row in enumerate(jacobian)
+    ]
+
+
 def _weights(bound: list[list[arb]], sizes: list[arb]) -> list[arb]:
-    """Weights w for the norm max |x_i|/w_i in which the matrix ``bound`` is smallest.
+    """Weights w for the norm max |x_i|/w_i in which ``_norm(bound)`` is smallest.
 
     The Perron vector, by power iteration in floats: any positive weights are right.
     """
@@ -163,8 +184,10 @@ def _weights(bound: list[list[arb]], sizes: list[arb]) -> list[arb]:
     matrix = numpy.array([[float(x) for x in row] for row in bound]) * scale / scale[:, None]
     if not numpy.all(numpy.isfinite(matrix)):
         raise NotProved("S2", "the derivative of the equations could not be bounded")
-    # a little of everything keeps the weights of loosely coupled components comparable
+    # a little of everything keeps the weights of loosely coupled components comparable; adding a
+    # multiple of the identity changes no eigenvector
     matrix = matrix + max(matrix.max(), 1e-300) * 3e-2
+    matrix = matrix + numpy.eye(len(sizes)) * max(-matrix.diagonal().min(), 0)
     vector = numpy.ones(len(sizes))
     for _ in range(60):
         vector = matrix @ vector
@@ -174,7 +197,7 @@ def _weights(bound: list[list[arb]], sizes: list[arb]) -> list[arb]:
 
 
 def _norm(matrix: list[list[arb]], weights: list[arb]) -> arb:
-    """Bound of the operator norm for max |x_i|/w_i of a matrix with these entries' bounds."""
+    """Bound of the norm, for max |x_i|/w_i, of a matrix with these bounds of its entries."""
     return largest(
         sum((x * w for x, w in zip(row, weights, strict=True)), start=arb(0)) / weight
         for row, weight in zip(matrix, weights, strict=True)
