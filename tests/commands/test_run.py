@@ -73,7 +73,7 @@ def test_digits_choose_the_precision(told: Told) -> None:
 
 
 def test_bits_of_the_precision_mp(told: Told) -> None:
-    found = told("reference", "--until", "0.01", "--precision", "mp", "--bits", "150")
+    found = told("upright", "--until", "0.01", "--precision", "mp", "--bits", "150")
     assert (found["precision"], found["bits"]) == ("mp", 150)
     assert found["digits"] > 40
 

@@ -83,10 +83,10 @@ def test_the_state_is_that_of_the_event_and_not_of_the_step(quad: Trajectory) ->
 
 @pytest.fixture(scope="module")
 def samples(double: Trajectory) -> pandas.DataFrame:
-    """Every 0.2 ms; two events of a kind are 0.53 ms apart or more."""
+    """Every 0.4 ms; two events of a kind are 0.53 ms apart or more."""
     rates = ("theta_dot", "phi_dot", "nu_x", "nu_y", "omega_3")
     vectors = ("Lx", "Ly", "Lz", "kx", "ky", "kz")
-    frame = double.frame(*rates, *vectors, times=[Fraction(i, 5000) for i in range(40_001)])
+    frame = double.frame(*rates, *vectors, times=[Fraction(i, 2500) for i in range(20_001)])
     spin = spin_along_axis(frame)
     crossing = frame["nu_y"] - frame["nu_x"]
     return frame.assign(crossing=crossing, aligned=spin - frame["Lz"], opposed=spin + frame["Lz"])

@@ -21,7 +21,7 @@ QUADRATURES = ("phi", "psi", "x", "y")
 
 @pytest.fixture(scope="module")
 def recorded(half: Scene) -> Trajectory:
-    return integrate(half, record=QUADRATURES)
+    return integrate(half, record=QUADRATURES, options={"compact_mode": True})
 
 
 def test_dense_output_ends_in_the_end_state(double: Trajectory, half_quad: Trajectory) -> None:
@@ -115,7 +115,7 @@ def test_what_is_no_time_is_refused(double: Trajectory, time: Any) -> None:
 def test_default_columns(double: Trajectory, recorded: Trajectory, half: Scene) -> None:
     assert list(double.frame(times=[0])) == ["t", *VECTOR_COLUMNS, *EULER_COLUMNS]
     assert list(recorded.frame(times=[0])) == ["t", *VECTOR_COLUMNS, *EULER_COLUMNS, *QUADRATURES]
-    angles = integrate(half, formulation="euler")
+    angles = integrate(half, "extended", formulation="euler")
     assert list(angles.frame(times=[0])) == ["t", *EULER_COLUMNS]
     with pytest.raises(InputError, match="column: got 'kx'"):
         angles.frame("kx")

@@ -245,9 +245,10 @@ def test_a_horizon_of_zero_is_the_start(reference: Scene, precision: str) -> Non
 @pytest.mark.parametrize("scene", shipped())
 def test_every_shipped_scene_can_be_integrated(scene: str) -> None:
     loaded = load_scene(scene)
-    trajectory = integrate(replace(loaded, until=min(loaded.until, Fraction(1, 5))), record=())
+    short = replace(loaded, until=min(loaded.until, Fraction(1, 10)))
+    trajectory = integrate(short, "extended", events=(), record=())
     assert trajectory.status in ("complete", "contact_lost")
-    frame = trajectory.frame("kx", "Lz", "vx", "g_n", "lambda")
+    frame = trajectory.frame("kx", "Lz", "vx", "g_n", "lambda", numbers="float")
     assert numpy.isfinite(frame.to_numpy()).all()
     assert (frame["g_n"] > -1e-12).all()
 
