@@ -129,7 +129,8 @@ def perform_all(
         progress(performed / (performed + len(arrived) + len(waiting)))
         if waiting:
             ready, _ = wait(waiting, return_when=FIRST_COMPLETED)
-            for future in ready:
+            # what has succeeded is kept before a failure that came with it ends the build
+            for future in sorted(ready, key=lambda one: one.exception() is not None):
                 name, task = waiting.pop(future)
                 arrived.append((name, task, future.result()))
                 if kept:
