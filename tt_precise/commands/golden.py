@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tt_precise.commands.certify_golden import command as certify
+
 if TYPE_CHECKING:
     from tt_precise.golden import Built, Verification
 
@@ -148,3 +150,6 @@ def _facts(one: Verification) -> dict[str, Any]:
     facts = dict(vars(one))
     facts.pop("scene")
     return {**facts, "problems": list(one.problems)}
+
+
+command.add_command(certify)
