@@ -119,7 +119,7 @@ def test_an_interrupted_replacement_leaves_the_old_data(
     # what the interruption left behind is in nobody's way
     assert again(small).outcome == UNCHANGED
     store.replace_folder(small.folder / small.scene.name, {TRAJECTORY: "t\n"})
-    assert contents(small) == {TRAJECTORY: b"t\n"}
+    assert contents(small) == {**before, TRAJECTORY: b"t\n"}
     assert [path.name for path in small.folder.iterdir()] == [small.scene.name]
 
 
@@ -130,9 +130,10 @@ def test_a_folder_is_replaced_with_and_without_exchange(
     if without:
         monkeypatch.setattr(store.ctypes, "CDLL", lambda *args, **kwargs: object())
     target = tmp_path / "scene"
-    store.replace_folder(target, {"a": "old\n", "b": "old\n"})
-    store.replace_folder(target, {"a": "new\n"})
-    assert {path.name: path.read_text() for path in target.iterdir()} == {"a": "new\n"}
+    store.replace_folder(target, {"a": "old\n", "proof": "of others\n"})
+    store.replace_folder(target, {"a": "new\n", "b": "new\n"})
+    found = {path.name: path.read_text() for path in target.iterdir()}
+    assert found == {"a": "new\n", "b": "new\n", "proof": "of others\n"}
     assert [path.name for path in tmp_path.iterdir()] == ["scene"]
 
 

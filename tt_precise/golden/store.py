@@ -92,10 +92,16 @@ def read(name: str, folder: Path | None = None) -> Stored:
 
 
 def replace_folder(target: Path, files: dict[str, str]) -> None:
-    """Make ``target`` a folder with just these files; whoever looks sees the old or the new."""
+    """Put ``files`` into the folder ``target`` all at once; whoever looks sees old or new.
+
+    Other files that lie there, such as a proof of the digits, stay.
+    """
     fresh = target.with_name(f".new-{target.name}")
     shutil.rmtree(fresh, ignore_errors=True)
     fresh.mkdir(parents=True)
+    for other in target.iterdir() if target.exists() else ():
+        if other.name not in files and other.is_file():
+            shutil.copy2(other, fresh)
     for name, text in files.items():
         with (fresh / name).open("w", encoding="utf-8", newline="\n") as file:
             file.write(text)
