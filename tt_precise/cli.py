@@ -23,6 +23,7 @@ COMMANDS = {
     "golden": "Make, verify or list golden reference trajectories.",
     "check": "Conservation checks on a trajectory from anywhere.",
     "claims": "Judge the paper's claims.",
+    "extremes": "Numerical stability at the extremes, case by case.",
     "sweep": "Many starts at once.",
     "report": "The main job: the precision report.",
 }

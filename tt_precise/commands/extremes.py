@@ -1,0 +1,104 @@
+"""``tt-precise extremes``: numerical stability at the extremes, case by case."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from tt_precise.measure.extremes import Outcome
+
+SCHEMA = "tt_precise.extremes/1"
+TOPICS = ("geometry", "parameters", "contact", "time", "sensitivity", "machine", "abuse")
+CASE_FAILED = 1
+
+
+@click.command("extremes")
+@click.option("--quick", is_flag=True, help="Only the quick cases, which take half a minute.")
+@click.option("--topic", multiple=True, type=click.Choice(TOPICS), help="Only these topics.")
+@click.option("--full", is_flag=True, help="A line for each case, not only for each family.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Processes; one for each core, at most 4.")
+@click.option("--out", type=click.Path(dir_okay=False), help="Write the JSON to this file too.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(
+    quick: bool,
+    topic: tuple[str, ...],
+    full: bool,
+    jobs: int | None,
+    out: str | None,
+    as_json: bool,
+) -> int:
+    """Drive everything to its edges; for each case: what is expected, found, and the verdict.
+
+    Exit status 1 if a case fails.
+    """
+    from tt_precise.files import atomic_write
+    from tt_precise.measure.extremes import cases, run_all
+    from tt_precise.progress import progress_bar
+
+    chosen = cases(topic, quick)
+    begin = time.monotonic()
+    with progress_bar(f"running {len(chosen)} cases") as progress:
+        outcomes = run_all(chosen, progress, jobs or _cores())
+    failed = [one for one in outcomes if one.verdict == "fail"]
+    text = json.dumps(summary(outcomes), indent=1, ensure_ascii=False)
+    if out is not None:
+        atomic_write(out, text + "\n")
+    if as_json:
+        click.echo(text)
+    else:
+        _table(outcomes, full)
+        click.echo(
+            f"{len(outcomes)} cases, {len(failed)} failed; {time.monotonic() - begin:.0f} s."
+        )
+    return CASE_FAILED if failed else 0
+
+
+def summary(outcomes: list[Outcome]) -> dict[str, Any]:
+    """The JSON object of the command."""
+    return {
+        "schema": SCHEMA,
+        "verdict": "fail" if any(one.verdict == "fail" for one in outcomes) else "pass",
+        "cases": [one.to_json() for one in outcomes],
+    }
+
+
+def _table(outcomes: list[Outcome], full: bool) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    from tt_precise.measure.extremes.case import families
+
+    console = Console()
+    for topic in TOPICS:
+        here = [family for family in families(outcomes) if family.first.topic == topic]
+        if not here:
+            continue
+        table = Table(
+            title=topic, title_justify="left", title_style="bold", box=None, pad_edge=False
+        )
+        table.add_column("", no_wrap=True)
+        table.add_column("case", ratio=3)
+        table.add_column("found", ratio=4)
+        for family in here:
+            shown = family.outcomes if full else [*family.wrong] or [family.worst]
+            for one in shown:
+                mark = "[green]pass[/]" if one.verdict == "pass" else "[red]FAIL[/]"
+                name, found = one.case.name, one.finding.found
+                if len(family.outcomes) > 1 and not full and not family.wrong:
+                    name = f"{family.first.family} ({len(family.outcomes)} cases)"
+                    found = f"{found} (the worst, {one.case.name})"
+                if one.verdict == "fail":
+                    found += f"; expected: {one.case.expected}"
+                table.add_row(mark, escape(name), escape(found))
+        console.print(table)
+        console.print()
+
+
+def _cores() -> int:
+    return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2)

@@ -1,0 +1,269 @@
+"""What a case is, and the registry that a decorator fills: a new case is one new entry.
+
+    @case(
+        "theta(0) = 1e-{k}",
+        expected="status complete, and theta(1 s)/theta(0) as for every other small theta(0)",
+        source="linear equations near the pole do not know its size",
+        over={"k": range(1, 301)},
+        quick=lambda k: k % 50 == 0,
+        control={"integrate": a_spoiled_one},
+    )
+    def small_start(k: int, integrate=integrate) -> Finding:
+        ...
+        return within(worst / eps, 100, "eps")
+
+The topic is the module. ``over`` makes one case of each combination of its arguments, which fill
+the braces in the name and in the expectation. ``control`` replaces arguments by something wrong:
+the tests see that the verdict of the family's first case changes.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import pkgutil
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from itertools import product
+from typing import Any
+
+TOPICS = ("geometry", "parameters", "contact", "time", "sensitivity", "machine", "abuse")
+LIMIT_S = 60.0  # a case that takes longer is taken for one that hangs
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a case found: in words, whether that is right, and the number that says how well.
+
+    ``data`` are further numbers (JSON scalars), for pictures.
+    """
+
+    found: str
+    right: bool
+    value: float | None = None
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for number in (self.value, *self.data.values()):
+            if number is not None and type(number) not in (bool, int, float, str):
+                raise TypeError(f"got {type(number).__name__} {number}, expected a JSON scalar")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One entry of the table.
+
+    Attributes
+    ----------
+    topic, family, name
+        Module; the name with its braces, and with them filled.
+    expected, source
+        The outcome expected, and what says so: a theory, a closed form, a higher precision;
+        never the code under test.
+    function, arguments
+        ``function(**arguments)`` gives the ``Finding``.
+    control
+        Arguments that make it wrong.
+    quick
+        Whether it belongs to ``--quick``.
+    limit_s
+        Seconds after which it is stopped, and has failed.
+    """
+
+    topic: str
+    family: str
+    name: str
+    expected: str
+    source: str
+    function: Callable[..., Finding]
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    control: Mapping[str, Any] = field(default_factory=dict)
+    quick: bool = False
+    limit_s: float = LIMIT_S
+
+    def __post_init__(self) -> None:
+        for attribute in ("topic", "name", "expected", "source"):
+            if not getattr(self, attribute):
+                raise ValueError(f"case {self.name!r}: got no {attribute}, expected one")
+
+    def outcome(self, **changes: Any) -> Outcome:
+        """Run it here; an exception, or a number that is not finite, is a failure of the case."""
+        try:
+            finding = self.function(**{**self.arguments, **changes})
+        except Exception as error:
+            return self.failed(f"{type(error).__name__}: {error}")
+        numbers = [finding.value, *finding.data.values()]
+        if any(isinstance(x, float) and not math.isfinite(x) for x in numbers):
+            return self.failed(f"a number that is not finite: {finding.found}")
+        return Outcome(self, finding)
+
+    def failed(self, reason: str) -> Outcome:
+        """The outcome of a case that came to no finding; ``reason`` becomes one line."""
+        line = " ".join(reason.split())
+        return Outcome(self, Finding(line if len(line) <= 200 else line[:197] + "...", False))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A case and what came of it."""
+
+    case: Case
+    finding: Finding
+
+    @property
+    def verdict(self) -> str:
+        """Pass or fail."""
+        return "pass" if self.finding.right else "fail"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values, for ``tt-precise extremes --json``."""
+        case, finding = self.case, self.finding
+        told = {
+            "topic": case.topic,
+            "family": case.family,
+            "name": case.name,
+            "expected": case.expected,
+            "source": case.source,
+            "found": finding.found,
+            "verdict": self.verdict,
+            "value": finding.value,
+        }
+        return told | ({"data": dict(finding.data)} if finding.data else {})
+
+
+class NotFiniteError(ArithmeticError):
+    """A NaN or an infinity where a number was expected."""
+
+
+def within(value: Any, limit: float, unit: str = "", **data: Any) -> Finding:
+    """Right if ``value`` is at most ``limit``; told as "3.2 eps, at most 10 eps allowed"."""
+    number, unit = float(value), f" {unit}" if unit else ""
+    found = f"{number:.2g}{unit}, at most {limit:g}{unit} allowed"
+    return Finding(found, number <= limit, number, data)
+
+
+def same(got: Any, expected: Any, value: float | None = None, **data: Any) -> Finding:
+    """Right if ``got`` equals ``expected``, such as a status."""
+    told = str(got) if got == expected else f"{got}, not {expected}"
+    return Finding(told, bool(got == expected), value, data)
+
+
+def together(*findings: Finding) -> Finding:
+    """Several findings of one case: right if all are; the value is the first one's."""
+    words = "; ".join(finding.found for finding in findings)
+    data = {name: x for finding in findings for name, x in finding.data.items()}
+    right = all(finding.right for finding in findings)
+    return Finding(words, right, findings[0].value, data)
+
+
+def finite(values: Iterable[Any], what: str = "output") -> list[Any]:
+    """The values as a list (missing ones left out).
+
+    Raises
+    ------
+    NotFiniteError
+        One of them is NaN or infinite, which fails the case.
+    """
+    found = [value for value in values if value is not None]
+    for value in found:
+        if value - value != 0:
+            raise NotFiniteError(f"{what}: got {value}, expected a finite number")
+    return found
+
+
+_registered: dict[str, Case] = {}
+
+
+def case(
+    name: str,
+    *,
+    expected: str,
+    source: str,
+    control: Mapping[str, Any],
+    over: Mapping[str, Iterable[Any]] | None = None,
+    quick: bool | Callable[..., bool] = False,
+    limit_s: float = LIMIT_S,
+) -> Callable[[Callable[..., Finding]], Callable[..., Finding]]:
+    """Register the decorated function as a case, or as one for each combination in ``over``.
+
+    Parameters
+    ----------
+    name, expected
+        Texts with the arguments in braces: "mu = {mu}".
+    quick
+        Whether it belongs to ``--quick``: for all combinations, or a function of the arguments.
+    """
+
+    def register(function: Callable[..., Finding]) -> Callable[..., Finding]:
+        topic = function.__module__.removeprefix(f"{__package__}.").split(".")[0]
+        names = tuple(over or ())
+        for values in product(*(over or {}).values()):
+            arguments = dict(zip(names, values, strict=True))
+            filled = name.format(**arguments)
+            if filled in _registered:
+                raise ValueError(f"case {filled!r}: registered twice, in {function.__module__}")
+            _registered[filled] = Case(
+                topic=topic,
+                family=name,
+                name=filled,
+                expected=expected.format(**arguments),
+                source=source,
+                function=function,
+                arguments=arguments,
+                control=dict(control),
+                quick=quick(**arguments) if callable(quick) else quick,
+                limit_s=limit_s,
+            )
+        return function
+
+    return register
+
+
+@cache
+def _all_cases() -> tuple[Case, ...]:
+    from tt_precise.measure import extremes
+
+    for module in pkgutil.walk_packages(extremes.__path__, f"{extremes.__name__}."):
+        importlib.import_module(module.name)
+    order = {topic: place for place, topic in enumerate(TOPICS)}
+    return tuple(sorted(_registered.values(), key=lambda one: order[one.topic]))
+
+
+def cases(topics: Sequence[str] = (), quick: bool = False) -> tuple[Case, ...]:
+    """The cases of ``topics`` (of all by default), in the order of the topics and modules."""
+    return tuple(
+        one
+        for one in _all_cases()
+        if (not topics or one.topic in topics) and (one.quick or not quick)
+    )
+
+
+@dataclass(frozen=True)
+class Family:
+    """The outcomes of the cases that one function stands for."""
+
+    outcomes: Sequence[Outcome]
+
+    @property
+    def first(self) -> Case:
+        """The first case."""
+        return self.outcomes[0].case
+
+    @cached_property
+    def wrong(self) -> list[Outcome]:
+        """Those that failed."""
+        return [one for one in self.outcomes if one.verdict == "fail"]
+
+    @property
+    def worst(self) -> Outcome:
+        """A failure if there is one, else the outcome with the largest value."""
+        return max(self.wrong or self.outcomes, key=lambda one: one.finding.value or 0.0)
+
+
+def families(outcomes: Iterable[Outcome]) -> list[Family]:
+    """Outcomes grouped by family, in their order."""
+    groups: dict[tuple[str, str], list[Outcome]] = {}
+    for one in outcomes:
+        groups.setdefault((one.case.topic, one.case.family), []).append(one)
+    return [Family(group) for group in groups.values()]
