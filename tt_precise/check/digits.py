@@ -38,10 +38,17 @@ class Digits:
         size = max(abs(true), self.scales[name] * NEAR_ZERO)
         found = float(DIGITS)
         if error:
-            found = min(found, max(0.0, float((size / abs(error)).log10()))) if size else 0.0
+            found = min(found, max(0.0, log10(size / abs(error)))) if size else 0.0
         self.fewest[name] = min(self.fewest.get(name, math.inf), found)
         if found < self.worst:
             self.worst, self.at = found, t
+
+
+def log10(number: Decimal) -> float:
+    """Decimal logarithm of a positive number of any size, to the precision of a float."""
+    # Decimal.log10 works out all 28 digits, which took half the time of a check
+    exponent = number.adjusted()
+    return exponent + math.log10(number.scaleb(-exponent))
 
 
 def as_decimal(value: Any) -> Decimal | None:
