@@ -120,6 +120,19 @@ def test_a_run_that_ends_early_cannot_look_complete(
     assert out.splitlines()[-1] == "  NOT COMPLETE: it ended before the horizon of 8 s"
 
 
+def test_a_run_without_a_table_that_holds_cannot_look_complete(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    argv = ["run", "contact-lost", "--until", "1.4"]
+    assert cli.main(argv) == 1
+    assert "contact_lost at t = 1.33" in capsys.readouterr().out
+    assert cli.main([*argv, "--contact", "bilateral"]) == 1
+    told = capsys.readouterr().out
+    assert "contact_ignored at t = 1.4 s" in told
+    assert "CONTACT IGNORED" in told
+    assert cli.main([*argv, "--contact", "none"]) == 2
+
+
 def test_a_pole_and_a_failure_are_json_too(told: Told, tmp_path: Path) -> None:
     text = load_scene("reference").text
     falling, hopeless = tmp_path / "falling.toml", tmp_path / "hopeless.toml"

@@ -12,6 +12,7 @@ from tt_precise.integrate import integrate
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.start import beginning, vanishes
 from tt_precise.integrate.system import Key
+from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.scene import Inclination, Scene
 
@@ -140,3 +141,37 @@ def test_which_extrema_are_at_the_start(reference: Scene) -> None:
         assert vanishes(name, key, at_rest), name
     assert not vanishes("extremum:g_n", key, moving)
     assert not vanishes("extremum:omega_3", key, moving)
+
+
+def test_a_start_off_the_table_is_refused_unless_the_table_may_pull(reference: Scene) -> None:
+    """Below the equator, so fast that the axis would have to be pulled down."""
+    body = replace(reference.body, mu="0")
+    fast = starting(reference, theta="2", theta_dot="-100")
+    wanted = replace(fast, body=body, until=Fraction("0.02"))
+    with pytest.raises(InputError, match=r"g_n is -.* m g at t = 0, expected above 0"):
+        integrate(wanted)
+    trajectory = integrate(wanted, contact="bilateral")
+    assert trajectory.status == "contact_ignored"
+    assert trajectory.t_end == 0.02
+    g_n = trajectory.frame("g_n")["g_n"]
+    numerator, denominator = newton.contact_terms(trajectory.start.body, trajectory.start.vectors)
+    weight = float(numerator / denominator) * float(body.m * body.g)
+    assert g_n[0] == pytest.approx(weight, rel=1e-13)
+    assert g_n[0] < 0
+    # without friction the energy is conserved, whatever the sign of g_n
+    assert trajectory.drift["energy"] < 100 * 2.0**-52
+
+
+def test_contact_lost_later_is_told_when_it_is_ignored(rough: Scene) -> None:
+    """The guarded run ends where g_n reaches 0; the other goes on and says that it was there."""
+    scene = replace(rough, until=Fraction("0.66"))
+    assert integrate(scene).status == "contact_lost"
+    ignored = integrate(scene, contact="bilateral")
+    assert (ignored.status, ignored.t_end) == ("contact_ignored", 0.66)
+    earlier = replace(scene, until=Fraction("0.6"))
+    assert integrate(earlier, contact="bilateral").status == "complete"
+
+
+def test_only_two_kinds_of_contact(half: Scene) -> None:
+    with pytest.raises(InputError, match="contact: got 'none', expected one of"):
+        integrate(half, contact="none")

@@ -23,6 +23,7 @@ UNFINISHED = 1
 @click.option("--bits", type=int, help="Bits of the precision mp (200).")
 @click.option("--digits", type=int, help="Correct digits wanted, instead of a precision.")
 @click.option("--formulation", default="newton", show_default=True, help="newton or euler.")
+@click.option("--contact", default="unilateral", show_default=True, help="Or bilateral: g_n<0 too.")
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--events", help="Events to record: names separated by commas, or all.")
 @click.option("--record", help="Quadratures: any of phi,psi,x,y, separated by commas.")
@@ -35,6 +36,7 @@ def command(
     bits: int | None,
     digits: int | None,
     formulation: str,
+    contact: str,
     until: str | None,
     events: str | None,
     record: str | None,
@@ -44,7 +46,8 @@ def command(
 ) -> int:
     """Integrate SCENE, a shipped name or a TOML file.
 
-    Exit status 1 if the trajectory ended before its horizon.
+    Exit status 1 if the trajectory ended before its horizon, or got there with g_n < 0 on the way
+    (only with --contact bilateral).
     """
     from dataclasses import replace
 
@@ -79,6 +82,7 @@ def command(
             events=names,
             record=recorded,
             bits=bits,
+            contact=contact,
             progress=progress,
         )
     if out is not None:
@@ -159,7 +163,9 @@ def lines(trajectory: Trajectory) -> list[str]:
     ]
     counts = trajectory.events["name"].value_counts()
     told += [f"  {count} x {name}" for name, count in counts.items()]
-    if trajectory.status != "complete":
+    if trajectory.status == "contact_ignored":
+        told.append("  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top")
+    elif trajectory.status != "complete":
         told.append(f"  NOT COMPLETE: it ended before the horizon of {trajectory.scene.until} s")
     return told
 

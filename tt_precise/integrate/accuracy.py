@@ -52,6 +52,7 @@ def error_estimate(trajectory: Trajectory) -> dict[str, Any]:
         events=(),
         record=trajectory.key.record,
         options=dict(trajectory.key.options),
+        contact=trajectory.key.contact,
     )
     found = {"t_end": trajectory.t_end, **trajectory.state.values}
     better_found = {"t_end": judge.t_end, **judge.state.values}
@@ -90,6 +91,7 @@ def integrate_to_digits(
     formulation: str,
     events: Iterable[str] | None,
     record: Iterable[str] | None,
+    contact: str,
     progress: Progress | None,
 ) -> Trajectory:
     """The cheapest arithmetic on the ladder whose error estimate leaves ``wanted`` digits."""
@@ -111,6 +113,7 @@ def integrate_to_digits(
             formulation=formulation,
             events=events,
             record=record,
+            contact=contact,
             progress=progress,
         )
         if trajectory.status == "failed":

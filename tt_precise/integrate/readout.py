@@ -18,7 +18,10 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.numerals import exact, to_mpmath
 
-Status = Literal["complete", "contact_lost", "singular_contact", "pole", "failed"]
+Status = Literal[
+    "complete", "contact_ignored", "contact_lost", "singular_contact", "pole", "failed"
+]
+ARRIVED: tuple[Status, ...] = ("complete", "contact_ignored")  # at the scene's horizon
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
@@ -81,7 +84,7 @@ class Readout:
     @cached_property
     def end_time(self) -> Any:
         """Dimensionless end of the solution: the exact horizon where it was reached."""
-        if self.course.status == "complete":
+        if self.course.status in ARRIVED:
             return self.start.until
         return self._reached
 

@@ -10,13 +10,14 @@ from tt_precise.errors import InputError
 from tt_precise.integrate.events import event_named
 from tt_precise.integrate.precision import Precision, precision_named
 from tt_precise.integrate.readout import Course, Status
-from tt_precise.integrate.start import Beginning, beginning, vanishes
+from tt_precise.integrate.start import Beginning, beginning, contact_terms, vanishes
 from tt_precise.integrate.system import Integrator, Key, integrator
 from tt_precise.integrate.trajectory import Trajectory
 from tt_precise.mechanics.formulations import formulation as formulation_of
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene, load_scene
 
+CONTACTS = ("unilateral", "bilateral")
 STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}  # 0.2 s or more
 
 # Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
@@ -33,6 +34,7 @@ def integrate(
     events: Iterable[str] | None = None,
     record: Iterable[str] | None = None,
     bits: int | None = None,
+    contact: str = "unilateral",
     tolerance: float = 0.0,
     options: dict[str, Any] | None = None,
     progress: Progress | None = None,
@@ -53,6 +55,10 @@ def integrate(
     events, record
         Names from the event catalogue, and of quadratures (phi, psi, x, y); by default those
         that the scene names.
+    contact
+        ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it goes on, and
+        may start, with g_n < 0, where the equations hold and no table does; its status then is
+        "contact_ignored".
     tolerance
         heyoka's relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
     options
@@ -76,8 +82,9 @@ def integrate(
         if precision is not None or bits is not None:
             raise InputError("digits: got a precision too, expected one of digits and precision")
         return integrate_to_digits(
-            scene, digits, formulation=formulation, events=events, record=record, progress=progress
-        )
+            scene, digits, formulation=formulation, events=events, record=record, contact=contact,
+            progress=progress,
+        )  # fmt: skip
     scene = load_scene(scene)
     working = precision_named(precision or "double", bits)
     form = formulation_of(scene.model, formulation)
@@ -86,6 +93,8 @@ def integrate(
             f"{scene.name}: theta = {scene.start.theta} is a pole, where Euler angles are "
             "undefined; expected formulation newton"
         )
+    if contact not in CONTACTS:
+        raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
     if not 0 <= tolerance < 1:
         raise InputError(f"tolerance: got {tolerance}, expected 0 (for eps) or a number below 1")
     key = Key(
@@ -95,10 +104,11 @@ def integrate(
         _checked_record(scene, record, formulation),
         float(tolerance),
         tuple(sorted((options or {}).items())),
+        contact,
     )
     # wide arithmetics take seconds, so there the dense output is kept at once, not made again
     dense = working.name in ("quad", "mp")
-    start = beginning(scene, working)
+    start = beginning(scene, working, contact)
     return Trajectory(scene, key, start, run(key, start, dense=dense, progress=progress))
 
 
@@ -129,6 +139,8 @@ def run(
         goals = [first, horizon] if first < horizon else [horizon]
         outcome, steps, outputs = _propagate(made, goals, dense, progress, key.precision)
         status = _status(outcome, made.terminal)
+        if status == "complete" and key.contact == "bilateral" and _pulled(key, start, made):
+            status = "contact_ignored"
         if status != "failed":
             return _course(key, start, made, status, steps, outputs)
         last_good = made.adaptive.time
@@ -231,6 +243,12 @@ def _status(outcome: Any, terminal: tuple[str, ...]) -> Status:
     index = -1 - int(outcome)
     ended: Any = terminal[index] if 0 <= index < len(terminal) else "failed"
     return ended
+
+
+def _pulled(key: Key, start: Beginning, made: Integrator) -> bool:
+    """Whether g_n was negative at the start or fell through zero later."""
+    numerator, _ = contact_terms(key.formulation.model, start.body, start.vectors)
+    return bool(numerator <= 0 or made.losses)
 
 
 def _checked_events(scene: Scene, events: Iterable[str] | None) -> tuple[str, ...]:

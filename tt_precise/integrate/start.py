@@ -32,13 +32,14 @@ class Beginning:
     until: Any
 
 
-def beginning(scene: Scene, precision: Precision) -> Beginning:
+def beginning(scene: Scene, precision: Precision, contact: str = "unilateral") -> Beginning:
     """Body, units and start of ``scene``, rounded once to the guarded ``precision``.
 
     Raises
     ------
     InputError
         The top would not stay on the table at t = 0: g_n or its denominator is not positive.
+        With ``contact`` "bilateral" g_n may be negative.
     """
     context, exact = precision.context, precision.exact
     body = scene.body.dimensionless(context, exact)
@@ -53,27 +54,32 @@ def beginning(scene: Scene, precision: Precision) -> Beginning:
     )
     vectors = vectors_from_euler(body, euler, context, sine_cosine=sine_cosine)
     vectors = NewtonState(*(context.mpf(value) for value in vectors))
-    _require_contact(scene, body, units, vectors, context)
+    _require_contact(scene, body, vectors, context, contact)
     return Beginning(body, units, vectors, euler, exact(scene.until) / units.time)
 
 
+def contact_terms(model: str, body: Parameters, vectors: NewtonState) -> tuple[Any, Any]:
+    """Numerator and denominator of g_n; rolling has no denominator that could vanish."""
+    if model == "rolling":
+        return rolling.constraint_force(body, vectors)[2], 1
+    return newton.contact_terms(body, vectors)
+
+
 def _require_contact(
-    scene: Scene, body: Parameters, units: Units, vectors: NewtonState, context: Any
+    scene: Scene, body: Parameters, vectors: NewtonState, context: Any, contact: str
 ) -> None:
-    if scene.model == "rolling":
-        numerator, denominator = rolling.constraint_force(body, vectors)[2], context.mpf(1)
-    else:
-        numerator, denominator = newton.contact_terms(body, vectors)
+    numerator, denominator = contact_terms(scene.model, body, vectors)
     if denominator <= 0:
         raise InputError(
             f"{scene.name}: the denominator of g_n is {context.nstr(denominator / body.I1, 6)} I1 "
             "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
         )
-    if numerator <= 0:
+    if numerator <= 0 and contact == "unilateral":
         weight = numerator / denominator
         raise InputError(
             f"{scene.name}: g_n is {context.nstr(weight, 6)} m g at t = 0, expected above 0: "
-            "the top is not on the table; lower the start's rates"
+            "the top is not on the table; lower the start's rates, or run the equations beyond "
+            "their meaning with contact bilateral"
         )
 
 

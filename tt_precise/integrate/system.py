@@ -33,6 +33,7 @@ class Key(NamedTuple):
     record: tuple[str, ...]
     tolerance: float
     options: tuple[tuple[str, Any], ...]
+    contact: str = "unilateral"
 
 
 class Hit(NamedTuple):
@@ -46,11 +47,15 @@ class Hit(NamedTuple):
 
 @dataclass
 class Integrator:
-    """A ``heyoka.taylor_adaptive`` with the list that its event callbacks fill."""
+    """A ``heyoka.taylor_adaptive`` with the lists that its event callbacks fill.
+
+    ``losses`` are the times at which g_n falls through 0 in a run that goes on there.
+    """
 
     adaptive: Any
     terminal: tuple[str, ...]
     hits: list[Hit] = field(default_factory=list)
+    losses: list[Any] = field(default_factory=list)
 
     def reset(self, state: list[Any], parameters: list[Any], zero: Any) -> None:
         """Set the start, at time zero, and forget earlier events."""
@@ -61,6 +66,7 @@ class Integrator:
         self.adaptive.time = zero
         self.adaptive.reset_cooldowns()
         self.hits.clear()
+        self.losses.clear()
 
 
 _idle: dict[Key, list[Integrator]] = {}
@@ -115,6 +121,10 @@ def build(key: Key) -> Integrator:
     q = motion(form, key.record, body, variables, heyoka)
     terminal = terminal_functions(form, q, variables[0])
     hits: list[Hit] = []
+    losses: list[Any] = []
+    noted = []
+    if key.contact == "bilateral":
+        noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses.append)]
     number = key.precision.number
     zero = key.precision.context.mpf(0)
     made = heyoka.taylor_adaptive(
@@ -127,11 +137,15 @@ def build(key: Key) -> Integrator:
             for ex in terminal.values()
         ],
         nt_events=[
-            _event(heyoka, name, q, variables, rates, fp_type, hits.append) for name in key.events
+            *(
+                _event(heyoka, name, q, variables, rates, fp_type, hits.append)
+                for name in key.events
+            ),
+            *noted,
         ],
         **numeric_options(key),
     )
-    return Integrator(made, tuple(terminal), hits)
+    return Integrator(made, tuple(terminal), hits, losses)
 
 
 def symbolic_body(form: Formulation) -> Parameters:
@@ -209,3 +223,10 @@ def _event(
         note(Hit(name, time, sign, tuple(adaptive.update_d_output(time))))
 
     return heyoka.nt_event(expression, callback, direction=direction, fp_type=fp_type)
+
+
+def _loss(heyoka: Any, numerator: Any, fp_type: Any, note: Callable[[Any], None]) -> Any:
+    def callback(adaptive: Any, time: Any, sign: int) -> None:
+        note(time)
+
+    return heyoka.nt_event(numerator, callback, direction=heyoka_direction(-1), fp_type=fp_type)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from tt_precise.body import Dimension
 from tt_precise.integrate.precision import Precision
-from tt_precise.integrate.readout import Course, Readout, State, Status, as_fraction
+from tt_precise.integrate.readout import ARRIVED, Course, Readout, State, Status, as_fraction
 from tt_precise.integrate.start import Beginning
 from tt_precise.integrate.system import Key
 from tt_precise.mechanics.conserved import conserved, drift
@@ -28,13 +28,15 @@ Numbers = Literal["native", "float", "text"]
 class Trajectory:
     """A solution of a scene, from t = 0 to ``t_end``.
 
-    Look at ``status`` before anything else: only "complete" reached the scene's horizon; the
-    others ended where the model ended, and nothing is ever given beyond ``t_end``.
+    Look at ``status`` before anything else: only "complete" reached the scene's horizon as a
+    top on a table; "contact_ignored" got there with g_n <= 0 on the way, which was asked for with
+    ``contact="bilateral"``; the others ended where the model ended, and nothing is ever given
+    beyond ``t_end``.
 
     Attributes
     ----------
     status
-        "complete", "contact_lost", "singular_contact", "pole" or "failed".
+        "complete", "contact_ignored", "contact_lost", "singular_contact", "pole" or "failed".
     t_end
         Where the solution ends, in s.
     steps, order
@@ -89,7 +91,7 @@ class Trajectory:
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
         """The scene's exact sample times up to ``t_end``, which is added where it ends early."""
-        if self.status == "complete":
+        if self.status in ARRIVED:
             return self.scene.sample_times
         end = as_fraction(self._readout.end_time * self.start.units.time)
         return (*(t for t in self.scene.sample_times if t < end), end)

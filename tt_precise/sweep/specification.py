@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.integrate.run import CONTACTS
 from tt_precise.numerals import exact
 from tt_precise.scene import Scene, Start, load_scene
 from tt_precise.sweep.columns import check_names
@@ -26,7 +27,6 @@ from tt_precise.sweep.columns import check_names
 STARTS = tuple(field.name for field in fields(Start))
 PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
 SAMPLERS = ("sobol", "latin")
-CONTACTS = ("unilateral", "bilateral")
 MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
 LARGEST_FILE = 1_000_000  # bytes
 DROPPED = 65536  # samples drawn at once where they are skipped
