@@ -20,7 +20,6 @@ from tt_precise.sweep.starts import integrated, lambda_of_start
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.figure import Figure
 
 UNTIL = "20"  # s
 COUNT = 41  # of values along each side
@@ -60,14 +59,6 @@ def map_rows(name: str) -> pandas.DataFrame:
     """The rows of one map, a full grid in the columns of its sides."""
     table = rows()
     return table[table["series"] == name].reset_index(drop=True)
-
-
-def figure(name: str, z: str = "outcome") -> Figure:
-    """The map called ``name``: which starts invert, or another column, such as climb_A."""
-    from tt_precise.sweep.picture import map_of
-
-    x, y = MAPS[name]
-    return map_of(map_rows(name), x.name, y.name, z)
 
 
 def compute(workers: int | None = None) -> pandas.DataFrame:

@@ -11,8 +11,11 @@ from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.sweep.columns import OUTCOMES, part_named
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pandas
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
 SHORT = {"t_init": "t_init_A", "t_end": "t_end_A", "climb": "climb_A", "inverts": "outcome"}
@@ -69,16 +72,29 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
 def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
     """``z`` over the plane of ``x`` and ``y``: cells where the rows are a grid, else points."""
     figure, axes = _empty()
+    drawn = draw_map(axes, rows, x, y, z)
+    if drawn is not None:
+        figure.colorbar(drawn, ax=axes, label=label_of(column_named(rows, z)))
+    return figure
+
+
+def draw_map(
+    axes: Axes, rows: pandas.DataFrame, x: str, y: str, z: str, **style: Any
+) -> ScalarMappable | None:
+    """Draw ``map_of`` into ``axes``; what a colour bar is made of, or None for outcomes.
+
+    ``style`` goes to matplotlib's ``pcolormesh`` or ``scatter``.
+    """
     x, y, z = (column_named(rows, name) for name in (x, y, z))
     table = with_climb(rows)
+    drawn: ScalarMappable | None = None
     if z == "outcome":
-        _outcomes(axes, table, x, y)
+        _outcomes(axes, table, x, y, style)
     else:
-        drawn = _cells(axes, table, x, y, table[z], cmap="viridis")
-        figure.colorbar(drawn, ax=axes, label=label_of(z))
+        drawn = _cells(axes, table, x, y, table[z], **({"cmap": "viridis"} | style))
     axes.set_xlabel(label_of(x))
     axes.set_ylabel(label_of(y))
-    return figure
+    return drawn
 
 
 def save(figure: Figure, path: str | Path) -> None:
@@ -146,14 +162,16 @@ def _empty() -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def _outcomes(axes: Axes, table: pandas.DataFrame, x: str, y: str) -> None:
+def _outcomes(
+    axes: Axes, table: pandas.DataFrame, x: str, y: str, style: Mapping[str, Any]
+) -> None:
     from matplotlib.colors import BoundaryNorm, ListedColormap
     from matplotlib.patches import Patch
 
     codes = table["outcome"].map({name: code for code, name in enumerate(OUTCOMES)})
     hues = ListedColormap([hue for hue, _ in STYLES.values()])
     norm = BoundaryNorm([code - 0.5 for code in range(len(OUTCOMES) + 1)], len(OUTCOMES))
-    _cells(axes, table, x, y, codes, cmap=hues, norm=norm)
+    _cells(axes, table, x, y, codes, cmap=hues, norm=norm, **style)
     counts = table["outcome"].value_counts()
     axes.legend(
         handles=[

@@ -14,13 +14,14 @@ from tt_precise.report.figures import (
     figure7_main_equation,
     pole_passage,
     starts,
+    sweep_maps,
 )
 
 LARGEST = 300_000  # characters of SVG
 EXPECTED = {
     *(f"figure-{n}" for n in range(2, 9)),
     "axis-at-the-pole", "deforming-potential", "jellett-drift", "times-by-inclination",
-    "times-by-precession",
+    "times-by-precession", "map-inclination-lambda", "map-friction-spin",
 }  # fmt: skip
 CLAIM = re.compile(r"\b(?:EQ|TH|NUM|QUAL|FIG|SWP|SUM|NT)-\d\d\b")
 
@@ -49,6 +50,8 @@ def problems(figure: Figure) -> list[str]:
         pole_passage.axis_at_the_pole,
         starts.times_by_precession,
         starts.times_by_inclination,
+        sweep_maps.map_of_inclination_and_lambda,
+        sweep_maps.map_of_friction_and_spin,
     ],
 )
 def test_figure_is_complete(draw: object) -> None:

@@ -1,0 +1,107 @@
+"""Which starts invert, how long it takes, and how close they come to losing contact: two maps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tt_precise.report.document import Figure
+from tt_precise.report.figures import registered, style
+from tt_precise.scene import load_scene
+from tt_precise.sweep import maps
+from tt_precise.sweep.picture import draw_map
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
+PANELS = (
+    ("outcome", ""),
+    ("climb_A", "climbing time (s)"),
+    ("min_g_n", r"least $g_n$ / $m g$"),
+)
+LABELS = {
+    "theta": r"$\theta(0)$ (rad)",
+    "lambda_ratio": r"$\lambda/\lambda_{thres}$",
+    "mu": r"$\mu$ (s/m)",
+    "omega_3": r"$\omega_3(0)$ (rad/s)",
+}
+STARTS = "at rest but for omega_3, on a grid"
+
+
+@registered
+def map_of_inclination_and_lambda() -> Figure:
+    """Outcome, climbing time and least g_n over theta(0) and lambda/lambda_thres."""
+    rows = maps.map_rows("inclination and lambda")
+    return _figure(
+        "map-inclination-lambda",
+        "inclination and lambda",
+        caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
+        f"{maps.UNTIL} s. Bears on TH-01, NUM-01, SWP-17: lambda above lambda_thres (dashed) is "
+        f"necessary ({_least(rows)}) but does not suffice: a top that leans too far or spins too "
+        "fast loses contact (g_n reaches 0), and just above the threshold some have not inverted by then.",
+        alt="Three maps with theta(0) to the right and lambda/lambda_thres upwards: the outcome, "
+        "the climbing time of the starts that invert, and the least normal force.",
+    )
+
+
+@registered
+def map_of_friction_and_spin() -> Figure:
+    """The same over mu and omega_3(0)."""
+    rows = maps.map_rows("friction and spin")
+    return _figure(
+        "map-friction-spin",
+        "friction and spin",
+        caption=f"{_counted(rows)} {STARTS}, friction mu against omega_3(0), theta(0) = "
+        f"{float(load_scene('reference').start.theta.offset):g} rad, within "
+        f"{maps.UNTIL} s. Bears on TH-01, NUM-01: the threshold (dashed, {_least(rows)}) does not "
+        "depend on mu, but how long the climb takes does; a top that spins too fast loses contact "
+        "(g_n reaches 0).",
+        alt="Three maps with mu to the right and omega_3(0) upwards: the outcome, the climbing "
+        "time of the starts that invert, and the least normal force.",
+    )
+
+
+def _figure(name: str, of: str, *, caption: str, alt: str) -> Figure:
+    rows = maps.map_rows(of)
+    x, y = maps.MAPS[of]
+    body = load_scene("reference").body
+    table = rows.assign(min_g_n=rows["min_g_n"] / float(body.m * body.g))
+    # lambda is proportional to the spin of a start at rest
+    threshold = 1.0 if y.name == "lambda_ratio" else _threshold_spin(rows)
+    with style.panels([2.4, 2.4, 2.4]) as (drawing, axes):
+        for panel, (column, label) in zip(axes, PANELS, strict=True):
+            # as pixels: three times 1,681 cells as paths are a megabyte
+            drawn = draw_map(panel, table, x.name, y.name, column, rasterized=True)
+            if drawn is not None:
+                drawing.colorbar(drawn, ax=panel, label=label)
+            else:
+                _legend_above(panel)
+            panel.axhline(threshold, color=style.BLACK, linewidth=1, linestyle="--")
+            panel.set_xlabel("")
+            panel.set_ylabel(LABELS[y.name])
+            panel.grid(visible=False)
+        axes[-1].set_xlabel(LABELS[x.name])
+        return style.finished(name, drawing, caption=caption, alt=alt)
+
+
+def _legend_above(panel: Axes) -> None:
+    legend = panel.get_legend()
+    assert legend is not None
+    legend.set_loc("lower left")
+    legend.set_bbox_to_anchor((0, 1))
+    legend.set_ncols(len(legend.get_patches()))
+
+
+def _threshold_spin(rows: pandas.DataFrame) -> float:
+    return float((rows["omega_3"] / rows["lambda_ratio"]).median())
+
+
+def _counted(rows: pandas.DataFrame) -> str:
+    counts = rows["outcome"].value_counts()
+    told = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in counts.index)
+    return f"{len(rows)} starts ({told})"
+
+
+def _least(rows: pandas.DataFrame) -> str:
+    inverting = rows[rows["outcome"] == "inverts"]
+    return f"the least that inverts here has {inverting['lambda_ratio'].min():.3f} lambda_thres"
