@@ -38,7 +38,8 @@ def map_of_inclination_and_lambda() -> Figure:
         caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
         f"{maps.UNTIL} s. Bears on TH-01, NUM-01, SWP-17: lambda above lambda_thres (dashed) is "
         f"necessary ({_least(rows)}) but does not suffice: a top that leans too far or spins too "
-        "fast loses contact (g_n reaches 0), and just above the threshold some have not inverted by then.",
+        "fast loses contact (g_n reaches 0), and just above the threshold some have not inverted "
+        "by then.",
         alt="Three maps with theta(0) to the right and lambda/lambda_thres upwards: the outcome, "
         "the climbing time of the starts that invert, and the least normal force.",
     )
