@@ -162,6 +162,27 @@ def test_a_start_off_the_table_is_refused_unless_the_table_may_pull(reference: S
     assert trajectory.drift["energy"] < 100 * 2.0**-52
 
 
+@pytest.mark.parametrize("precision", ["double", "quad"])
+@pytest.mark.parametrize("pole", ["", "pi - "])
+def test_a_lean_of_any_size_keeps_its_digits(
+    reference: Scene, precision: str, pole: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Near a pole the equations are linear in it: kx/theta(0) at 0.2 s is one number."""
+    short = replace(reference, until=Fraction("0.2"))
+    eps = precision_named(precision).eps
+
+    def spread() -> Any:
+        one, other = (
+            integrate(starting(short, theta=f"{pole}1e-{k}"), precision).state.kx * 10**k
+            for k in (20, 100)
+        )
+        return abs(one / other - 1) / eps
+
+    assert spread() < 100  # 24 steps, about 1 eps each, margin 4
+    monkeypatch.setattr("tt_precise.integrate.run.longest_step", lambda *_: None)
+    assert spread() > 1e9
+
+
 def test_contact_lost_later_is_told_when_it_is_ignored(rough: Scene) -> None:
     """The guarded run ends where g_n reaches 0; the other goes on and says that it was there."""
     scene = replace(rough, until=Fraction("0.66"))

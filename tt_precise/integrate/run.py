@@ -10,7 +10,7 @@ from tt_precise.errors import InputError
 from tt_precise.integrate.events import event_named
 from tt_precise.integrate.precision import Precision, precision_named
 from tt_precise.integrate.readout import Course, Status
-from tt_precise.integrate.start import Beginning, beginning, contact_terms, vanishes
+from tt_precise.integrate.start import Beginning, beginning, contact_terms, longest_step, vanishes
 from tt_precise.integrate.system import Integrator, Key, integrator
 from tt_precise.integrate.trajectory import Trajectory
 from tt_precise.mechanics.formulations import formulation as formulation_of
@@ -137,7 +137,9 @@ def run(
         made.reset(state, parameters, number(zero))
         first = number(key.precision.context.mpf(FIRST_STEP)) if key.events else horizon
         goals = [first, horizon] if first < horizon else [horizon]
-        outcome, steps, outputs = _propagate(made, goals, dense, progress, key.precision)
+        longest = longest_step(start, made.adaptive.order, key.precision)
+        limits = {} if longest is None else {"max_delta_t": number(longest)}
+        outcome, steps, outputs = _propagate(made, goals, dense, progress, key.precision, limits)
         status = _status(outcome, made.terminal)
         if status == "complete" and key.contact == "bilateral" and _pulled(key, start, made):
             status = "contact_ignored"
@@ -154,7 +156,12 @@ def run(
 
 
 def _propagate(
-    made: Integrator, goals: list[Any], dense: bool, progress: Progress | None, precision: Precision
+    made: Integrator,
+    goals: list[Any],
+    dense: bool,
+    progress: Progress | None,
+    precision: Precision,
+    limits: dict[str, Any],
 ) -> tuple[Any, int, tuple[Any, ...]]:
     """Outcome, steps and dense outputs of a propagation from goal to goal, in bounded pieces.
 
@@ -170,7 +177,7 @@ def _propagate(
         return True
 
     guarded = precision.guarded
-    keywords: dict[str, Any] = {"max_steps": STEPS_IN_A_PIECE[precision.name]}
+    keywords: dict[str, Any] = {"max_steps": STEPS_IN_A_PIECE[precision.name], **limits}
     if precision.name in ("quad", "mp"):
         keywords["callback"] = tell
     steps, outputs, outcome = 0, [], heyoka.taylor_outcome.time_limit

@@ -15,7 +15,10 @@ from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.vectors import dot
 from tt_precise.scene import Scene
+
+LEAN = 2.0**-7  # a tolerance relative to the largest entry costs a greater lean 2 digits at most
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,31 @@ def _require_contact(
             "the top is not on the table; lower the start's rates, or run the equations beyond "
             "their meaning with contact bilateral"
         )
+
+
+def longest_step(start: Beginning, order: int, precision: Precision) -> Any:
+    """Longest Taylor step that keeps the digits of a lean beside a pole; None for other starts.
+
+    heyoka keeps the truncation error below eps of the largest entry. A lean of 1e-20 rad is not
+    seen in that: its steps would become so long that it is off by a factor. As the lean obeys
+    linear equations there, a term of its series is at most (frequency times step)^k/k!, with the
+    frequency of the fastest mode, and the step follows from the first term left out.
+    """
+    body, vectors, context = start.body, start.vectors, precision.context
+    spin = context.sqrt(dot(vectors.L, vectors.L))
+    sideways = context.hypot(vectors.Lx, vectors.Ly) / spin if spin else 0
+    lean = max(context.hypot(*vectors.k[:2]), sideways, context.hypot(*vectors.v[:2]))
+    if not 0 < lean < LEAN:
+        return None
+    height = 1 + body.alpha
+    # nutation, the pendulum's frequency, and the decay of gliding, none of them underestimated
+    frequency = (
+        spin / body.I1
+        + context.sqrt(body.alpha / body.I1)
+        + body.mu * (1 + height * height / body.I1)
+    )
+    first_left_out = precision.eps * context.factorial(order + 1)
+    return context.root(first_left_out, order + 1) / frequency
 
 
 def vanishes(event: str, key: Key, start: Beginning) -> bool:
