@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -15,8 +16,10 @@ import pandas
 import tt_precise as tt
 from tt_precise.certify.certificate import certify, judged
 from tt_precise.certify.proof import Proof, prove
-from tt_precise.certify.record import ENCLOSURE, PROOF, about, complaints
 from tt_precise.commands.certify_golden import command
+from tt_precise.golden import proofs, store
+from tt_precise.golden.proofs import ENCLOSURE, PROOF
+from tt_precise.golden.publication import exact_decimal
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integrate import catalogue
@@ -35,10 +38,13 @@ def scene() -> tt.Scene:
 def stored(scene: tt.Scene) -> Stored:
     """Tables as golden data have them, printed from heyoka's own numbers at 200 bits."""
     run = tt.integrate(scene, precision="mp", bits=200, events=catalogue("gliding"))
+    trajectory = _printed(run.frame(numbers="native"))
+    times = map(exact_decimal, scene.sample_times)
+    rows = [(str(t), *row[1:]) for t, row in zip(times, trajectory.rows, strict=True)]
     return Stored(
         NAME,
         scene.text,
-        _printed(run.frame(numbers="native")),
+        Table(trajectory.columns, tuple(rows)),
         _printed(run.events),
         {},
     )
@@ -136,15 +142,19 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, tmp_path: 
     assert content[TRAJECTORY]["columns"]["theta"]["digits"] == 34
     enclosure = Table.parse((tmp_path / NAME / ENCLOSURE).read_text())
     assert len(enclosure.rows) == 6
-    assert complaints(NAME, tmp_path) == []
-    assert about(stored.scene, tmp_path) == content
-    longer = tt.load_scene("reference").text
-    assert about(parse_scene(longer, NAME, NAME), tmp_path) is None
-    _write(replace(stored, trajectory=_spoiled(stored.trajectory, 3, "kx", 30)), tmp_path)
-    found = complaints(NAME, tmp_path)
-    assert len(found) == 2
-    assert "not the table that was proved" in found[0]
-    assert found[1] == f"{TRAJECTORY}: row 4, kx: excluded by its enclosure"
+    record = proofs.read(NAME, tmp_path)
+    assert record is not None
+    assert (record.content, record.digits, record.complete) == (content, 34, True)
+    assert proofs.complaints(store.read(NAME, tmp_path), record) == []
+    for name in enclosure.columns[1::2]:
+        for (t, *_), printed in zip(
+            stored.trajectory.rows, stored.trajectory.column(name), strict=True
+        ):
+            ball = record.at(name, t)
+            assert ball is not None
+            assert ball.low <= ball.high < ball.low + Fraction(1, 10**35)
+            if printed != "0":
+                assert abs(ball.low / Fraction(Decimal(printed)) - 1) < Fraction(1, 10**33)
 
 
 def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> None:

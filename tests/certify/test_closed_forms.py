@@ -143,6 +143,15 @@ def test_a_touching_zero_is_undecided() -> None:
         list(zeros(enclosure.stretches, lambda state: state[0] - 1))
 
 
+def test_a_wide_ball_of_time_is_enclosed_throughout() -> None:
+    enclosure = enclose(oscillator(Fraction(2), Fraction(20)), BITS)
+    with flint.ctx.workprec(BITS):
+        x, _ = enclosure.at(arb(10, 8))
+        assert len(enclosure.stretches) > 6
+        assert x.contains(1)
+        assert x.contains(-1)
+
+
 def test_beyond_the_proof_nothing_is_said() -> None:
     enclosure = enclose(oscillator(Fraction(2), Fraction(1)), BITS)
     with pytest.raises(NotProved, match="ends at"):

@@ -22,6 +22,11 @@ from tt_precise.certify.printed import judge, outward, tally
         ("-1.2346e-7", "-1.23456e-7", "1e-16", 5, True, False),
         ("9.999e+00", "9.99", "1e-9", 2, False, True),
         ("1.2346e+00", "7", "1e-9", 0, False, True),
+        # below a power of ten five digits are ten times finer
+        ("1.0000e+00", "1.00004", "1e-9", 5, True, False),
+        ("1.0000e+00", "0.99996", "1e-9", 5, False, True),
+        ("-1.0000e+00", "-0.999996", "1e-9", 5, True, False),
+        ("-1.0000e+00", "-0.99996", "1e-9", 5, False, True),
     ],
 )
 def test_judge(

@@ -52,7 +52,8 @@ def worst(crossing: Crossing) -> float:
 
 def spoiled(piece: Piece, order: int, by: Any) -> Piece:
     first, *others = piece.polynomials
-    changed = first + arb_poly([0] * order + [arb(by).mid()])
+    sums = (first + arb_poly([0] * order + [arb(by).mid()])).coeffs()
+    changed = arb_poly([c.mid() for c in sums])
     return replace(piece, polynomials=(changed, *others))
 
 
@@ -104,6 +105,17 @@ def test_a_dropped_term_is_not_proved(problem: Problem) -> None:
     piece = Steps(replace(problem, rates=rates), BITS).step()
     with pytest.raises(NotProved, match="S4"):
         crossed(problem, piece)
+
+
+def test_an_approximation_that_is_not_exact_is_refused(piece: Piece) -> None:
+    # the theorem is about one polynomial, not about a ball of them
+    first, *others = piece.polynomials
+    with pytest.raises(NotProved, match="S1"):
+        replace(piece, polynomials=(first + arb(0, "1e-70"), *others))
+    with pytest.raises(NotProved, match="S1"):
+        replace(piece, end=arb(1) / 3)
+    with pytest.raises(NotProved, match="forward"):
+        replace(piece, end=-piece.end)
 
 
 @pytest.mark.parametrize("factor", [4, 40])

@@ -21,12 +21,27 @@ def test_list_names_what_is_there_and_what_is_missing(
 ) -> None:
     assert main(["golden", "list", "--folder", str(small.folder)]) == 0
     out = capsys.readouterr().out
-    assert "reference              34 digits      7 rows" in out
+    assert "reference              34 digits, none proved          7 rows" in out
     assert "without golden data: " in out
     assert main(["golden", "list", "--folder", str(small.folder), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["schema"] == "tt_precise.golden.list/1"
-    assert [one["scene"] for one in told["scenes"]] == ["reference"]
+    assert [(one["scene"], one["proof"]) for one in told["scenes"]] == [("reference", None)]
+
+
+def test_list_tells_what_is_proved(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["golden", "list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    (line,) = (line for line in lines if line.startswith("reference "))
+    assert "34 digits, 34 proved " in line
+    assert main(["golden", "list", "--json"]) == 0
+    (proof,) = (
+        one["proof"]
+        for one in json.loads(capsys.readouterr().out)["scenes"]
+        if one["scene"] == "reference"
+    )
+    assert proof["complete"]
+    assert proof["rounded"] == proof["entries"] > 20_000
 
 
 def test_verify_fails_with_status_1_and_names_the_damage(

@@ -31,6 +31,13 @@ class Piece:
     unit: arb
     end: arb
 
+    def __post_init__(self) -> None:
+        coefficients = (c for p in self.polynomials for c in p.coeffs())
+        if not all(number.is_exact() for number in (self.unit, self.end, *coefficients)):
+            raise NotProved("S1", "a polynomial of the approximation is not exact")
+        if not (self.unit > 0 and self.end > 0):
+            raise NotProved("S1", "a step of the approximation does not go forward")
+
     @property
     def first(self) -> list[arb]:
         """p(0)."""

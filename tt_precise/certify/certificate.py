@@ -8,8 +8,7 @@ tables with the hashes that it names).
 from __future__ import annotations
 
 import importlib.metadata
-import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
@@ -21,10 +20,9 @@ from flint import arb
 from tt_precise.certify.balls import bounds
 from tt_precise.certify.printed import Tally, outward, rounded, tally
 from tt_precise.certify.proof import BITS, Proof, prove
-from tt_precise.certify.record import ENCLOSURE, PROOF, SCHEMA
 from tt_precise.certify.verdict import NotProved
 from tt_precise.files import atomic_write
-from tt_precise.golden import store
+from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import is_near_zero, scale_of
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.recipe import DIGITS
@@ -39,10 +37,11 @@ ALL_BUT_T = slice(1, None)
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was proved about the golden data of one scene; ``content`` is proof.json.
+    """What was proved about the golden data of one scene; ``content`` becomes proof.json.
 
-    ``digits`` are the fewest proved in any column (None if nothing is printed but zeros), ``wrong``
-    counts printed numbers that are proved not to be correctly rounded.
+    ``enclosure`` becomes enclosure.csv; ``digits`` are the fewest proved in any column (None if
+    nothing is printed but zeros), ``wrong`` counts printed numbers that are proved not to be
+    correctly rounded.
     """
 
     scene: str
@@ -51,6 +50,7 @@ class Certificate:
     entries: int
     wrong: int
     content: dict[str, Any]
+    enclosure: Table
 
     @property
     def complete(self) -> bool:
@@ -111,10 +111,10 @@ def certify(
             break
         bits += MORE_BITS
     place = (folder or store.home()) / scene
-    text = json.dumps(certificate.content, indent=1, ensure_ascii=False) + "\n"
     with store.locked(folder or store.home()):
-        atomic_write(place / ENCLOSURE, enclosure_table(proof).csv())
-        atomic_write(place / PROOF, text)
+        # in between, a reader finds the new enclosure beside the old proof, and says so
+        atomic_write(place / proofs.ENCLOSURE, certificate.enclosure.csv())
+        atomic_write(place / proofs.PROOF, proofs.text(certificate.content))
     return certificate
 
 
@@ -130,8 +130,11 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
     except NotProved as why:
         failure = why
     tallies = [*trajectory.values(), *events.values()]
+    digits = min((t.digits for t in tallies if t.digits is not None), default=None)
+    correct, entries = sum(t.rounded for t in tallies), sum(t.entries for t in tallies)
+    enclosure = enclosure_table(proof, stored.trajectory.column("t"))
     content = {
-        "schema": SCHEMA,
+        "schema": proofs.SCHEMA,
         "scene": stored.name,
         "scene_sha256": scene_sha256(stored.scene_text),
         "theorem": "docstring of tt_precise.certify",
@@ -139,9 +142,15 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
         "steps": len(proof.enclosure.stretches),
         "proved_until_s": _number(proof.finish_s, 12),
         "failure": str(failure) if failure else None,
+        "digits": digits,
+        "entries": entries,
+        "rounded": correct,
         "contact": _contact(proof),
         "inversion": _inversion(proof),
         "conserved_within": within,
+        "proved_events": {
+            name: len(found.zeros) for name, found in proof.all_events.items() if not found.failure
+        },
         "same_events": same_events,
         "undecided_events": undecided,
         store.TRAJECTORY: {
@@ -152,27 +161,29 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
             "sha256": stored.events.sha256,
             "columns": {name: asdict(one) for name, one in events.items()},
         },
+        proofs.ENCLOSURE: {"sha256": enclosure.sha256, "row_marks": enclosure.row_marks},
         "versions": {n: importlib.metadata.version(n) for n in ("heyoka", "python-flint")},
     }
     return Certificate(
         scene=stored.name,
-        digits=min((t.digits for t in tallies if t.digits is not None), default=None),
-        rounded=sum(t.rounded for t in tallies),
-        entries=sum(t.entries for t in tallies),
+        digits=digits,
+        rounded=correct,
+        entries=entries,
         wrong=sum(t.wrong for t in tallies),
         content=content,
+        enclosure=enclosure,
     )
 
 
-def enclosure_table(proof: Proof) -> Table:
-    """The enclosure of the vector columns at each sampled row."""
+def enclosure_table(proof: Proof, times: Sequence[str]) -> Table:
+    """The enclosure of the vector columns at each sampled row; ``times`` as they are printed."""
     names = formulation(proof.scene.model, "newton").columns
     header = ("t", *(text for name in names for text in (name, f"{name}_radius")))
     rows = []
-    for seconds, state in proof.rows():
+    for printed, (_, state) in zip(times, proof.rows(), strict=False):
         balls = [state[name] for name in names]
         cells = [text for one in balls if one is not None for text in outward(one)]
-        rows.append((_exact_decimal(seconds), *cells))
+        rows.append((printed, *cells))
     return Table(header, tuple(rows))
 
 
@@ -272,10 +283,3 @@ def _number(exact: Any, digits: int) -> dict[str, str] | None:
         return None
     middle, radius = outward(arb(exact), digits)
     return {"middle": middle, "radius": radius}
-
-
-def _exact_decimal(seconds: Fraction) -> str:
-    from tt_precise.golden.publication import exact_decimal
-
-    text = exact_decimal(seconds)
-    return text if text is not None else str(seconds)

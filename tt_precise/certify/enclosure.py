@@ -87,10 +87,11 @@ class Enclosure:
         with flint.ctx.workprec(self.working_bits):
             if not (time >= 0 and time <= self.finish):
                 raise NotProved("time", f"the proof ends at {float(self.finish):.6g}")
-            near = bisect.bisect_right(self._begins, float(time)) - 1
-            # a time so close to a boundary that it may lie on either side is taken on both
+            # all stretches that the ball may reach into; begins are rounded here, hence one more
+            first = bisect.bisect_right(self._begins, float(time.lower())) - 2
+            last = bisect.bisect_right(self._begins, float(time.upper())) + 1
             found: list[arb] = []
-            for stretch in self.stretches[max(near - 1, 0) : near + 2]:
+            for stretch in self.stretches[max(first, 0) : last]:
                 if time < stretch.begin or time > stretch.finish:
                     continue
                 s = (time - stretch.begin) / stretch.piece.unit

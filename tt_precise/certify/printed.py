@@ -47,13 +47,18 @@ def judge(text: str, exact: arb, zero: Fraction = Fraction(0)) -> Judged:
         return Judged(None, farthest <= zero, nearest > zero, farthest)
     _, figures, exponent = printed.as_tuple()
     assert isinstance(exponent, int)  # a number, neither NaN nor infinite
-    half = Fraction(10) ** exponent / 2
-    digits = len(figures)
+    last = Fraction(10) ** exponent / 2
+    half, digits = last, len(figures)
     while digits and farthest > half:
         digits -= 1
         half *= 10
-    wrong = nearest > Fraction(10) ** exponent / 2
-    return Judged(digits, digits == len(figures), wrong, farthest)
+    # towards zero the numbers with as many digits lie ten times closer below a power of ten
+    inner = last / 10 if figures[0] == 1 and not any(figures[1:]) else last
+    sign = 1 if value > 0 else -1
+    ends = sorted((sign * (low - value), sign * (high - value)))
+    correct = -inner <= ends[0] and ends[1] <= last
+    wrong = ends[1] < -inner or ends[0] > last
+    return Judged(digits, correct, wrong, farthest)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -21,7 +22,7 @@ from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.mechanics.quantities import QUANTITIES, jellett
 from tt_precise.numerals import exact
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
@@ -180,10 +181,18 @@ class Proof:
                 time, state = self.event_state(zero)
                 rows.append({"name": name, "t": time, "direction": zero.direction, **state})
         rows.sort(key=lambda row: float(row["t"]))
-        _require_signs(rows)
         with flint.ctx.workprec(self.enclosure.working_bits):
+            _require_certainty(rows)
             table = pandas.DataFrame(rows, columns=["name", "t", "direction", *EulerState._fields])
-            return from_events(table, arb.pi())
+            return from_events(table, arb.pi(), mirrored=self._spins_backwards)
+
+    @property
+    def _spins_backwards(self) -> bool:
+        """Whether lambda < 0, which is constant."""
+        lambda_ = arb(observed(self.scene, jellett)(self.enclosure.problem.start()))
+        if lambda_.contains(0):
+            raise NotProved("inversion", "the sign of lambda is undecided")
+        return bool(lambda_ < 0)
 
 
 def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) -> Proof:
@@ -209,17 +218,30 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
     enclosure = enclose(problem_of(scene), bits, ends=ends, progress=progress)
     if not enclosure.stretches:
         raise enclosure.failure or NotProved("time", "the horizon is zero")
-    return Proof(scene, enclosure, lost[0] if lost else None)
+    # the last stretch reaches beyond the horizon, and so may what happens in it
+    within = [zero for zero in lost if not zero.time > enclosure.problem.until()]
+    return Proof(scene, enclosure, within[0] if within else None)
 
 
 def _normal_force(scene: Scene) -> Any:
     return observed(scene, QUANTITIES["g_n"].evaluate)
 
 
-def _require_signs(rows: list[dict[str, Any]]) -> None:
-    # comparisons of balls are true only if certain; what follows asks for these signs
+def _require_certainty(rows: list[dict[str, Any]]) -> None:
+    """Raise unless the definitions of ``inversion`` decide alike for all numbers in these balls.
+
+    A comparison of balls is true only if it is certain, else false: what the definitions compare
+    has to be apart. These are times with each other, and at turning points signs and sides.
+    """
+    for row, after in itertools.pairwise(rows):
+        if not row["t"] < after["t"]:
+            names = f"{row['name']} and {after['name']}"
+            raise NotProved("inversion", f"which of {names} comes first is undecided")
     for row in rows:
-        if row["name"] in ("theta_min", "theta_max"):
-            for name in ("phi_dot", "kz"):
-                if row[name] is None or row[name].contains(0):
-                    raise NotProved("inversion", f"the sign of {name} at an event is undecided")
+        if row["name"] not in ("theta_min", "theta_max"):
+            continue
+        told = {name: row[name] for name in ("phi_dot", "kz", "theta")}
+        told["pi - theta"] = None if row["theta"] is None else arb.pi() - row["theta"]
+        for name, value in told.items():
+            if value is None or value.contains(0):
+                raise NotProved("inversion", f"the sign of {name} at an event is undecided")

@@ -74,7 +74,7 @@ def build_command(
 def verify_command(
     scenes: tuple[str, ...], folder: Path | None, workers: int | None, as_json: bool
 ) -> int:
-    """Judge golden data of SCENES, by default all, by their hashes and fresh computations.
+    """Judge golden data of SCENES, by default all: hashes, proofs and fresh computations.
 
     Exit status 1 if anything is wrong.
     """
@@ -96,13 +96,14 @@ def verify_command(
 @JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
     """List the scenes that have golden data, and shipped ones that lack them."""
-    from tt_precise.golden import scenes, store
+    from tt_precise.golden import proofs, scenes, store
     from tt_precise.scene import shipped
 
     present = scenes(folder)
     told = []
     for name in present:
         manifest = store.read(name, folder).manifest
+        proof = proofs.read(name, folder)
         told.append(
             {
                 "scene": name,
@@ -110,6 +111,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
                 "rows": manifest["files"][store.TRAJECTORY]["rows"],
                 "events": manifest["files"][store.EVENTS]["rows"],
                 "agreement": manifest["evidence"]["agreement"],
+                "proof": proof.summary if proof else None,
             }
         )
     missing = [name for name in shipped() if name not in present]
@@ -119,12 +121,19 @@ def list_command(folder: Path | None, as_json: bool) -> int:
         return 0
     for one in told:
         click.echo(
-            f"{one['scene']:<22}{one['digits']:>3} digits  {one['rows']:>5} rows "
-            f"{one['events']:>5} events  {one['status']:<13}{one['title']}"
+            f"{one['scene']:<22}{one['digits']:>3} digits, {_proved(one['proof']):<17}"
+            f"{one['rows']:>5} rows {one['events']:>5} events  {one['status']:<13}{one['title']}"
         )
     if missing:
         click.echo(f"without golden data: {', '.join(missing)}")
     return 0
+
+
+def _proved(proof: dict[str, Any] | None) -> str:
+    if proof is None:
+        return "none proved"
+    until = "" if proof["complete"] else f" to {float(proof['until_s']):.3g} s"
+    return f"{proof['digits']} proved{until}"
 
 
 def _built_line(one: Built) -> str:
@@ -139,6 +148,8 @@ def _built_line(one: Built) -> str:
 
 def _verified_lines(one: Verification) -> str:
     line = f"{one.scene:<22}{one.verdict}  {one.digits_claimed} digits claimed"
+    if one.digits_proved is not None:
+        line += f", {one.digits_proved} proved"
     if one.digits_found is not None:
         line += f", {one.digits_found:.1f} found again in {one.fresh}"
     if one.double_digits is not None:

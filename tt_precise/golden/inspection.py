@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.errors import InputError
-from tt_precise.golden import store
+from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import PRINTED
 from tt_precise.golden.invariants import CONSTANT_TO, constancies
 from tt_precise.golden.manifest import SCHEMA, SELF_HASH, derive, scene_sha256, self_hash
@@ -49,7 +49,15 @@ def inspect(name: str, folder: Path | None = None) -> tuple[Stored | None, list[
             f"{MANIFEST}: edited after it was built, in a value that the data do not determine "
             "(title, source, rule, evidence, versions, history or row_marks)"
         )
-    return stored, problems
+    return stored, problems + _problems_of_proof(stored, folder)
+
+
+def _problems_of_proof(stored: Stored, folder: Path | None) -> list[str]:
+    try:
+        record = proofs.read(stored.name, folder)
+    except InputError as error:
+        return [str(error)]
+    return proofs.complaints(stored, record) if record else []
 
 
 def _problems_of_manifest(stored: Stored) -> list[str]:

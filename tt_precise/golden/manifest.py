@@ -119,9 +119,9 @@ def dump(manifest: dict[str, Any]) -> str:
     return json.dumps(sealed, indent=1, ensure_ascii=False) + "\n"
 
 
-def self_hash(manifest: dict[str, Any]) -> str:
-    """SHA-256 of a manifest's content, without this hash itself."""
-    content = {key: value for key, value in manifest.items() if key != SELF_HASH}
+def self_hash(manifest: dict[str, Any], name: str = SELF_HASH) -> str:
+    """SHA-256 of a manifest's content, without this hash itself, which it has under ``name``."""
+    content = {key: value for key, value in manifest.items() if key != name}
     text = json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.errors import InputError
-from tt_precise.golden import store
+from tt_precise.golden import proofs, store
 from tt_precise.golden.comparing import correct_digits, scales_of
 from tt_precise.golden.inspection import inspect
 from tt_precise.golden.publication import ordered_events
@@ -57,7 +57,8 @@ class Worst(NamedTuple):
 class Verification:
     """What was found of one scene.
 
-    ``problems`` are empty if all is well. ``digits_found`` is the fewest digits that the fresh
+    ``problems`` are empty if all is well. ``digits_proved`` are those of the proof that lies beside
+    the data, None if there is none. ``digits_found`` is the fewest digits that the fresh
     computation, in the arithmetic ``fresh``, has in common with the data; ``double_digits``
     likewise in double; None where nothing could be computed or compared.
     """
@@ -68,6 +69,7 @@ class Verification:
     fresh: str = ""
     double_digits: float | None = None
     problems: tuple[str, ...] = field(default=())
+    digits_proved: int | None = None
 
     @property
     def verdict(self) -> str:
@@ -82,7 +84,7 @@ def verify(
     workers: int | None = None,
     progress: Progress = silent,
 ) -> list[Verification]:
-    """Judge golden data, by default all there are, by their hashes and by fresh computations.
+    """Judge golden data, by default all there are: hashes, proofs and fresh computations.
 
     Fresh is a computation in quad, in vector form, of which at least 28 digits of every entry,
     and every event, have to come out again; a scene too sensitive for that takes as many bits as
@@ -121,7 +123,7 @@ def verify(
     for name, (stored, problems) in inspected.items():
         if not stored:
             found[name] = Verification(name, None, problems=tuple(problems))
-    return [found[name] for name in wanted]
+    return [replace(found[name], digits_proved=_proved(name, folder)) for name in wanted]
 
 
 def bits_needed(verification: Verification) -> int | None:
@@ -171,6 +173,14 @@ def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verif
         rough.digits if rough else None,
         tuple(found),
     )
+
+
+def _proved(name: str, folder: Path | None) -> int | None:
+    try:
+        record = proofs.read(name, folder)
+    except InputError:  # told among the problems
+        return None
+    return record.digits if record else None
 
 
 def _double(stored: Stored) -> Task:

@@ -1,0 +1,183 @@
+"""Proofs beside golden data: every damage to them is found and named, and ends what they prove."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tt_precise.errors import InputError
+from tt_precise.golden import proofs, store
+from tt_precise.golden.inspection import inspect
+from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval, established
+from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
+from tt_precise.scene import Scene, load_scene
+
+NAME = "reference"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A copy of the committed golden data of one scene, with their proof, to spoil."""
+    shutil.copytree(store.home() / NAME, tmp_path / NAME)
+    return tmp_path
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return load_scene(NAME)
+
+
+def edit(folder: Path, file: str, change: Callable[[str], str]) -> None:
+    path = folder / NAME / file
+    before = path.read_text()
+    path.write_text(change(before))
+    assert path.read_text() != before
+
+
+def edit_proof(folder: Path, change: Callable[[dict[str, Any]], None], *, seal: bool) -> None:
+    def changed(text: str) -> str:
+        content = json.loads(text)
+        change(content)
+        return proofs.text(content) if seal else json.dumps(content)
+
+    edit(folder, PROOF, changed)
+
+
+def flipped(text: str, line: int, column: str, place: int) -> str:
+    """The CSV text with another digit at ``place`` of one cell, counted from 1."""
+    lines = [row.split(",") for row in text.splitlines()]
+    position = lines[0].index(column)
+    cell = lines[line - 1][position]
+    at = cell.index(".") + place - 1
+    lines[line - 1][position] = cell[:at] + str((int(cell[at]) + 5) % 10) + cell[at + 1 :]
+    return "".join(",".join(row) + "\n" for row in lines)
+
+
+def problems(folder: Path) -> list[str]:
+    stored = store.read(NAME, folder)
+    record = proofs.read(NAME, folder)
+    assert record is not None
+    return proofs.complaints(stored, record)
+
+
+def test_the_committed_proof_establishes_its_scene(scene: Scene) -> None:
+    record, why = established(scene)
+    assert record is not None
+    assert why == ""
+    assert record.complete
+    assert record.digits == 34
+    assert record.content["contact"]["g_n_positive"] is True
+    for definition in "ABC":
+        for which in ("t_init", "t_end"):
+            moment = record.moment(definition, which)
+            assert moment is not None
+            assert 0 < moment.high - moment.low < Fraction(1, 10**25)
+    assert record.moment("D", "t_init") is None
+
+
+def test_enclosures_hold_the_start(scene: Scene) -> None:
+    record, _ = established(scene)
+    assert record is not None
+    # omega_3 of the start is exact: L.k = I3 omega_3
+    body, start = scene.body, scene.start
+    spin = body.I3 * start.omega_3
+    balls = [record.at(name, "0") for name in ("kx", "kz", "Lx", "Lz")]
+    kx, kz, Lx, Lz = (ball.low for ball in balls if ball is not None)
+    assert abs((kx * Lx + kz * Lz) / spin - 1) < Fraction(1, 10**30)
+    assert record.at("kx", "0.0001") is None
+
+
+def test_an_edited_proof_is_found(folder: Path, scene: Scene) -> None:
+    edit_proof(folder, lambda told: told["contact"].update(g_n_positive=False), seal=False)
+    assert problems(folder) == [f"{PROOF}: edited after it was written"]
+    assert established(scene, folder) == (None, f"{PROOF}: edited after it was written")
+    assert inspect(NAME, folder)[1] == problems(folder)
+
+
+def test_a_spoiled_enclosure_is_found_and_named(folder: Path, scene: Scene) -> None:
+    edit(folder, ENCLOSURE, lambda text: flipped(text, 7, "Ly", 35))
+    assert problems(folder) == [f"{ENCLOSURE}, line 7: changed since it was written"]
+    assert established(scene, folder)[0] is None
+
+
+def test_a_missing_row_of_the_enclosure_is_found(folder: Path) -> None:
+    edit(folder, ENCLOSURE, lambda text: text.replace(text.splitlines()[400] + "\n", ""))
+    assert problems(folder) == [f"{ENCLOSURE}, line 401: changed since it was written"]
+
+
+def test_a_printed_digit_is_excluded_by_its_enclosure(folder: Path, scene: Scene) -> None:
+    # the smallest change that there is: one unit in the last of 34 places
+    def change(text: str) -> str:
+        lines = [row.split(",") for row in text.splitlines()]
+        position = lines[0].index("vy")
+        digits, power = lines[9][position].split("e")
+        lines[9][position] = digits[:-1] + str((int(digits[-1]) + 1) % 10) + "e" + power
+        return "".join(",".join(row) + "\n" for row in lines)
+
+    edit(folder, TRAJECTORY, change)
+    found = problems(folder)
+    assert f"{TRAJECTORY}, line 10, vy: excluded by its enclosure" in found
+    assert any("not the table that was proved" in one for one in found)
+    assert established(scene, folder)[0] is None
+
+
+def test_even_with_all_hashes_made_to_fit(folder: Path) -> None:
+    edit(folder, TRAJECTORY, lambda text: flipped(text, 10, "vy", 34))
+    sha256 = store.read(NAME, folder).trajectory.sha256
+    edit_proof(folder, lambda told: told[TRAJECTORY].update(sha256=sha256), seal=True)
+    assert problems(folder) == [f"{TRAJECTORY}, line 10, vy: excluded by its enclosure"]
+
+
+def test_other_events_are_not_those_that_were_proved(folder: Path, scene: Scene) -> None:
+    edit(folder, EVENTS, lambda text: text.replace(text.splitlines()[5] + "\n", ""))
+    assert any("not the table that was proved" in one for one in problems(folder))
+    assert established(scene, folder)[0] is None
+
+
+def test_another_scene_is_not_proved(folder: Path, scene: Scene) -> None:
+    body = replace(scene.body, mu=scene.body.mu + Fraction(1, 10**45))
+    record, why = established(replace(scene, body=body), folder)
+    assert record is None
+    assert "another start, body or horizon" in why
+    edit(folder, SCENE, lambda text: text.replace('mu = "0.3"', 'mu = "0.30001"'))
+    assert problems(folder) == [f"{PROOF}: about another scene than {SCENE} says"]
+
+
+def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
+    (folder / NAME / PROOF).unlink()
+    with pytest.raises(InputError, match="golden certify"):
+        proofs.read(NAME, folder)
+    (folder / NAME / ENCLOSURE).unlink()
+    assert proofs.read(NAME, folder) is None
+    record, why = established(scene, folder)
+    assert record is None
+    assert "golden certify" in why
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"schema": "tt_precise.proof/1"}', '{"schema": 7}'])
+def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) -> None:
+    (folder / NAME / PROOF).write_text(text)
+    with pytest.raises(InputError):
+        proofs.read(NAME, folder)
+    assert established(scene, folder)[0] is None
+
+
+def test_a_proof_that_ends_early_establishes_nothing(folder: Path, scene: Scene) -> None:
+    edit_proof(folder, lambda told: told.update(failure="not proved (S4): far"), seal=True)
+    assert problems(folder) == []
+    record, why = established(scene, folder)
+    assert record is None
+    assert "S4" in why
+
+
+def test_an_interval_is_exact() -> None:
+    third = Interval.around("1.5e-1", "2e-40")
+    assert third.low == Fraction(3, 20) - Fraction(2, 10**40)
+    assert third.high - third.low == Fraction(4, 10**40)
