@@ -80,3 +80,33 @@ def test_a_place_that_cannot_be_written(tmp_path: Path) -> None:
         ):
             atomic_write(place, "")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    file, link = tmp_path / "a.csv", tmp_path / "link.csv"
+    file.write_text("old")
+    link.symlink_to(file)
+    atomic_write(link, "new")
+    assert link.is_symlink()
+    assert file.read_text() == "new"
+    dangling = tmp_path / "dangling.csv"
+    dangling.symlink_to(tmp_path / "b" / "c.csv")
+    atomic_write(dangling, "new")
+    assert (tmp_path / "b" / "c.csv").read_text() == "new"
+
+
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    atomic_write(pipe, "through")
+    assert os.read(reading, 100) == b"through"
+    os.close(reading)
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]
+
+
+def test_the_longest_names_can_be_written(tmp_path: Path) -> None:
+    file = tmp_path / ("a" * 251 + ".csv")
+    atomic_write(file, "new")
+    assert file.read_text() == "new"

@@ -12,7 +12,6 @@ import pytest
 from tt_precise.errors import InputError
 from tt_precise.numerals import to_mpmath
 from tt_precise.scene import (
-    LARGEST_FILE,
     Inclination,
     Scene,
     Start,
@@ -20,6 +19,7 @@ from tt_precise.scene import (
     parse_scene,
     shipped,
 )
+from tt_precise.toml import LARGEST_FILE
 
 TEXT = """\
 title = "A top"
@@ -198,7 +198,7 @@ def test_refuses_bytes_that_are_no_text(tmp_path: Path) -> None:
 def test_refuses_large_files(tmp_path: Path) -> None:
     file = tmp_path / "large.toml"
     file.write_text(TEXT + "#" * LARGEST_FILE, "utf-8")
-    with pytest.raises(InputError, match="larger than 1000000 bytes"):
+    with pytest.raises(InputError, match="larger than 100000 bytes"):
         load_scene(file)
 
 

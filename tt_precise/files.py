@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,23 +17,36 @@ from tt_precise.errors import InputError
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give a temporary path beside ``path`` to write to; it takes its place only when all is well.
 
+    A link stays a link: what it leads to is replaced. A device or a pipe, such as /dev/stdout, is
+    not replaced but written to, from a temporary file elsewhere.
+
     Raises
     ------
     InputError
-        The folder cannot be written.
+        The place cannot be written, or is full.
     """
     target = Path(path)
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+        device = _is_device(target)
+        if not device:
+            target = Path(os.path.realpath(target))
+            target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(
-            prefix=f".{target.name}.", suffix=target.suffix, dir=target.parent
+            # a name may be as long as the file system allows, which leaves no room for a prefix
+            prefix=f".{target.stem[:40]}.",
+            suffix=target.suffix,
+            dir=None if device else target.parent,
         )
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise _unwritable(target, error) from None
     os.close(handle)
     temporary = Path(name)
     try:
         yield temporary
+        if device:
+            with temporary.open("rb") as source, target.open("wb") as sink:
+                shutil.copyfileobj(source, sink)
+            return
         with temporary.open("rb") as written:
             os.fsync(written.fileno())
         temporary.chmod(0o666 & ~_umask())
@@ -49,12 +64,20 @@ def atomic_write(path: str | Path, content: str | bytes) -> None:
         temporary.write_bytes(data)
 
 
+def _is_device(path: Path) -> bool:
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):  # ValueError: a null character
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
 def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
-def _unwritable(target: Path, error: OSError) -> InputError:
-    reason = error.strerror or type(error).__name__
+def _unwritable(target: Path, error: OSError | ValueError) -> InputError:
+    reason = getattr(error, "strerror", None) or error
     return InputError(f"{target}: {reason}; expected a place that can be written")

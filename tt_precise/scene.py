@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
@@ -15,10 +14,10 @@ from typing import Any, NamedTuple
 from tt_precise.body import TippeTop
 from tt_precise.errors import InputError
 from tt_precise.numerals import exact
+from tt_precise.toml import parse, read_text, shown
 
 MODELS = ("gliding", "rolling")
 RECORDABLE = ("phi", "psi", "x", "y")
-LARGEST_FILE = 1_000_000  # bytes; a scene is a page of text
 MOST_SAMPLES = 20_000_000
 
 _NEARLY_PI = Fraction("3.14159")
@@ -160,25 +159,22 @@ def load_scene(scene: str | Path | Scene) -> Scene:
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, str) and re.fullmatch(r"[A-Za-z0-9_-]+", scene):
-        entry = _folder() / f"{scene}.toml"
-        if entry.is_file():
-            return parse_scene(entry.read_text("utf-8"), scene, f"{scene}.toml")
+        if scene in shipped():
+            text = (_folder() / f"{scene}.toml").read_text("utf-8")
+            return parse_scene(text, scene, f"{scene}.toml")
         raise InputError(
-            f"scene: got {scene!r}, expected a path to a .toml file or one of: "
+            f"scene: got {scene[:60]!r}, expected a path to a .toml file or one of: "
             + ", ".join(shipped())
         )
     path = Path(scene)
-    return parse_scene(_read(path), path.stem, str(path))
+    text = read_text(path, "a scene file or a shipped name")
+    return parse_scene(text, path.stem, shown(path))
 
 
 def parse_scene(text: str, name: str, where: str) -> Scene:
     """Build a scene from TOML text; ``where`` names the source in errors."""
     try:
-        table = tomllib.loads(text, parse_float=str)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{where}: not a TOML file: {error}") from None
-    try:
-        return _from_table(table, name, text)
+        return _from_table(parse(text), name, text)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
@@ -240,22 +236,6 @@ def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
 def _one_of(value: str, allowed: tuple[str, ...], what: str) -> None:
     if value not in allowed:
         raise InputError(f"{what}: got {value[:60]!r}, expected one of: " + ", ".join(allowed))
-
-
-def _read(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)  # bounded: the path may be /dev/zero
-        if len(content) > LARGEST_FILE:
-            raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, expected a scene file")
-        return content.decode("utf-8").replace("\r\n", "\n")
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not UTF-8 text, expected a TOML scene file") from None
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: {reason}; expected a scene file or a shipped name") from None
 
 
 def _folder() -> Any:

@@ -188,13 +188,13 @@ def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:
 
 def is_sweep_file(path: str) -> bool:
     """Whether a TOML file names a scene, so that it is a sweep and not a scene itself."""
-    import tomllib
+    from tt_precise.toml import parse, read_text
 
     if not path.endswith(".toml"):
         return False
     try:
-        return "scene" in tomllib.loads(Path(path).read_text("utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return "scene" in parse(read_text(Path(path), "a sweep"))
+    except InputError:
         return False  # the scene's own reader says what is wrong
 
 

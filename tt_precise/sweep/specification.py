@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
@@ -23,12 +22,12 @@ from tt_precise.integrate.run import CONTACTS
 from tt_precise.numerals import exact
 from tt_precise.scene import Scene, Start, load_scene
 from tt_precise.sweep.columns import check_names
+from tt_precise.toml import parse, read_text
 
 STARTS = tuple(field.name for field in fields(Start))
 PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
 SAMPLERS = ("sobol", "latin")
 MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
-LARGEST_FILE = 1_000_000  # bytes
 DROPPED = 65536  # samples drawn at once where they are skipped
 
 
@@ -241,14 +240,9 @@ def read_specification(path: str | Path) -> Specification:
         No such file, no TOML, or its content is refused; the line names the file.
     """
     path = Path(path)
+    text = read_text(path, "a TOML file of a sweep")
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, expected a TOML file")
-        table = tomllib.loads(path.read_text("utf-8"), parse_float=str)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{path}: {error}; expected a TOML file of a sweep") from None
-    try:
-        return _from_table(table, path.parent)
+        return _from_table(parse(text), path.parent)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
