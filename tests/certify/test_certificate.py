@@ -146,11 +146,13 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, tmp_path: 
     assert record is not None
     assert (record.content, record.digits, record.complete) == (content, 34, True)
     assert proofs.complaints(store.read(NAME, tmp_path), record) == []
+    proof_of_it, why = proofs.established(stored.scene, tmp_path)
+    assert proof_of_it is not None, why
     for name in enclosure.columns[1::2]:
         for (t, *_), printed in zip(
             stored.trajectory.rows, stored.trajectory.column(name), strict=True
         ):
-            ball = record.at(name, t)
+            ball = proof_of_it.at(name, t)
             assert ball is not None
             assert ball.low <= ball.high < ball.low + Fraction(1, 10**35)
             if printed != "0":

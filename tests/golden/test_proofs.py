@@ -6,6 +6,7 @@ import json
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -68,30 +69,46 @@ def problems(folder: Path) -> list[str]:
 
 
 def test_the_committed_proof_establishes_its_scene(scene: Scene) -> None:
-    record, why = established(scene)
-    assert record is not None
+    proof, why = established(scene)
+    assert proof is not None
     assert why == ""
-    assert record.complete
-    assert record.digits == 34
-    assert record.content["contact"]["g_n_positive"] is True
+    assert proof.record.complete
+    assert proof.record.digits == 34
+    assert proof.contact["g_n_positive"] is True
     for definition in "ABC":
         for which in ("t_init", "t_end"):
-            moment = record.moment(definition, which)
+            moment = proof.moment(definition, which)
             assert moment is not None
             assert 0 < moment.high - moment.low < Fraction(1, 10**25)
-    assert record.moment("D", "t_init") is None
+    assert proof.moment("D", "t_init") is None
+
+
+def test_events_hold_the_printed_ones(scene: Scene) -> None:
+    proof, _ = established(scene)
+    assert proof is not None
+    found, listed = proof.happened("equator"), proof.stored.events
+    assert found is not None
+    rows = [row for row in listed.rows if row[0] == "equator"]
+    assert len(found) == len(rows) > 0
+    for event, row in zip(found, rows, strict=True):
+        assert event["t"].low < Fraction(Decimal(row[1])) < event["t"].high
+        assert event["direction"].low == event["direction"].high == int(row[2])
+        # cos theta is zero there
+        assert abs(event["kz"].low) < Fraction(1, 10**33)
+        assert event["kz"].low <= 0 <= event["kz"].high
+    assert proof.happened("eclipse") is None
 
 
 def test_enclosures_hold_the_start(scene: Scene) -> None:
-    record, _ = established(scene)
-    assert record is not None
+    proof, _ = established(scene)
+    assert proof is not None
     # omega_3 of the start is exact: L.k = I3 omega_3
     body, start = scene.body, scene.start
     spin = body.I3 * start.omega_3
-    balls = [record.at(name, "0") for name in ("kx", "kz", "Lx", "Lz")]
+    balls = [proof.at(name, "0") for name in ("kx", "kz", "Lx", "Lz")]
     kx, kz, Lx, Lz = (ball.low for ball in balls if ball is not None)
     assert abs((kx * Lx + kz * Lz) / spin - 1) < Fraction(1, 10**30)
-    assert record.at("kx", "0.0001") is None
+    assert proof.at("kx", "0.0001") is None
 
 
 def test_an_edited_proof_is_found(folder: Path, scene: Scene) -> None:
@@ -143,8 +160,8 @@ def test_other_events_are_not_those_that_were_proved(folder: Path, scene: Scene)
 
 def test_another_scene_is_not_proved(folder: Path, scene: Scene) -> None:
     body = replace(scene.body, mu=scene.body.mu + Fraction(1, 10**45))
-    record, why = established(replace(scene, body=body), folder)
-    assert record is None
+    proof, why = established(replace(scene, body=body), folder)
+    assert proof is None
     assert "another start, body or horizon" in why
     edit(folder, SCENE, lambda text: text.replace('mu = "0.3"', 'mu = "0.30001"'))
     assert problems(folder) == [f"{PROOF}: about another scene than {SCENE} says"]
@@ -156,8 +173,8 @@ def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
         proofs.read(NAME, folder)
     (folder / NAME / ENCLOSURE).unlink()
     assert proofs.read(NAME, folder) is None
-    record, why = established(scene, folder)
-    assert record is None
+    proof, why = established(scene, folder)
+    assert proof is None
     assert "golden certify" in why
 
 
@@ -172,8 +189,8 @@ def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) 
 def test_a_proof_that_ends_early_establishes_nothing(folder: Path, scene: Scene) -> None:
     edit_proof(folder, lambda told: told.update(failure="not proved (S4): far"), seal=True)
     assert problems(folder) == []
-    record, why = established(scene, folder)
-    assert record is None
+    proof, why = established(scene, folder)
+    assert proof is None
     assert "S4" in why
 
 

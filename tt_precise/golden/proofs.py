@@ -76,20 +76,51 @@ class Record:
         told = {name: self.content[name] for name in ("digits", "rounded", "entries")}
         return {**told, "complete": self.complete, "until_s": self.until_s}
 
+
+@dataclass(frozen=True)
+class Established:
+    """What an unspoiled, complete proof establishes about its scene; all numbers in SI."""
+
+    stored: Stored
+    record: Record
+
+    @property
+    def contact(self) -> dict[str, Any]:
+        """What is proved of the contact force, as in proof.json."""
+        return self.record.content["contact"]  # type: ignore[no-any-return]
+
     @cached_property
     def _rows(self) -> dict[str, dict[str, str]]:
-        names = self.enclosure.columns
-        return {row[0]: dict(zip(names, row, strict=True)) for row in self.enclosure.rows}
+        table = self.record.enclosure
+        return {row[0]: dict(zip(table.columns, row, strict=True)) for row in table.rows}
 
     def at(self, column: str, t: str) -> Interval | None:
-        """A vector column at the sampled time ``t`` (s, as printed), in SI; None if not proved."""
+        """A vector column at the sampled time ``t`` (s, as printed); None if not enclosed."""
         row = self._rows.get(t)
         return Interval.around(row[column], row[f"{column}_radius"]) if row else None
 
     def moment(self, definition: str, which: str) -> Interval | None:
-        """Initiation or ending time (``t_init``, ``t_end``) in s in a definition (A, B or C)."""
-        ball = self.content["inversion"].get(definition, {}).get(which)
+        """Initiation or ending time (``t_init``, ``t_end``) in a definition (A, B or C)."""
+        ball = self.record.content["inversion"].get(definition, {}).get(which)
         return Interval.around(ball["middle"], ball["radius"]) if ball else None
+
+    def happened(self, name: str) -> list[dict[str, Interval]] | None:
+        """Time, state and direction at all events of that name, in order; None if undecided.
+
+        An event whose function starts at zero is searched from shortly after the start on.
+        """
+        if name not in self.record.content["proved_events"]:
+            return None
+        table, columns = self.stored.events, self.record.content[EVENTS]["columns"]
+        return [
+            {
+                column: Interval.around(cell, columns.get(column, {"within": "0"})["within"])
+                for column, cell in zip(table.columns, row, strict=True)
+                if cell and column != "name"
+            }
+            for row in table.rows
+            if row[0] == name
+        ]
 
 
 def read(name: str, folder: Path | None = None) -> Record | None:
@@ -126,7 +157,7 @@ def text(content: dict[str, Any]) -> str:
     return json.dumps(sealed, indent=1, ensure_ascii=False) + "\n"
 
 
-def established(scene: Scene, folder: Path | None = None) -> tuple[Record | None, str]:
+def established(scene: Scene, folder: Path | None = None) -> tuple[Established | None, str]:
     """The complete and unspoiled proof about this very scene, to every digit; or None, and why."""
     if scene.name not in store.scenes(folder):
         return None, f"{scene.name}: no golden data"
@@ -143,8 +174,9 @@ def established(scene: Scene, folder: Path | None = None) -> tuple[Record | None
     if spoiled:
         return None, spoiled[0]
     if not record.complete:
-        return None, f"{scene.name}: {record.content['failure'] or 'events are undecided'}"
-    return record, ""
+        reason = record.content["failure"] or "its events are not those that are proved to happen"
+        return None, f"{scene.name}: {reason}"
+    return Established(stored, record), ""
 
 
 def complaints(stored: Stored, record: Record) -> list[str]:
