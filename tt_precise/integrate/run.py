@@ -232,7 +232,8 @@ def _time_before_failure(
         nonlocal last
         values = [adaptive.state[i] for i in range(len(state))]
         good = all(value - value == 0 for value in values)
-        last = adaptive.time if good else last
+        # a failure just behind the horizon of a run that was cut back already takes it further back
+        last = adaptive.time if good and adaptive.time < horizon else last
         return good
 
     made.reset(state, parameters, zero)
