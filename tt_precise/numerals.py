@@ -42,6 +42,6 @@ def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
 
 def to_mpmath(value: Fraction, context: Any) -> Any:
     """The exact ``value`` rounded once into an mpmath context (``mpmath.mp`` or an own one)."""
-    with context.workprec(context.prec + 32):
-        quotient = context.mpf(value.numerator) / value.denominator
-    return +quotient
+    from mpmath.libmp import from_rational  # here, so that a check in double need not import it
+
+    return context.make_mpf(from_rational(value.numerator, value.denominator, context.prec, "n"))

@@ -111,10 +111,9 @@ class Readout:
     def dimensionless_time(self, t: Any) -> Any:
         """A time in s as a guarded dimensionless one; refused outside the trajectory."""
         wanted = as_fraction(t)
-        end = self.end_time * self.start.units.time
-        slack = to_mpmath(TIME_TOLERANCE, self.precision.context) * end
         time = to_mpmath(wanted, self.precision.context)
-        if wanted < 0 or time > end + slack:
+        end = self._end
+        if wanted < 0 or time > self._latest:
             raise InputError(
                 f"t: got {float(wanted):.17g} s, expected 0 to {float(end):.17g} s, where the "
                 f"trajectory ends ({self.course.status}); it is never extrapolated"
@@ -122,6 +121,14 @@ class Readout:
         if time >= end or self.leaving(time) == self.leaving(end):
             return self.end_time
         return time / self.start.units.time
+
+    @cached_property
+    def _end(self) -> Any:
+        return self.end_time * self.start.units.time
+
+    @cached_property
+    def _latest(self) -> Any:
+        return self._end * (1 + to_mpmath(TIME_TOLERANCE, self.precision.context))
 
     @cached_property
     def _outputs(self) -> tuple[Any, ...]:
