@@ -85,7 +85,8 @@ class Finding:
     readings
         (reading, verdict under it, measured) where the paper's words admit several.
     proved
-        Whether the verdict rests on a proof (SymPy), not on evaluation at points.
+        Whether the verdict rests on a proof (SymPy, or rigorous enclosures), not on evaluation
+        at points.
     """
 
     verdict: Verdict

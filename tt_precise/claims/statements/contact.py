@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
+from tt_precise.claims.enclosed import enclosed
 from tt_precise.claims.measured import decimal, fraction_of, measured_text
 from tt_precise.claims.verdicts import Finding, judged, statement
 
@@ -19,11 +20,16 @@ def normal_force_stays_positive(scene: evidence.SceneLike = "reference") -> Find
     """The normal force of the reference solution is positive all the time."""
     least = evidence.least("g_n", scene)
     ended = evidence.trajectory(scene).status
+    check = statement(
+        ended != "contact_lost" and least.value > 0,
+        printed="g_n > 0",
+        measured=f"least g_n {measured_text(least)} N, {ended}",
+    )
+    known = enclosed(scene)
+    proved = check.holds and known.g_n_positive
     return judged(
-        statement(
-            ended != "contact_lost" and least.value > 0,
-            printed="g_n > 0",
-            measured=f"least g_n {measured_text(least)} N, {ended}",
-        ),
-        f"The least g_n is {decimal(fraction_of(least) / evidence.weight(scene), 4)} of m g.",
+        check,
+        f"The least g_n is {decimal(fraction_of(least) / evidence.weight(scene), 4)} of m g."
+        + known.told(proved, f"g_n > {known.least_g_n} m g at every instant"),
+        proved=proved,
     )

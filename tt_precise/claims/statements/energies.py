@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.verdicts import Finding, judged, readings, rounds_to
+from tt_precise.claims.enclosed import digits, enclosed, settles
+from tt_precise.claims.verdicts import Check, Finding, judged, readings, rounds_to
+from tt_precise.golden.proofs import Interval
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory
@@ -19,18 +21,19 @@ AT_8_S, AT_0_S, THEORY = "0.005106", "0.002755", "1.8571"
 @claim("NUM-20", quote="0.005106", where=SECTION, control={"printed": "0.005107"})
 def potential_energy_at_8_s(printed: str = AT_8_S, scene: str = "reference") -> Finding:
     """E_pot of the reference solution at 8 s."""
-    return judged(
-        rounds_to(printed, evidence.at("E_pot", "8", scene), "J"),
+    return _energy(
+        printed,
+        "8",
         "m g R (1 - alpha cos theta) at the state that quad and extended arithmetic agree on.",
+        scene,
     )
 
 
 @claim("NUM-21", quote="0.002755", where=SECTION, control={"printed": "0.002756"})
 def potential_energy_at_the_start(printed: str = AT_0_S, scene: str = "reference") -> Finding:
     """E_pot of the reference solution at the start."""
-    return judged(
-        rounds_to(printed, evidence.at("E_pot", "0", scene), "J"),
-        "m g R (1 - alpha cos 0.1): closed form in the start values.",
+    return _energy(
+        printed, "0", "m g R (1 - alpha cos 0.1): closed form in the start values.", scene
     )
 
 
@@ -42,16 +45,18 @@ def potential_energy_at_the_start(printed: str = AT_0_S, scene: str = "reference
 )
 def ratio_of_potential_energies(printed: str = "1.8534", scene: str = "reference") -> Finding:
     """E_pot(8 s)/E_pot(0) of the reference solution."""
-    ratio = evidence.settled(_ratio, scene)
+    check = rounds_to(printed, evidence.settled(_ratio, scene))
+    proved = settles(check, lambda ratio: rounds_to(printed, ratio), _enclosed_ratio(scene))
     return readings(
         {
-            "ratio of the energies": rounds_to(printed, ratio),
+            "ratio of the energies": check,
             "quotient of the two rounded numbers": rounds_to(
                 printed, Fraction(AT_8_S) / Fraction(AT_0_S)
             ),
         },
         "The division of the printed, already rounded energies is right, but the fourth decimal "
-        "is theirs, not the solution's.",
+        "is theirs, not the solution's." + _told_ratio(proved, scene),
+        proved=proved,
     )
 
 
@@ -68,16 +73,44 @@ def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> Finding:
 def difference_of_the_ratios(printed: str = "0.2", scene: str = "reference") -> Finding:
     """The ratio of potential energies at 8 s and 0 differs by 0.2 % from the theoretical one."""
     theory = Fraction(13, 7)
-    found = evidence.settled(lambda run: 100 * (1 - _ratio(run) * 7 / 13), scene)
+
+    def off(ratio: Any) -> Any:
+        return 100 * (1 - ratio * 7 / 13)
+
+    check = rounds_to(printed, evidence.settled(lambda run: off(_ratio(run)), scene), "%")
+    proved = settles(
+        check, lambda ratio: rounds_to(printed, off(ratio), "%"), _enclosed_ratio(scene)
+    )
     rounded = 100 * (1 - Fraction(AT_8_S) / Fraction(AT_0_S) / theory)
     return readings(
         {
-            "difference of the solution's ratio": rounds_to(printed, found, "%"),
+            "difference of the solution's ratio": check,
             "difference of the printed ratio": rounds_to(printed, rounded, "%"),
         },
         "Relative to the theoretical ratio 13/7; what is missing is mostly the start at theta = "
-        "0.1 instead of 0.",
+        "0.1 instead of 0." + _told_ratio(proved, scene),
+        proved=proved,
     )
+
+
+def _energy(printed: str, t: str, note: str, scene: str) -> Finding:
+    def check(energy: Any) -> Check:
+        return rounds_to(printed, energy, "J")
+
+    found, known = check(evidence.at("E_pot", t, scene)), enclosed(scene)
+    proved = settles(found, check, known.potential_energy(t))
+    told = known.told(proved, f"this energy {digits([known.potential_energy(t)])}")
+    return judged(found, note + told, proved=proved)
+
+
+def _enclosed_ratio(scene: str) -> Interval | None:
+    first, last = (enclosed(scene).potential_energy(t) for t in ("0", "8"))
+    return Interval(last.low / first.high, last.high / first.low) if first and last else None
+
+
+def _told_ratio(proved: bool, scene: str) -> str:
+    theorem = f"the ratio of the solution's energies {digits([_enclosed_ratio(scene)])}"
+    return enclosed(scene).told(proved, theorem)
 
 
 def _ratio(run: Trajectory) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
+from tt_precise.claims.enclosed import enclosed
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, all_of, statement
 
@@ -21,6 +22,9 @@ def energy_decreases(quantity: str = "E", scene: evidence.SceneLike = "reference
     fastest = float(evidence.turning_values(f"{quantity}_dot", scene)["value"].max())
     values = evidence.sampled(scene, (quantity,))[quantity]
     steps = int((values.diff().iloc[1:] >= 0).sum())
+    known = enclosed(scene)
+    holds = fastest <= 0 and steps == 0
+    proved = quantity == "E" and holds and known.energy_falls
     return all_of(
         {
             f"{quantity}_dot": statement(
@@ -33,5 +37,7 @@ def energy_decreases(quantity: str = "E", scene: evidence.SceneLike = "reference
             ),
         },
         "E_dot = -mu g_n v_A^2 (EQ-05) vanishes at instants only, such as the start; the claim "
-        "needs g_n >= 0 and a motion that glides.",
+        "needs g_n >= 0 and a motion that glides."
+        + known.told(proved, "g_n > 0 at every instant of this solution, which glides"),
+        proved=proved,
     )

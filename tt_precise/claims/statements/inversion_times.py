@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
+from tt_precise.claims.enclosed import digits, enclosed, settles
 from tt_precise.claims.measured import Settled, decimal, fraction_of
 from tt_precise.claims.verdicts import Check, Finding, about, readings
+from tt_precise.golden.proofs import Interval
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory
@@ -21,6 +23,7 @@ DEFINITION = (
     "interval around the climb in which phi_dot > 0."
 )
 START, END = "3.2", "7.87"
+TOP = "the maximum of theta nearest to pi"
 
 
 @claim(
@@ -35,10 +38,13 @@ def initiation_time(printed: str = START, scene: str = "reference") -> Finding:
     times = _in_all_definitions("t_init", scene)
     values = [one.value for one in times.values()]
     spread = decimal(max(values) - min(values), 2)
-    return readings(
-        _about(printed, times),
+    return _found(
+        printed,
+        times,
+        _enclosed("t_init", scene),
         f"The three definitions of the initiation time differ by {spread} s, less than the printed "
         "digit resolves.",
+        scene,
     )
 
 
@@ -52,12 +58,15 @@ def initiation_time(printed: str = START, scene: str = "reference") -> Finding:
 def ending_time(printed: str = END, scene: str = "reference") -> Finding:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", scene)
-    times["the maximum of theta nearest to pi"] = evidence.settled(_closest_to_the_pole, scene)
+    times[TOP] = evidence.settled(_closest_to_the_pole, scene)
     off = min(abs(fraction_of(one) - Fraction(printed)) for one in times.values())
-    return readings(
-        _about(printed, times),
+    return _found(
+        printed,
+        times,
+        {**_enclosed("t_end", scene), TOP: _highest(scene)},
         f"The nearest of them is off by {decimal(off, 2)} s. Section 2.1 itself says 7.86 s in two "
         "other places.",
+        scene,
     )
 
 
@@ -71,10 +80,13 @@ def ending_time(printed: str = END, scene: str = "reference") -> Finding:
 )
 def climbing_time(printed: str = "4.7", scene: str = "reference") -> Finding:
     """The climbing time T_inv = t_end - t_init, from the first to the second reversal."""
-    return readings(
-        _about(printed, _in_all_definitions("duration", scene)),
+    return _found(
+        printed,
+        _in_all_definitions("duration", scene),
+        _enclosed("duration", scene),
         f"The paper prints no number for T_inv; its two times give {END} - {START} = "
         f"{decimal(Fraction(END) - Fraction(START), 3)} s.",
+        scene,
     )
 
 
@@ -85,8 +97,35 @@ def _in_all_definitions(which: str, scene: str) -> dict[str, Settled]:
     return {reading: timed(name) for name, reading in DEFINITIONS.items()}
 
 
-def _about(printed: str, times: dict[str, Settled]) -> dict[str, Check]:
-    return {reading: about(printed, time, "s") for reading, time in times.items()}
+def _enclosed(which: str, scene: str) -> dict[str, Interval | None]:
+    known = enclosed(scene)
+    return {reading: known.moment(name, which) for name, reading in DEFINITIONS.items()}
+
+
+def _found(
+    printed: str,
+    times: dict[str, Settled],
+    intervals: dict[str, Interval | None],
+    note: str,
+    scene: str,
+) -> Finding:
+    def check(time: Any) -> Check:
+        return about(printed, time, "s")
+
+    checks = {reading: check(time) for reading, time in times.items()}
+    proved = all(settles(checks[one], check, intervals[one]) for one in checks)
+    told = enclosed(scene).told(proved, f"each of these times {digits(intervals.values())}")
+    return readings(checks, note + told, proved=proved)
+
+
+def _highest(scene: str) -> Interval | None:
+    """The proved time of the maximum of theta that is surely the highest."""
+    tops = enclosed(scene).events("theta_max")
+    if not tops:
+        return None
+    highest = max(tops, key=lambda top: top["theta"])
+    others = (top["theta"].high for top in tops if top is not highest)
+    return highest["t"] if all(other < highest["theta"].low for other in others) else None
 
 
 def _closest_to_the_pole(run: Trajectory) -> Any:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from tt_precise.claims import evidence
 from tt_precise.claims import reference_series as series
 from tt_precise.claims.claim import claim
+from tt_precise.claims.enclosed import count, enclosed
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
@@ -40,9 +42,18 @@ class Belt(NamedTuple):
 def oscillation(scene: SceneLike = "reference") -> Finding:
     """During the inversion theta oscillates: theta_dot changes sign many times."""
     turns = series.turning_points(scene)
-    inside = turns[(turns["theta"] > 0.2) & (turns["theta"] < math.pi - 0.2)]
+    near, far = 0.2, math.pi - 0.2
+    inside = turns[(turns["theta"] > near) & (turns["theta"] < far)]
     times = [0.0, *turns["t"]]
     gap, begin = max((float(b - a), float(a)) for a, b in pairwise(times))
+    known = enclosed(scene)
+    proved_turns = known.events("theta_min", "theta_max")
+    surely = (
+        None
+        if proved_turns is None
+        else count(proved_turns, "theta", Fraction(near), Fraction(far))
+    )
+    proved = surely is not None and all(number == len(inside) for number in surely)
     return judged(
         statement(
             len(inside) >= MANY,
@@ -50,7 +61,9 @@ def oscillation(scene: SceneLike = "reference") -> Finding:
             measured=f"{len(inside)} times during the inversion, {len(turns)} times in all",
         ),
         f"The longest time without a turning point is {decimal(gap, 3)} s, from "
-        f"{decimal(begin, 4)} s on.",
+        f"{decimal(begin, 4)} s on."
+        + known.told(proved, "there are exactly these turning points, all of them simple zeros"),
+        proved=proved,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from tt_precise.claims import evidence
 from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.enclosed import enclosed
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.steady_motions import cases, growth, tumbles
 from tt_precise.claims.verdicts import (
@@ -25,6 +26,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 THEOREM = "Theorem 1.1"
 COUNT = 40
 BODIES = f"{COUNT} random bodies with 1 - alpha < gamma < 1 + alpha and random mu, seeded; "
+LEAVES = "contact-lost"  # a golden scene of the toy above both thresholds, too
 ABOVE, BELOW = ("1.001", "3"), ("0.3", "0.999")
 
 
@@ -216,6 +218,10 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
     falling = run.status == "contact_lost" and float(ahead.iloc[0]) > 1e-6 > float(ahead.iloc[1])
     lambda_ = evidence.thresholds_of(scene).quantities
     ratio = lambda_["lambda"].value / lambda_["lambda_thres"].value
+    known = enclosed(LEAVES)
+    lost = known.contact_lost
+    proved = falling and lost is not None
+    when = decimal(lost.low, 12) if lost else "no time"
     return judged(
         statement(
             falling,
@@ -224,7 +230,9 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
             f"{decimal(run.t_end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
         ),
         f"At lambda = {decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
-        "continue with g_n < 0, where a real top has left the table.",
+        "continue with g_n < 0, where a real top has left the table."
+        + known.told(proved, f"in scene {LEAVES} g_n falls through a simple zero at {when} s"),
+        proved=proved,
     )
 
 

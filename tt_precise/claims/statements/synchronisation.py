@@ -8,13 +8,15 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from tt_precise.claims import evidence
+from tt_precise.claims import enclosed_climb, evidence
 from tt_precise.claims import reference_series as series
 from tt_precise.claims.claim import claim
+from tt_precise.claims.enclosed import digits, enclosed, settles
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.measured import decimal, measured_text
 from tt_precise.claims.statements.inversion_times import DEFINITION, DEFINITIONS
 from tt_precise.claims.verdicts import (
+    Check,
     Finding,
     about,
     all_of,
@@ -30,6 +32,7 @@ AFTER_EQUATION = "Sec. 2.1, after eq. (phi_dot_equ)"
 MANY = 10
 LARGE = 100  # rad/s
 TIMES = 10
+ENDS = ("t_init", "t_end")
 QUOTIENT = (
     "the quotient q as corrected for the missing factors R I1 and gamma has the same sign of "
     "1 - q as phi_dot"
@@ -47,12 +50,16 @@ def climbing_phase(
     printed: tuple[str, str] = ("3.2", "7.86"), scene: SceneLike = "reference"
 ) -> Finding:
     """The climbing phase lasts from 3.2 to 7.86 s."""
-    checks = {}
+    checks, known, proved = {}, enclosed(scene), True
+    moments = {(name, which): known.moment(name, which) for name in DEFINITIONS for which in ENDS}
     for name, reading in DEFINITIONS.items():
-        ends = [
-            evidence.settled(partial(_moment, name, which), scene) for which in ("t_init", "t_end")
-        ]
-        fits = [about(one, end).holds for one, end in zip(printed, ends, strict=True)]
+        ends = [evidence.settled(partial(_moment, name, which), scene) for which in ENDS]
+        found = [about(one, end) for one, end in zip(printed, ends, strict=True)]
+        fits = [one.holds for one in found]
+        proved &= all(
+            settles(check, partial(about, one), moments[name, which])
+            for check, one, which in zip(found, printed, ENDS, strict=True)
+        )
         checks[reading] = statement(
             all(fits),
             printed=" to ".join(printed) + " s",
@@ -61,7 +68,9 @@ def climbing_phase(
     return readings(
         checks,
         "Each printed time counts as right within one unit of its last digit. The same section "
-        "gives the ending time as 7.87 s and as 7.86 s.",
+        "gives the ending time as 7.87 s and as 7.86 s."
+        + known.told(proved, f"each of these times {digits(moments.values())}"),
+        proved=proved,
     )
 
 
@@ -76,18 +85,29 @@ def climbing_phase(
 )
 def precession_at_initiation(printed: str = "80", scene: SceneLike = "reference") -> Finding:
     """The climb starts when phi_dot has been accelerated to about 80 rad/s."""
+
+    def check(value: Any) -> Check:
+        return about(printed, value, "rad/s")
+
     checks = {
-        name: about(printed, evidence.settled(value, scene), "rad/s")
+        name: check(evidence.settled(value, scene))
         for name, value in (
             ("where L.k = L.z", _precession_where_aligned),
             ("last maximum of theta before", lambda run: _precession_at_top(run, 0)),
             ("first maximum of theta after", lambda run: _precession_at_top(run, 1)),
         )
     }
+    intervals = enclosed_climb.precession(scene)
+    proved = all(
+        settles(found, check, interval)
+        for found, interval in zip(checks.values(), intervals, strict=True)
+    )
     return readings(
         checks,
         "At the maxima of theta phi_dot has a smooth course, which rises through 80 rad/s there "
-        "and goes on rising in the climb.",
+        "and goes on rising in the climb."
+        + enclosed(scene).told(proved, f"these three values {digits(intervals)}"),
+        proved=proved,
     )
 
 
@@ -108,6 +128,12 @@ def reversals(
     found = [_reversal(scene, "theta_min", 0), _reversal(scene, "theta_max", 1)]
     signs = [tuple("+" if value > 0 else "-" for value in pair) for pair in found]
     large = all(abs(value) > LARGE for pair in found for value in pair)
+    peaks = [*enclosed_climb.reversal(scene, "theta_min", "t_init"),
+             *enclosed_climb.reversal(scene, "theta_max", "t_end")]  # fmt: skip
+    proved = large and all(
+        peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
+        for peak, value in zip(peaks, (value for pair in found for value in pair), strict=True)
+    )
     shown = "; ".join(f"from {decimal(a, 3)} to {decimal(b, 3)} rad/s" for a, b in found)
 
     def says(wanted: Sequence[tuple[str, str]]) -> Any:
@@ -120,7 +146,9 @@ def reversals(
         says((("-", "+"), ("+", "-"))),
         "from large negative to large positive values at the first moment, and from large "
         "positive to large negative values at the second",
-        "The heights of these peaks are ill conditioned, their signs are not.",
+        "The heights of these peaks are ill conditioned, their signs are not."
+        + enclosed(scene).told(proved, f"the four peaks {digits(peaks)}"),
+        proved=proved,
     )
 
 
@@ -232,9 +260,15 @@ def quotient_after(
     last = evidence.settled(lambda run: run.inversion.C.t_init, scene)
     zeros = [t for t in evidence.times_of("phi_dot_zero", scene)["t"] if climb.has(float(t))]
     inside = series.columns(["phi_dot"], [climb.begin + climb.length / 2], scene)["phi_dot"][0]
+    at_last, known = about(printed, last, "s"), enclosed(scene)
+    proved = (
+        settles(at_last, partial(about, printed), known.moment("C", "t_init"))
+        and not zeros
+        and enclosed_climb.sign_of_precession(scene) * inside > 0
+    )
     return all_of(
         {
-            "at t_init": about(printed, last, "s"),
+            "at t_init": at_last,
             "during the climb": statement(
                 not zeros and (inside > 0) == (sign == "positive"),
                 printed=f"stays {sign}",
@@ -242,7 +276,9 @@ def quotient_after(
             ),
         },
         "The last change of sign comes behind the last large negative peak, one nutation before "
-        "the axis passes nearest to the pole.",
+        "the axis passes nearest to the pole."
+        + known.told(proved, "its last zero before the climb, and that there is none within"),
+        proved=proved,
     )
 
 

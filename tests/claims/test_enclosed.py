@@ -1,0 +1,168 @@
+"""Claims that rest on proofs: proved with the committed ones, not with spoiled or missing ones."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tt_precise.claims import evidence, judge
+from tt_precise.claims.enclosed import Enclosed, count, digits, enclosed, settles
+from tt_precise.claims.enclosed_climb import precession, reversal, sign_of_precession
+from tt_precise.claims.verdicts import Verdict, about, rounds_to
+from tt_precise.golden import proofs, store
+from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval
+
+CHEAP = ("NUM-04", "NUM-05", "NUM-07", "NUM-20", "NUM-21", "NUM-22", "NUM-24", "QUAL-01")
+LONG = ("EQ-06", "NUM-06", "NUM-08", "QUAL-03", "QUAL-15", "QUAL-18", "TH-07")
+
+
+def _all() -> list[Any]:
+    return [*CHEAP, *(pytest.param(one, marks=pytest.mark.slow) for one in LONG)]
+
+
+@pytest.fixture
+def spoilable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A copy of the reference scene's golden data, which the claims read instead."""
+    place = shutil.copytree(store.home() / "reference", tmp_path / "reference")
+    monkeypatch.setattr(store, "home", lambda: tmp_path)
+    enclosed.cache_clear()
+    yield place
+    enclosed.cache_clear()
+
+
+@pytest.mark.parametrize("one", _all())
+def test_committed_proofs_prove_the_claim(one: str) -> None:
+    finding = judge(one).finding
+    assert finding.proved
+    assert "Proved (rigorous enclosure): " in finding.note
+
+
+def test_a_spoiled_proof_proves_nothing(spoilable: Path) -> None:
+    assert judge("NUM-20").finding.proved
+    text = (spoilable / PROOF).read_text()
+    (spoilable / PROOF).write_text(text.replace('"g_n_positive": true', '"g_n_positive": false'))
+    enclosed.cache_clear()
+    for one in ("NUM-20", "NUM-04"):
+        finding = judge(one).finding
+        assert not finding.proved
+        assert f"Not proved: {PROOF}: edited after it was written." in finding.note
+        assert finding.verdict == Verdict.ROUNDED  # what was computed stands as before
+
+
+def test_a_spoiled_enclosure_proves_nothing(spoilable: Path) -> None:
+    text = (spoilable / ENCLOSURE).read_text()
+    (spoilable / ENCLOSURE).write_text(text.replace("1", "2", 1))
+    finding = judge("NUM-20").finding
+    assert not finding.proved
+    assert f"Not proved: {ENCLOSURE}, line 2: changed" in finding.note
+
+
+def test_a_missing_proof_is_told(spoilable: Path) -> None:
+    (spoilable / PROOF).unlink()
+    (spoilable / ENCLOSURE).unlink()
+    finding = judge("NUM-04").finding
+    assert not finding.proved
+    assert "golden certify reference" in finding.note
+
+
+def test_other_golden_digits_prove_nothing(spoilable: Path) -> None:
+    path = spoilable / store.EVENTS
+    path.write_text(path.read_text().replace("1", "2", 1))
+    assert not judge("NUM-20").finding.proved
+
+
+def test_a_proof_of_something_else_does_not_settle_a_claim(spoilable: Path) -> None:
+    # an honest proof whose number contradicts the one that was computed
+    record = proofs.read("reference")
+    assert record is not None
+    content = record.content
+    content["inversion"]["B"]["t_init"]["middle"] = "3.9"
+    (spoilable / PROOF).write_text(proofs.text(content))
+    finding = judge("NUM-04").finding
+    assert not finding.proved
+    assert "the enclosure does not decide it" in finding.note
+
+
+def test_a_variant_is_not_the_scene_that_was_proved() -> None:
+    other = enclosed(evidence.variant(phi_dot="-1000", until="1"))
+    assert other.proof is None
+    assert not other.g_n_positive
+    assert "another start" in other.why
+    assert other.moment("B", "t_init") is None
+    assert other.events("equator") is None
+    assert other.potential_energy("0") is None
+    assert not other.energy_falls
+    assert enclosed(replace(evidence.variant(), name="nowhere")).proof is None
+
+
+def test_what_is_proved_of_the_reference_scene() -> None:
+    known = enclosed("reference")
+    assert known.g_n_positive
+    assert known.energy_falls
+    assert known.contact_lost is None
+    assert Fraction(known.least_g_n) > 0
+    energy = known.potential_energy("0")
+    assert energy is not None
+    body = known.proof.stored.scene.body if known.proof else None
+    assert body is not None
+    # m g R (1 - alpha cos 0.1), cos 0.1 to 20 digits
+    exact = body.m * body.g * body.R * (1 - body.alpha * Fraction("0.99500416527802576610"))
+    assert abs(energy.low - exact) < Fraction(1, 10**22)
+    span = known.moment("B", "duration")
+    assert span is not None
+    assert 4 < span.low < span.high < 5
+    turns = known.events("theta_min", "theta_max")
+    assert turns is not None
+    assert [one["t"] for one in turns] == sorted(one["t"] for one in turns)
+    assert known.events("equator", "eclipse") is None
+
+
+def test_around_the_climb() -> None:
+    before, after = reversal("reference", "theta_min", "t_init")
+    assert before is not None
+    assert after is not None
+    assert before.high < 0 < after.low
+    assert all(one is not None and 70 < one.low <= one.high < 90 for one in precession("reference"))
+    assert sign_of_precession("reference") == 1
+    assert sign_of_precession("smoothest") in (0, 1)
+    nothing = evidence.variant(until="1")
+    assert reversal(nothing, "theta_min", "t_init") == [None, None]
+    assert precession(nothing) == [None, None, None]
+    assert sign_of_precession(nothing) == 0
+
+
+def test_both_ends_have_to_agree() -> None:
+    def check(value: Any) -> Any:
+        return rounds_to("1.5", value)
+
+    found = check(Fraction("1.51"))
+    assert settles(found, check, Interval(Fraction("1.5"), Fraction("1.54")))
+    assert not settles(found, check, Interval(Fraction("1.5"), Fraction("1.56")))
+    assert not settles(found, check, Interval(Fraction("1.6"), Fraction("1.61")))
+    assert not settles(found, check, None)
+    # a verdict is one of three: what is "about" need not round
+    near = about("1.5", Fraction("1.58"))
+    assert not settles(near, lambda x: about("1.5", x), Interval(Fraction("1.5"), Fraction("1.51")))
+
+
+def test_counts_and_digits() -> None:
+    events = [{"theta": Interval(Fraction(k), Fraction(k) + Fraction(1, 10))} for k in range(1, 5)]
+    surely, possibly = count(events, "theta", Fraction("0.5"), Fraction("3.5"))
+    assert surely == possibly == 3
+    surely, possibly = count(events, "theta", Fraction("1.05"), Fraction("3.05"))
+    assert (surely, possibly) == (1, 3)
+    assert digits([Interval(Fraction("0.999999"), Fraction("1.000001")), None]) == (
+        "to 5 digits or more"
+    )
+
+
+def test_what_is_not_settled_is_told() -> None:
+    unknown = Enclosed(None, "no proof")
+    assert unknown.told(True, "that") == " Proved (rigorous enclosure): that."
+    assert unknown.told(False, "that") == " Not proved: no proof."

@@ -1,0 +1,138 @@
+"""What the committed proofs of the golden digits settle for a claim (``golden certify``).
+
+A claim computes its verdict as ever. It may call it proved where rigorous enclosures of what the
+verdict rests on come to the same: for a number, at both ends of the interval that is proved to
+contain it. (What a check accepts is an interval, far wider than an enclosure; so what holds, or
+fails, at both ends does so in between.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache
+
+from tt_precise.claims.evidence import SceneLike
+from tt_precise.claims.measured import MOST_DIGITS, decade
+from tt_precise.claims.verdicts import Check
+from tt_precise.errors import InputError
+from tt_precise.golden import proofs
+from tt_precise.golden.proofs import Established, Interval
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.scene import load_scene
+
+Event = dict[str, Interval]
+
+
+@dataclass(frozen=True)
+class Enclosed:
+    """What is proved about a scene: nothing, and ``why``, or what ``proof`` establishes."""
+
+    proof: Established | None
+    why: str
+
+    def told(self, settled: bool, theorem: str) -> str:
+        """A sentence for the note of a claim: what is proved, or that nothing is, and why."""
+        if settled:
+            return f" Proved (rigorous enclosure): {theorem}."
+        why = self.why or "the enclosure does not decide it"
+        return f" Not proved: {why}."
+
+    @property
+    def g_n_positive(self) -> bool:
+        """Whether g_n > 0 at every instant, the horizon included."""
+        return self.proof is not None and self.proof.contact["g_n_positive"] is True
+
+    @property
+    def contact_lost(self) -> Interval | None:
+        """When g_n falls through its first zero, a simple one; None if that is not proved."""
+        ball = self.proof.contact.get("lost_at_s") if self.proof else None
+        return Interval.around(ball["middle"], ball["radius"]) if ball else None
+
+    @property
+    def energy_falls(self) -> bool:
+        """Whether E falls throughout: E' = -mu g_n v_A^2 (EQ-05) is negative but at instants.
+
+        An analytic v_A that is not always zero is so at isolated instants only.
+        """
+        if self.proof is None or not self.g_n_positive or not self.proof.stored.scene.body.mu:
+            return False
+        times = self.proof.stored.trajectory.column("t")
+        speeds = (self.proof.at(name, t) for t in times for name in ("vx", "vy"))
+        return any(speed is not None and not speed.low <= 0 <= speed.high for speed in speeds)
+
+    @property
+    def least_g_n(self) -> str:
+        """A proved lower bound of g_n in units of m g, rounded down; "0" if none is proved."""
+        bound = self.proof.contact.get("g_n_at_least_mg") if self.proof else None
+        return f"{Decimal(bound):f}" if bound else "0"
+
+    def moment(self, definition: str, which: str) -> Interval | None:
+        """``t_init``, ``t_end`` or ``duration`` in s in a definition; None if not proved."""
+        if self.proof is None:
+            return None
+        if which != "duration":
+            return self.proof.moment(definition, which)
+        begin, end = (self.proof.moment(definition, name) for name in ("t_init", "t_end"))
+        return Interval(end.low - begin.high, end.high - begin.low) if begin and end else None
+
+    def events(self, *names: str) -> list[Event] | None:
+        """All events with one of these names, in order of time; None if any is undecided."""
+        if self.proof is None:
+            return None
+        found: list[Event] = []
+        for name in names:
+            events = self.proof.happened(name)
+            if events is None:
+                return None
+            found += events
+        return sorted(found, key=lambda event: event["t"])
+
+    def potential_energy(self, t: str) -> Interval | None:
+        """E_pot in J at the sampled time ``t``; linear in cos theta."""
+        height = self.proof.at("kz", t) if self.proof else None
+        if self.proof is None or height is None:
+            return None
+        body = self.proof.stored.scene.body.numbers(Fraction)
+        ends = []
+        for kz in height:
+            state = NewtonState(*(0,) * len(NewtonState._fields))._replace(kz=kz)
+            ends.append(QUANTITIES["E_pot"].evaluate(Motion(body, state, None)))
+        return Interval(min(ends), max(ends))
+
+
+@cache
+def enclosed(scene: SceneLike) -> Enclosed:
+    """What is proved about ``scene``, from the files beside its golden data."""
+    try:
+        return Enclosed(*proofs.established(load_scene(scene)))
+    except InputError as error:  # unusable golden data are told in the note, like missing ones
+        return Enclosed(None, str(error))
+
+
+def settles(found: Check, check: Callable[[Fraction], Check], interval: Interval | None) -> bool:
+    """Whether ``check`` comes to the same as ``found`` at both ends of a proved interval."""
+    return interval is not None and all(check(end).verdict == found.verdict for end in interval)
+
+
+def digits(intervals: Iterable[Interval | None]) -> str:
+    """In words: how many digits of each number are proved, such as "to 41 digits or more"."""
+    fewest = min((_digits(one) for one in intervals if one), default=0)
+    return f"to {fewest} digits or more"
+
+
+def _digits(interval: Interval) -> int:
+    radius = (interval.high - interval.low) / 2
+    size = min(abs(end) for end in interval)
+    return -decade(radius / size) - 1 if radius and size else MOST_DIGITS
+
+
+def count(events: Iterable[Event], column: str, low: Fraction, high: Fraction) -> Interval:
+    """How many events have a column between two numbers: surely, and possibly."""
+    values = [event[column] for event in events if column in event]
+    surely = sum(low < value.low and value.high < high for value in values)
+    possibly = sum(low <= value.high and value.low <= high for value in values)
+    return Interval(Fraction(surely), Fraction(possibly))
