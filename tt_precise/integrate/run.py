@@ -88,11 +88,8 @@ def integrate(
     scene = load_scene(scene)
     working = precision_named(precision or "double", bits)
     form = formulation_of(scene.model, formulation)
-    if formulation == "euler" and scene.start.theta.at_pole:
-        raise InputError(
-            f"{scene.name}: theta = {scene.start.theta} is a pole, where Euler angles are "
-            "undefined; expected formulation newton"
-        )
+    if formulation == "euler":
+        _require_euler_angles(scene, working)
     if contact not in CONTACTS:
         raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
     if not 0 <= tolerance < 1:
@@ -257,6 +254,19 @@ def _pulled(key: Key, start: Beginning, made: Integrator) -> bool:
     """Whether g_n was negative at the start or fell through zero later."""
     numerator, _ = contact_terms(key.formulation.model, start.body, start.vectors)
     return bool(numerator <= 0 or made.losses)
+
+
+def _require_euler_angles(scene: Scene, precision: Precision) -> None:
+    theta = scene.start.theta
+    # numbers near pi are 2 eps apart
+    lost = theta.from_pi and precision.exact(theta.offset) < 2 * precision.eps
+    if theta.at_pole or lost:
+        why = "is a pole" if theta.at_pole else f"cannot be told from pi in {precision.name}"
+        shown = theta if theta.at_pole else f"pi - {float(theta.offset):g}"
+        raise InputError(
+            f"{scene.name}: theta = {shown} {why}, where Euler angles are undefined; expected "
+            "formulation newton"
+        )
 
 
 def _checked_events(scene: Scene, events: Iterable[str] | None) -> tuple[str, ...]:
