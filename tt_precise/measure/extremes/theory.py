@@ -1,0 +1,107 @@
+"""What theory says about the edges: closed forms, and linear equations worked out by hand.
+
+Nothing here comes from ``mechanics`` or ``integrate``; these are expectations that the code under
+test did not make. All is dimensionless (m = R = g = 1), in an mpmath context ``fn``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tt_precise.body import Parameters
+
+
+class Lean(NamedTuple):
+    """A small perturbation of vertical spin: kx + i ky, Lx + i Ly and vx + i vy."""
+
+    k: Any
+    L: Any
+    v: Any
+
+
+def lean_matrix(body: Parameters, side: int, omega_3: Any, fn: Any) -> Any:
+    """The 3x3 matrix A of (k, L, v)' = A (k, L, v) about the spin k = side z, L = I3 omega_3 k.
+
+    To first order g_n = 1 and a = alpha k - z, so that k' = L x k/I1, L' = a x F with
+    F = z - mu v, and v' = -mu v + (omega x a)' with omega = L/I1 + (1/I3 - 1/I1)(L.k) k, each
+    written for its horizontal part as a complex number; eq (1).
+    """
+    alpha, I1, I3, mu = body.alpha, body.I1, body.I3, body.mu
+    spin, height = side * I3 * omega_3, 1 - side * alpha  # L.z, and of the centre of mass
+    k_row = [1j * spin / I1, -1j * side / I1, fn.mpf(0)]
+    L_row = [-1j * alpha, fn.mpf(0), 1j * height * mu]
+    c = side * spin * (1 / I3 - 1 / I1)
+    v_row = [
+        1j * height * (L / I1 + c * k) + 1j * alpha * spin / I3 * k
+        for k, L in zip(k_row, L_row, strict=True)
+    ]
+    v_row[2] = v_row[2] - mu
+    return fn.matrix([k_row, L_row, v_row])
+
+
+def lean_at(body: Parameters, side: int, omega_3: Any, t: Any, fn: Any) -> Lean:
+    """Per unit of lean at t = 0, about an axis that spins and does nothing else, the lean at t."""
+    start = fn.matrix([1, body.I3 * omega_3, 0])
+    return Lean(*(fn.expm(t * lean_matrix(body, side, omega_3, fn)) * start))
+
+
+def lean_modes(body: Parameters, side: int, omega_3: Any, fn: Any) -> list[Any]:
+    """The three eigenvalues of ``lean_matrix``, the one that grows fastest first."""
+    (a, b, c), (d, e, f), (g, h, i) = lean_matrix(body, side, omega_3, fn).tolist()
+    minors = a * e - b * d + a * i - c * g + e * i - f * h
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    roots = fn.polyroots([1, -(a + e + i), minors, -determinant], maxsteps=500, extraprec=fn.prec)
+    return sorted(roots, key=lambda root: fn.re(root), reverse=True)
+
+
+def frictionless_turn(body: Parameters, spin: Any, vertical: Any, energy: Any, fn: Any) -> Any:
+    """Least theta of the frictionless top with L.k = ``spin``, L.z = ``vertical``, just above 0.
+
+    E = (I1 + alpha^2 sin^2) theta_dot^2/2 + (Lz - L.k cos)^2/(2 I1 sin^2) + (L.k)^2/(2 I3)
+    + 1 - alpha cos, where E is without the horizontal motion of the centre of mass, which does not
+    change. The turn is where theta_dot = 0; it is found as a root in the logarithm of theta.
+    """
+
+    def missing(log_theta: Any) -> Any:
+        theta = fn.exp(log_theta)
+        s, c = fn.sin(theta), fn.cos(theta)
+        wall = (vertical - spin * c) / s
+        potential = wall * wall / (2 * body.I1) + spin * spin / (2 * body.I3) - body.alpha * c
+        return energy - 1 - potential
+
+    rate = fn.sqrt(2 * body.I1 * missing_energy(body, spin, energy))
+    guess = fn.log(abs(vertical - spin) / rate)
+    return fn.exp(fn.findroot(missing, (guess, guess + fn.mpf("0.01")), solver="secant"))
+
+
+def missing_energy(body: Parameters, spin: Any, energy: Any) -> Any:
+    """What is left of ``energy`` for theta_dot at the upright pole with L.z = L.k = ``spin``."""
+    return energy - 1 + body.alpha - spin * spin / (2 * body.I3)
+
+
+def fall_time(body: Parameters, theta: Any, to: Any, fn: Any) -> Any:
+    """Time from rest at ``theta`` down to ``to``, of the frictionless top that does not spin.
+
+    The plane motion theta_dot^2 (I1 + alpha^2 sin^2) = 2 alpha (cos - cos theta(0)).
+    """
+
+    def slowness(x: Any) -> Any:
+        s = fn.sin(x)
+        gained = 2 * fn.sin((theta + x) / 2) * fn.sin((theta - x) / 2)
+        return fn.sqrt((body.I1 + body.alpha**2 * s * s) / (2 * body.alpha * gained))
+
+    return fn.quad(slowness, [to, (to + theta) / 2, theta])
+
+
+def plane_loss(body: Parameters, energy: Any, fn: Any) -> Any:
+    """Angle theta > pi/2 at which the plane frictionless top of this energy leaves the table.
+
+    g_n = 0 means I1 + alpha I1 cos theta_dot^2 = 0; with theta_dot^2 from the energy.
+    """
+
+    def push(theta: Any) -> Any:
+        s, c = fn.sin(theta), fn.cos(theta)
+        rate_squared = 2 * (energy - 1 + body.alpha * c) / (body.I1 + body.alpha**2 * s * s)
+        return 1 + body.alpha * c * rate_squared
+
+    return fn.findroot(push, (fn.pi / 2, fn.pi), solver="anderson")
