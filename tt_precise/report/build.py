@@ -17,7 +17,15 @@ from tt_precise.report import render
 from tt_precise.report.document import Report, Section
 from tt_precise.report.evidence import SCENE, precision_runs
 from tt_precise.report.figures import all_figures
-from tt_precise.report.sections import claims, conservation, golden, headline, measured, thresholds
+from tt_precise.report.sections import (
+    claims,
+    conservation,
+    golden,
+    headline,
+    measured,
+    proofs,
+    thresholds,
+)
 
 SCHEMA = "tt_precise.report/1"
 NAME = "precision-report"
@@ -50,6 +58,7 @@ def assemble(judgements: list[Judgement], command: str, folder: Path) -> Report:
         Section("figures", "The reference solution", all_figures()),
         thresholds.section(),
         golden.section(),
+        proofs.section(),
         *measured.sections(folder),
         claims.all_claims(judgements),
     ]

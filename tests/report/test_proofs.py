@@ -1,0 +1,71 @@
+"""The section on proofs: what it tells of whole, spoiled and missing ones."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from decimal import Decimal
+from pathlib import Path
+
+import pytest
+
+from tt_precise.golden import proofs, store
+from tt_precise.golden.proofs import PROOF
+from tt_precise.report.document import Section, Table
+from tt_precise.report.sections.proofs import section
+
+
+def _tables(one: Section) -> list[Table]:
+    return [block for block in one.blocks if isinstance(block, Table)]
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of two scenes' golden data, which the section reads instead."""
+    for name in ("reference", "upright"):
+        shutil.copytree(store.home() / name, tmp_path / name)
+    monkeypatch.setattr(store, "home", lambda: tmp_path)
+    return tmp_path
+
+
+def test_every_golden_scene_has_a_row() -> None:
+    found = section()
+    digits, _ = _tables(found)
+    assert [row[0] for row in digits.rows] == store.scenes()
+    assert set(found.results) == set(store.scenes())
+
+
+def test_times_are_those_of_the_proof() -> None:
+    found = section()
+    _, times = _tables(found)
+    (row,) = (row for row in times.rows if row[:2] == ("reference", "B"))
+    proved = found.results["reference"]["inversion"]["B"]
+    for cell, which in zip(row[2:4], ("t_init", "t_end"), strict=True):
+        exact = Decimal(proved[which]["middle"])
+        assert abs(Decimal(cell) - exact) <= Decimal("5e-25")
+    assert int(row[4]) >= 25
+
+
+def test_spoiled_and_missing_proofs_count_for_nothing(place: Path) -> None:
+    path = place / "reference" / PROOF
+    path.write_text(path.read_text().replace('"digits": 34', '"digits": 99', 1))
+    shutil.rmtree(place / "upright")
+    found = section()
+    digits, times = _tables(found)
+    assert digits.rows == [("reference", f"{PROOF}: edited after it was written", *["-"] * 7)]
+    assert times.rows == []
+    path.write_text("nonsense")
+    assert "cannot be used" in _tables(section())[0].rows[0][1]
+    for file in (PROOF, proofs.ENCLOSURE):
+        (place / "reference" / file).unlink()
+    assert _tables(section())[0].rows[0][1] == "none"
+
+
+def test_a_proof_that_ends_early_says_where(place: Path) -> None:
+    path = place / "reference" / PROOF
+    content = json.loads(path.read_text())
+    content["failure"] = "not proved (S4): far"
+    content["proved_until_s"]["middle"] = "2.5e+00"
+    path.write_text(proofs.text(content))
+    row = _tables(section())[0].rows[0]
+    assert row[1:3] == ("not proved (S4): far", "2.5")

@@ -1,0 +1,134 @@
+"""What rigorous enclosures prove about the golden data: digits, events, times, the contact force.
+
+Everything is read from the files that ``golden certify`` wrote; a spoiled proof counts for nothing.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.golden import proofs, store
+from tt_precise.golden.proofs import Record
+from tt_precise.report.document import Section, Table, Text
+
+THEOREM = (
+    "Let p be polynomials, exact as numbers, that solve the equations on a step up to a defect d, "
+    "and let a bound the logarithmic norm of the equations' derivative on a tube around p. Then "
+    "every exact solution that starts within e of p(0) exists on the whole step, is unique, and "
+    "stays within (e + d S) exp(a S) of p, S being the step's length, as long as that is less than "
+    "the tube's width."
+)
+METHOD = (
+    "Each hypothesis is verified in ball arithmetic (python-flint), rounding included, for the "
+    "scene's exact parameters and start, step after step (`tt-precise golden certify`; the whole "
+    "theorem and its proof stand in the docstring of tt_precise.certify). What does not verify is "
+    "not claimed. `tt-precise golden verify` holds every printed number against its enclosure."
+)
+SHOWN = 25  # digits of a time; those of the proof itself are more
+
+
+def section() -> Section:
+    """Scenes with their proved digits, and proved times of the climb."""
+    rows, times, results = [], [], {}
+    for name in store.scenes():
+        told, record = _judged(name)
+        if record is None:
+            rows.append((name, told, *["-"] * 7))
+            results[name] = {"proof": told}
+            continue
+        content = record.content
+        rows.append(
+            (
+                name,
+                told,
+                f"{float(record.until_s):.4g}",
+                str(content["bits"]),
+                str(content["steps"]),
+                str(record.digits),
+                f"{content['rounded']} of {content['entries']}",
+                _events(content),
+                _contact(content["contact"]),
+            )
+        )
+        times += _times(name, content["inversion"])
+        results[name] = {
+            "proof": told,
+            **record.summary,
+            "contact": content["contact"],
+            "proved_events": content["proved_events"],
+            "inversion": content["inversion"],
+        }
+    return Section(
+        "proofs",
+        "Proved digits",
+        [
+            Text(f"{THEOREM} {METHOD}"),
+            Table(
+                ("scene", "proof", "to t (s)", "bits", "steps", "digits proved, worst column",
+                 "numbers proved correctly rounded", "events proved", "contact force"),
+                rows,
+                name="proofs-table",
+            ),
+            Text(
+                "Initiation and ending times, each proved to exist and to be what the definition "
+                "says; A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign of "
+                "phi_dot."
+            ),
+            Table(("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"), times),
+        ],
+        results,
+    )  # fmt: skip
+
+
+def _judged(name: str) -> tuple[str, Record | None]:
+    """What the proof of a scene comes to in words, and the proof if it counts."""
+    try:
+        record = proofs.read(name)
+        if record is None:
+            return "none", None
+        spoiled = proofs.complaints(store.read(name), record)
+    except InputError as error:
+        return str(error), None
+    if spoiled:
+        return spoiled[0], None
+    return ("whole" if record.complete else record.content["failure"] or "events differ"), record
+
+
+def _events(content: dict[str, Any]) -> str:
+    decided = content["proved_events"].values()
+    total = len(content["proved_events"].keys() | content["undecided_events"].keys())
+    kinds = f"{len(decided)} of {total} kinds"
+    return f"{sum(decided)}, {kinds}" if len(decided) < total else str(sum(decided))
+
+
+def _contact(contact: dict[str, Any]) -> str:
+    if contact.get("lost_at_s"):
+        return f"lost at {Decimal(contact['lost_at_s']['middle']):.12f} s"
+    least = contact.get("g_n_at_least_mg")
+    return f"g_n > {Decimal(least):f} m g" if least else "not proved"
+
+
+def _times(scene: str, inversion: dict[str, Any]) -> list[tuple[str, ...]]:
+    rows = []
+    for definition in "ABC":
+        ends = inversion.get(definition, {})
+        balls = [ends.get(which) for which in ("t_init", "t_end")]
+        if any(balls):
+            digits = [_digits(ball) for ball in balls if ball and float(ball["radius"])]
+            fewest = str(min(digits)) if digits else "exact"
+            rows.append((scene, definition, *map(_shown, balls), fewest))
+    return rows
+
+
+def _shown(ball: dict[str, str] | None) -> str:
+    if ball is None:
+        return "none"
+    middle, radius = Decimal(ball["middle"]), Decimal(ball["radius"])
+    return "0, exactly" if middle == radius == 0 else f"{middle:.{SHOWN}g}"
+
+
+def _digits(ball: dict[str, str]) -> int:
+    """Significant digits of the middle that the radius leaves."""
+    return Decimal(ball["middle"]).adjusted() - Decimal(ball["radius"]).adjusted() - 1
