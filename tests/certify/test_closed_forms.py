@@ -14,8 +14,12 @@ import flint
 from flint import arb
 
 import tt_precise as tt
-from tt_precise.certify import NotProved, Problem, enclose, prove, zeros
-from tt_precise.certify.balls import ball
+from tt_precise.certify import NotProved, Problem, balls, enclose, problem_of, prove, zeros
+from tt_precise.certify.balls import Balls, ball
+from tt_precise.certify.problem import body_of
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.quantities import Motion
 
 BITS = 120
 
@@ -91,6 +95,47 @@ def test_a_kepler_orbit_is_contained(seed: int) -> None:
             assert x.rad() < 1e-25
 
 
+@pytest.mark.parametrize("seed", seeds(2, 40))
+def test_a_steady_precession_is_contained(seed: int) -> None:
+    """A top without friction leans at a constant angle and goes round: k and L turn about z.
+
+    L' = phi_dot z x L is the moment of the weight's reaction, R alpha m g k x z, if
+    phi_dot (I3 omega_3 - I1 phi_dot cos theta) = -R alpha m g.
+    """
+    dice = random.Random(seed)
+    scene = tt.load_scene("frictionless")
+    heavy = replace(scene.body, alpha=Fraction(dice.randint(5, 60), 100))
+    problem = problem_of(replace(scene, body=heavy))
+    theta = Fraction(dice.randint(20, 280), 100)
+    turning = Fraction(dice.choice((-1, 1)) * dice.randint(50, 300), 100)
+
+    def start() -> list[arb]:
+        body = body_of(scene, problem.parameters())
+        sine, cosine, rate = ball(theta).sin(), ball(theta).cos(), ball(turning)
+        spin = (body.I1 * rate * cosine - body.alpha / rate) / body.I3
+        euler = EulerState(None, arb(0), rate, spin, arb(0), arb(0))
+        still = vectors_from_euler(body, euler, Balls, sine_cosine=(sine, cosine))
+        # the centre of mass rests, so the contact point moves with omega x a
+        vx, vy, _ = Motion(body, still, Balls).omega_cross_a
+        return list(still._replace(vx=vx, vy=vy))
+
+    enclosure = enclose(replace(problem, start=start, until=lambda: arb(3)), BITS)
+    assert enclosure.failure is None
+    with flint.ctx.workprec(2 * BITS):
+        kx, ky, kz, Lx, Ly, Lz, vx, vy = start()
+        for part in range(7):
+            angle = ball(turning) * part / 2
+            c, s = angle.cos(), angle.sin()
+            exact = [
+                c * kx - s * ky, s * kx + c * ky, kz,
+                c * Lx - s * Ly, s * Lx + c * Ly, Lz,
+                c * vx - s * vy, s * vx + c * vy,
+            ]  # fmt: skip
+            found = enclosure.at(arb(part) / 2)
+            assert all(a.overlaps(b) for a, b in zip(found, exact, strict=True))
+            assert max(a.rad() for a in found) < 1e-25
+
+
 @pytest.mark.parametrize("name", ["upright", "inverted"])
 def test_a_steady_spin_is_exact(name: str) -> None:
     # though upright spin is unstable: what vanishes identically needs no balls
@@ -114,6 +159,15 @@ def test_another_frequency_is_excluded() -> None:
         wrong = Fraction(3, 2) * (1 + Fraction(1, 10**25))
         x, _ = enclosure.at(arb(20))
         assert not x.overlaps((ball(wrong) * 20).cos())
+
+
+def test_without_outward_rounding_nothing_is_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    def to_nearest(value: Fraction) -> arb:
+        return ball(value).mid()
+
+    monkeypatch.setattr(balls, "ball", to_nearest)
+    with pytest.raises(NotProved, match="excludes the result"):
+        enclose(oscillator(Fraction(3, 2), Fraction(1)), BITS)
 
 
 def test_zeros_of_an_oscillator() -> None:
