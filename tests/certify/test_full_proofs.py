@@ -88,9 +88,8 @@ def test_committed_proofs_come_out_again(name: str, tmp_path: Path) -> None:
         assert before is not None
         times = committed.enclosure.column("t")
         for column in committed.enclosure.columns[1::2]:
-            for a, b in zip(
-                *([p.at(column, t) for t in times] for p in (again, before)), strict=True
-            ):
+            for t in times:
+                a, b = again.at(column, t), before.at(column, t)
                 assert a is not None
                 assert b is not None
                 assert a.low <= b.high

@@ -20,7 +20,7 @@ contains a function at each s of the interval):
 - **S4** (|e0| + d S) exp(a S) < r for every e0 in the set of initial errors E0.
 
 **Theorem.** Under B and S1 to S4 the solution y that starts at t0 from p(0) + e0, e0 in E0,
-exists on the whole step and is unique. With G = (exp(a S) - 1)/a,
+exists on the whole step and is unique. With G = (exp(a S) - 1)/a, or S where a = 0,
 
     |y - p(s)| <= (|e0| + d S) exp(a S)                      for all s in [0, S], and
     y(S) = p(S) + (P(S) + Q) e0 + x    with  ||Q|| <= q G  and  |x| <= d G.
@@ -40,6 +40,9 @@ Step after step, the set of errors is carried as B z, z in a box (``error_set``)
 the gap between the end of one polynomial and the start of the next. By induction every state is
 enclosed at every time. What fails to verify is tried again with half the step; what still fails
 ends the enclosure there and is reported as ``NotProved``, never rounded up.
+
+Hypotheses that are no bounds are verified as well: polynomials, ends and units of time are exact
+numbers (``Piece``), and the arithmetic rounds outward (``balls``, against rational arithmetic).
 
 On it stand proved signs (g_n > 0 throughout, so E' = -mu g_n v^2 <= 0: the energy never grows),
 proved zeros (``interval_newton``: existence, uniqueness, enclosure of time and state), hence proved
