@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import tt_precise as tt
-from tt_precise.golden import building, store
+from tt_precise.golden import building, proofs, store
 from tt_precise.golden.comparing import correct_digits
 from tt_precise.golden.inspection import inspect
 from tt_precise.golden.store import FILES
@@ -38,8 +38,17 @@ def test_data_are_whole_and_for_the_shipped_scene(name: str) -> None:
 
 
 def test_data_are_small() -> None:
-    sizes = [(store.home() / name / file).stat().st_size for name in shipped() for file in FILES]
+    sizes = [file.stat().st_size for file in store.home().rglob("*") if file.is_file()]
+    assert len(sizes) >= len(shipped()) * len(FILES)
     assert sum(sizes) < LARGEST
+
+
+@pytest.mark.parametrize("name", [name for name in shipped() if proofs.read(name)])
+def test_every_printed_number_is_proved(name: str) -> None:
+    record = proofs.read(name)
+    assert record is not None
+    assert record.complete
+    assert record.content["rounded"] == record.content["entries"]
 
 
 def test_reference_has_34_digits_in_every_row_up_to_8_s() -> None:
@@ -74,7 +83,7 @@ def test_the_package_docstring_holds() -> None:
 def test_readme_names_every_column_and_file() -> None:
     text = README.read_text("utf-8")
     columns = {name for scene in store.scenes() for name in store.read(scene).trajectory.columns}
-    for name in (*columns, *FILES):
+    for name in (*columns, *FILES, proofs.PROOF, proofs.ENCLOSURE):
         assert re.search(rf"`[^`]*\b{name}\b[^`]*`", text), name
 
 
