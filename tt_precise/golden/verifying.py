@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -100,11 +101,14 @@ def verify(
     if unknown:
         known = ", ".join(store.scenes(folder)) or "none yet; `tt-precise golden build` makes it"
         raise InputError(f"golden data: got {unknown[0][:60]!r}, expected one of: {known}")
-    inspected = {name: inspect(name, folder) for name in wanted}
     found: dict[str, Verification] = {}
 
+    @cache
+    def inspected(name: str) -> tuple[Stored | None, list[str]]:
+        return inspect(name, folder)
+
     def finish(name: str, runs: list[Run]) -> list[Task]:
-        stored, problems = inspected[name]
+        stored, problems = inspected(name)
         if stored is None:
             return []
         found[name] = judge(stored, problems, runs)
@@ -113,16 +117,17 @@ def verify(
             return [Task(name, stored.scene_text, "mp", bits, "newton"), _double(stored)]
         return []
 
+    # the workers compute while the files are inspected, here
     plans = {
         name: [Task(name, stored.scene_text, "quad", None, "newton"), _double(stored)]
-        for name, (stored, _) in inspected.items()
+        for name, stored in ((name, _readable(name, folder)) for name in wanted)
         if stored
     }
     with pool(workers or cores(), recycled=False) as executor:
         perform_all(executor, plans, finish, progress=progress)
-    for name, (stored, problems) in inspected.items():
-        if not stored:
-            found[name] = Verification(name, None, problems=tuple(problems))
+    for name in wanted:
+        if name not in found:
+            found[name] = Verification(name, None, problems=tuple(inspected(name)[1]))
     return [replace(found[name], digits_proved=_proved(name, folder)) for name in wanted]
 
 
@@ -173,6 +178,15 @@ def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verif
         rough.digits if rough else None,
         tuple(found),
     )
+
+
+def _readable(name: str, folder: Path | None) -> Stored | None:
+    try:
+        stored = store.read(name, folder)
+        stored.scene  # noqa: B018 - it has to be one
+    except InputError:  # told when the files are inspected
+        return None
+    return stored
 
 
 def _proved(name: str, folder: Path | None) -> int | None:
