@@ -109,6 +109,12 @@ def test_enclosures_hold_the_start(scene: Scene) -> None:
     kx, kz, Lx, Lz = (ball.low for ball in balls if ball is not None)
     assert abs((kx * Lx + kz * Lz) / spin - 1) < Fraction(1, 10**30)
     assert proof.at("kx", "0.0001") is None
+    assert proof.at("theta", "0.0001") is None
+    for name, exact in (("theta", start.theta.offset), ("omega_3", start.omega_3)):
+        printed = proof.at(name, "0")
+        assert printed is not None
+        assert printed.low <= exact <= printed.high
+        assert printed.high - printed.low < Fraction(1, 10**30)
 
 
 def test_an_edited_proof_is_found(folder: Path, scene: Scene) -> None:

@@ -91,9 +91,13 @@ class Enclosed:
             found += events
         return sorted(found, key=lambda event: event["t"])
 
+    def at(self, column: str, t: str) -> Interval | None:
+        """A column of the golden trajectory at the sampled time ``t``; None if not proved."""
+        return self.proof.at(column, t) if self.proof else None
+
     def potential_energy(self, t: str) -> Interval | None:
         """E_pot in J at the sampled time ``t``; linear in cos theta."""
-        height = self.proof.at("kz", t) if self.proof else None
+        height = self.at("kz", t)
         if self.proof is None or height is None:
             return None
         body = self.proof.stored.scene.body.numbers(Fraction)

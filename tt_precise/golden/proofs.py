@@ -87,7 +87,7 @@ class Established:
     @property
     def contact(self) -> dict[str, Any]:
         """What is proved of the contact force, as in proof.json."""
-        return self.record.content["contact"]  # type: ignore[no-any-return]
+        return self.record.content["contact"]
 
     @cached_property
     def _rows(self) -> dict[str, dict[str, str]]:
@@ -95,9 +95,16 @@ class Established:
         return {row[0]: dict(zip(table.columns, row, strict=True)) for row in table.rows}
 
     def at(self, column: str, t: str) -> Interval | None:
-        """A vector column at the sampled time ``t`` (s, as printed); None if not enclosed."""
+        """A column at the sampled time ``t`` (s, as printed); None where nothing is proved.
+
+        Vector columns as they are enclosed, others (Euler columns) from what is printed.
+        """
         row = self._rows.get(t)
-        return Interval.around(row[column], row[f"{column}_radius"]) if row else None
+        if row is None or column in row:
+            return Interval.around(row[column], row[f"{column}_radius"]) if row else None
+        table, told = self.stored.trajectory, self.record.content[TRAJECTORY]["columns"]
+        cell = table.column(column)[table.column("t").index(t)]
+        return Interval.around(cell, told[column]["within"]) if cell else None
 
     def moment(self, definition: str, which: str) -> Interval | None:
         """Initiation or ending time (``t_init``, ``t_end``) in a definition (A, B or C)."""

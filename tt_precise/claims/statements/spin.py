@@ -9,10 +9,12 @@ from typing import Any
 from tt_precise.claims import evidence
 from tt_precise.claims import reference_series as series
 from tt_precise.claims.claim import claim
+from tt_precise.claims.enclosed import digits, enclosed, settles
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import (
+    Check,
     Finding,
     all_of,
     judged,
@@ -41,13 +43,21 @@ CLOSE_DEG = 10
 )
 def final_spin(printed: str = "-85", scene: SceneLike = "reference") -> Finding:
     """omega_3 falls from 155 rad/s to about -85 rad/s."""
-    found = evidence.at("omega_3", "8", scene)
+
+    def checks(spin: Any) -> list[Check]:
+        return [rounds_to(printed, spin, "rad/s"), within(printed, spin, "2.5", "rad/s")]
+
+    found, known = evidence.at("omega_3", "8", scene), enclosed(scene)
+    interval = known.at("omega_3", "8")
+    exact, near = checks(found)
+    proved = settles(exact, lambda spin: checks(spin)[0], interval) and settles(
+        near, lambda spin: checks(spin)[1], interval
+    )
     return readings(
-        {
-            "to the last printed digit": rounds_to(printed, found, "rad/s"),
-            "to the nearest multiple of 5": within(printed, found, "2.5", "rad/s"),
-        },
-        f"It ends at {decimal(found.value, 5)} rad/s.",
+        {"to the last printed digit": exact, "to the nearest multiple of 5": near},
+        f"It ends at {decimal(found.value, 5)} rad/s."
+        + known.told(proved, f"this value {digits([interval])}"),
+        proved=proved,
     )
 
 
@@ -189,13 +199,25 @@ def spin_changes_sign(name: str = "omega_3", scene: SceneLike = "reference") -> 
     found = series.zeros(name, scene)
     climb = series.climb(scene)
     at = f", at {decimal(evidence.settled(_zero_of_spin, scene).value, 16)} s" if found else ""
+    check = statement(
+        len(found) == 1 and climb.has(found[0]),
+        printed="changes sign during the climb",
+        measured=f"{len(found)} change{'' if len(found) == 1 else 's'} of sign{at}",
+    )
+    known = enclosed(scene)
+    zeros = known.events("omega_3_zero") if name == "omega_3" else None
+    begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
+    proved = bool(
+        check.holds
+        and zeros and begin and end
+        and len(zeros) == 1
+        and begin.high < zeros[0]["t"].low <= zeros[0]["t"].high < end.low
+    )  # fmt: skip
     return judged(
-        statement(
-            len(found) == 1 and climb.has(found[0]),
-            printed="changes sign during the climb",
-            measured=f"{len(found)} change{'' if len(found) == 1 else 's'} of sign{at}",
-        ),
-        "Shortly after theta first passes pi/2.",
+        check,
+        "Shortly after theta first passes pi/2."
+        + known.told(proved, "this one, and that there is no other"),
+        proved=proved,
     )
 
 
