@@ -57,12 +57,12 @@ def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Spoil], Non
     """Replace the gliding equations in "newton" or "euler" form by wrongly computed ones."""
 
     def spoil(coordinates: str, change: Spoil) -> None:
-        original = formulations.FORMULATIONS["gliding", coordinates]
+        original = formulations.integrated("gliding", coordinates)
 
         def rates(body: Any, state: Any, fn: Any) -> Any:
             return change(state, original.rates(body, state, fn))
 
         wrong = replace(original, rates=rates)
-        monkeypatch.setitem(formulations.FORMULATIONS, ("gliding", coordinates), wrong)
+        monkeypatch.setitem(formulations.INTEGRATED, ("gliding", coordinates), wrong)
 
     return spoil

@@ -13,7 +13,7 @@ from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.start import beginning, vanishes
 from tt_precise.integrate.system import Key
 from tt_precise.mechanics import newton
-from tt_precise.mechanics.formulations import formulation
+from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import Inclination, Scene
 
 QUAD = precision_named("quad")
@@ -124,7 +124,7 @@ def test_a_rolling_start_off_the_table_is_refused() -> None:
 
 
 def test_which_events_vanish_at_the_start(reference: Scene) -> None:
-    key = Key(formulation("gliding", "newton"), QUAD, (), (), 0.0, ())
+    key = Key(integrated("gliding", "newton"), QUAD, (), (), 0.0, ())
     begun = beginning(reference, QUAD)
     at_rest = ("theta_min", "theta_max", "phi_dot_zero", "nu_x_zero", "nu_y_zero", "nu_crossing")
     assert all(vanishes(name, key, begun) for name in at_rest)
@@ -135,7 +135,7 @@ def test_which_events_vanish_at_the_start(reference: Scene) -> None:
 
 
 def test_which_extrema_are_at_the_start(reference: Scene) -> None:
-    key = Key(formulation("gliding", "newton"), QUAD, (), (), 0.0, ())
+    key = Key(integrated("gliding", "newton"), QUAD, (), (), 0.0, ())
     at_rest, moving = beginning(reference, QUAD), beginning(starting(reference, nu_y="1"), QUAD)
     for name in ("extremum:E_pot", "extremum:theta"):
         assert vanishes(name, key, at_rest), name

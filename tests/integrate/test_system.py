@@ -10,10 +10,10 @@ import pytest
 from tt_precise.integrate import Trajectory, integrate, system
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.system import Key, integrator, numeric_options
-from tt_precise.mechanics.formulations import formulation
+from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import Scene
 
-KEY = Key(formulation("gliding", "newton"), precision_named("double"), (), (), 0.0, ())
+KEY = Key(integrated("gliding", "newton"), precision_named("double"), (), (), 0.0, ())
 
 
 @pytest.fixture
@@ -105,7 +105,7 @@ def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Sce
 
 def test_terminal_functions_are_those_of_the_model() -> None:
     def names(model: str, coordinates: str) -> list[str]:
-        form = formulation(model, coordinates)
+        form = integrated(model, coordinates)
         variables = tuple(heyoka.make_vars(*form.columns))
         q: Any = system.motion(form, (), system.symbolic_body(form), variables, heyoka)
         return list(system.terminal_functions(form, q, variables[0]))

@@ -101,7 +101,7 @@ def test_energy_falls_by_what_friction_takes(double: Trajectory) -> None:
 SPOILED = {
     "torque": lambda state, rates: rates._replace(Lx=rates.Lx * (1 + 1e-10)),
     "axis": lambda state, rates: rates._replace(kz=rates.kz * (1 + 1e-10)),
-    "friction": lambda state, rates: rates._replace(vx=rates.vx * (1 + 1e-10)),
+    "friction": lambda state, rates: rates._replace(s_dot_x=rates.s_dot_x * (1 + 1e-10)),
 }
 
 
@@ -119,7 +119,9 @@ def test_a_term_off_by_1e_10_shows(
         # L does not feel how v came about: lambda alone would not have noticed
         assert wrong.drift["jellett"] < 1e-14
     else:
-        assert wrong.drift["jellett"] > 1e-14 > 10 * honest.drift["jellett"]
+        # 85 steps round by less than an eps each, at random
+        assert honest.drift["jellett"] < 10 * 2.0**-52
+        assert wrong.drift["jellett"] > 5 * 10 * 2.0**-52
 
 
 def test_a_term_of_the_euler_form_off_by_1e_27_shows(

@@ -11,12 +11,20 @@ from tt_precise.body import TippeTop
 from tt_precise.errors import InputError
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import FORMULATIONS, STATE_DIMENSIONS, formulation
+from tt_precise.mechanics.formulations import (
+    FORMULATIONS,
+    INTEGRATED,
+    STATE_DIMENSIONS,
+    formulation,
+    integrated,
+)
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 
 Round = Callable[[Fraction], Any]
 EVERY = pytest.mark.parametrize(
-    "form", FORMULATIONS.values(), ids=lambda f: f"{f.model}-{f.coordinates}"
+    "form",
+    [*FORMULATIONS.values(), *INTEGRATED.values()],
+    ids=lambda f: f"{f.model}-{f.coordinates}-{f.State.__name__}",
 )
 START = EulerState(*(Fraction(n, 10) for n in (9, 21, -13, 34, 5, -8)))
 
@@ -26,7 +34,7 @@ def beginning(form: Any, body: TippeTop, mp: Any, rounded: Round) -> Any:
     given = START if form.model == "gliding" else START._replace(nu_x=Fraction(0), nu_y=Fraction(0))
     euler = EulerState(*map(rounded, given))
     numbers = body.numbers(rounded)
-    return form.start(vectors_from_euler(numbers, euler, mp), euler)
+    return form.start(numbers, vectors_from_euler(numbers, euler, mp), euler)
 
 
 @EVERY
@@ -46,15 +54,21 @@ def test_coordinates_tell_the_same_motion(
 ) -> None:
     """Every quantity of the start is equal, whichever way it is told."""
     numbers = body.numbers(rounded)
-    newton, euler = (
+    newton, *others = (
         form.motion(numbers, beginning(form, body, mp, rounded), mp)
-        for form in (formulation(model, "newton"), formulation(model, "euler"))
+        for form in (
+            formulation(model, "newton"),
+            formulation(model, "euler"),
+            integrated(model, "newton"),
+            integrated(model, "euler"),
+        )
     )
-    for name, quantity in QUANTITIES.items():
-        one, other = quantity.evaluate(newton), quantity.evaluate(euler)
-        assert abs(one - other) <= mp.mpf(10) ** -55 * max(1, abs(one)), name
     assert isinstance(newton, Motion)
-    assert newton.model == euler.model == model
+    for motion in others:
+        for name, quantity in QUANTITIES.items():
+            one, other = quantity.evaluate(newton), quantity.evaluate(motion)
+            assert abs(one - other) <= mp.mpf(10) ** -55 * max(1, abs(one)), name
+        assert motion.model == model
 
 
 @EVERY

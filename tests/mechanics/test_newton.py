@@ -98,10 +98,18 @@ def test_contact_does_not_accelerate_into_the_table(
     body: TippeTop, vector_states: list[NewtonState]
 ) -> None:
     for state in vector_states:
-        free, forced = newton.contact_acceleration_terms(body, state)
-        g_n = newton.normal_force(body, state)
-        assert free[2] + g_n * forced[2] == 0
-        assert free[2] + (g_n + Fraction(1, 10**40)) * forced[2] != 0
+        force = newton.contact_force(body, state)
+        assert newton.contact_acceleration(body, state, force)[2] == 0
+        stronger = scaled(1 + Fraction(1, 10**40), force)
+        assert newton.contact_acceleration(body, state, stronger)[2] != 0
+
+
+def test_swing_is_omega_cross_a(body: TippeTop, vector_states: list[NewtonState]) -> None:
+    for state in vector_states:
+        a = newton.arm(body, state.k)
+        assert newton.swing(body, state) == cross(newton.angular_velocity(body, state), a)
+        tilted = (a[0], a[1] + Fraction(1, 10**40), a[2])
+        assert newton.swing(body, state) != cross(newton.angular_velocity(body, state), tilted)
 
 
 def test_denominator_is_singular_where_eq_7_says(body: TippeTop) -> None:

@@ -19,7 +19,7 @@ from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.run import run
 from tt_precise.integrate.start import beginning
 from tt_precise.integrate.system import Key
-from tt_precise.mechanics.formulations import formulation
+from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import load_scene
 from tt_precise.sweep import Specification, specification, sweep
 from tt_precise.sweep.chunk import compute
@@ -50,7 +50,7 @@ def test_lanes_beat_scalar_integration() -> None:
     spec = reference_kind(128)
     (values,) = (v for _, v in blocks(spec, 128, set()))
     double = precision_named("double")
-    key = Key(formulation("gliding", "newton"), double, (*NEEDED, "extremum:g_n"), (), 0.0, ())
+    key = Key(integrated("gliding", "newton"), double, (*NEEDED, "extremum:g_n"), (), 0.0, ())
     start = beginning(load_scene("reference"), double)
     compute(spec.plan, values[:16], 8)
     run(key, start)

@@ -14,7 +14,9 @@ from tt_precise.errors import InputError
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.start import Beginning
 from tt_precise.integrate.system import QUADRATURE_SCALE, Hit, Key, extended_rates, motion
+from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.numerals import exact, to_mpmath
 
@@ -89,8 +91,17 @@ class Readout:
         return self._reached
 
     @cached_property
+    def start_row(self) -> tuple[Any, ...]:
+        """The row at t = 0, not rounded to heyoka's precision: v = 0 there is exactly 0."""
+        start, zero = self.start, self.precision.context.mpf(0)
+        first = self.form.start(start.body, start.vectors, start.euler)
+        return (*first, *(zero for _ in self.key.record))
+
+    @cached_property
     def end_row(self) -> tuple[Any, ...]:
         """The row at ``end_time``."""
+        if not self.end_time:
+            return self.start_row
         row = tuple(map(self.precision.guarded, self.course.state))
         return self._moved(row, self.end_time - self._reached)
 
@@ -154,8 +165,8 @@ class Readout:
         number, guarded = self.precision.number, self.precision.guarded
         rows = []
         for time in times:
-            if time == self.end_time:
-                rows.append(self.end_row)
+            if not time or time == self.end_time:
+                rows.append(self.end_row if time else self.start_row)
                 continue
             rounded = number(time)
             row = tuple(map(guarded, self._interpolated(rounded)))
@@ -179,6 +190,8 @@ class Readout:
                     entry[chosen] = values
         else:  # a horizon of zero
             entries = [numpy.full(len(rounded), float(x)) for x in self.course.state]
+        for entry, value in zip(entries, self._float_start, strict=False):
+            entry[rounded == 0] = value
         delay = numpy.array([float(t - r) for t, r in zip(times, rounded.tolist(), strict=True)])
         with numpy.errstate(all="ignore"):
             rates = extended_rates(
@@ -189,6 +202,13 @@ class Readout:
         return tuple(
             numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, entries, strict=True)
         )
+
+    @cached_property
+    def _float_start(self) -> tuple[float, ...]:
+        start = self.start
+        vectors = NewtonState(*map(float, start.vectors))
+        euler = EulerState(*map(float, start.euler))
+        return tuple(self.form.start(self._float_body, vectors, euler))
 
     @cached_property
     def _float_body(self) -> Parameters:

@@ -13,7 +13,7 @@ from tt_precise.integrate.readout import Course, Status
 from tt_precise.integrate.start import Beginning, beginning, contact_terms, longest_step, vanishes
 from tt_precise.integrate.system import Integrator, Key, integrator
 from tt_precise.integrate.trajectory import Trajectory
-from tt_precise.mechanics.formulations import formulation as formulation_of
+from tt_precise.mechanics.formulations import integrated
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene, load_scene
 
@@ -87,7 +87,7 @@ def integrate(
         )  # fmt: skip
     scene = load_scene(scene)
     working = precision_named(precision or "double", bits)
-    form = formulation_of(scene.model, formulation)
+    form = integrated(scene.model, formulation)
     if formulation == "euler":
         _require_euler_angles(scene, working)
     if contact not in CONTACTS:
@@ -126,7 +126,7 @@ def run(
     import heyoka
 
     number, zero = key.precision.number, key.precision.context.mpf(0)
-    state = [number(v) for v in key.formulation.start(start.vectors, start.euler)]
+    state = [number(v) for v in key.formulation.start(start.body, start.vectors, start.euler)]
     state += [number(zero) for _ in key.record]
     parameters = [number(getattr(start.body, name)) for name in key.formulation.parameters]
     horizon = number(start.until) if until is None else until

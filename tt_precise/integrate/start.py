@@ -120,7 +120,7 @@ def vanishes(event: str, key: Key, start: Beginning) -> bool:
     form, context = key.formulation, key.precision.context
     known = event_named(event, form.model)
     evaluate = known.function
-    first = tuple(form.start(start.vectors, start.euler))
+    first = tuple(form.start(start.body, start.vectors, start.euler))
     if known.slope or not event.startswith(EXTREMUM):
         q = form.motion(start.body, first, context, context.mpf(0))
         return bool(abs(evaluate(q)) < context.ldexp(1, -key.precision.bits))

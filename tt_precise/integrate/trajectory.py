@@ -180,7 +180,9 @@ class Trajectory:
         """Relative drift of everything the scene conserves, at each sample and the end."""
         times = [self._readout.dimensionless_time(t) for t in self.sample_times[:-1]]
         rows = [*self._readout.rows(times), self._readout.end_row]
-        exact_start = self.key.formulation.start(self.start.vectors, self.start.euler)
+        exact_start = self.key.formulation.start(
+            self.start.body, self.start.vectors, self.start.euler
+        )
         recorded = (self.precision.context.mpf(0),) * len(self.key.record)
         motions = [
             self._readout.motion((*exact_start, *recorded)),

@@ -45,7 +45,7 @@ def _bare_loop(scene: str) -> Callable[[], Any]:
     form, number = key.formulation, key.precision.number
     variables = tuple(heyoka.make_vars(*form.columns))
     rates = extended_rates(form, (), symbolic_body(form), variables, heyoka)
-    state = [number(v) for v in form.start(start.vectors, start.euler)]
+    state = [number(v) for v in form.start(start.body, start.vectors, start.euler)]
     adaptive = heyoka.taylor_adaptive(
         list(zip(variables, rates, strict=True)),
         state,

@@ -8,7 +8,8 @@ from typing import Any
 
 from tt_precise.body import Dimension, Parameters
 from tt_precise.errors import InputError
-from tt_precise.mechanics import euler, newton, rolling
+from tt_precise.mechanics import centre, euler, newton, rolling
+from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -21,7 +22,7 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
     **dict.fromkeys(("kx", "ky", "kz", "theta", "phi", "psi"), ANGLE),
     **dict.fromkeys(("Lx", "Ly", "Lz"), ANGULAR_MOMENTUM),
     **dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), RATE),
-    **dict.fromkeys(("vx", "vy", "nu_x", "nu_y"), SPEED),
+    **dict.fromkeys(("vx", "vy", "s_dot_x", "s_dot_y", "nu_x", "nu_y"), SPEED),
     **dict.fromkeys(("x", "y"), Dimension(0, 1, 0)),
 }
 
@@ -50,6 +51,10 @@ class Formulation:
 
     def motion(self, body: Parameters, state: Any, fn: Any, phi: Any = 0) -> Motion:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
+        if self.State is CentreState:
+            state = CentreState(*state)
+            vectors, s_dot = centre.to_vectors(body, state), centre.velocity(body, state)
+            return Motion(body, vectors, fn, self.model, s_dot=s_dot)
         if self.coordinates == "newton":
             vectors = NewtonState(*state, *(0,) * (8 - len(state)))
             return Motion(body, vectors, fn, self.model)
@@ -57,8 +62,10 @@ class Formulation:
         vectors = vectors_from_euler(body, full, fn, phi)
         return Motion(body, vectors, fn, self.model, euler=full)
 
-    def start(self, vectors: NewtonState, euler: EulerState) -> Any:
-        """The state that both arguments describe."""
+    def start(self, body: Parameters, vectors: NewtonState, euler: EulerState) -> Any:
+        """The state that both ``vectors`` and ``euler`` describe."""
+        if self.State is CentreState:
+            return centre.from_vectors(body, vectors)
         source: tuple[Any, ...] = vectors if self.coordinates == "newton" else euler
         return self.State(*source[: len(self.columns)])
 
@@ -70,6 +77,18 @@ _ALL = (
     Formulation("rolling", "euler", RollingEulerState, rolling.euler_rates),
 )
 FORMULATIONS = {(f.model, f.coordinates): f for f in _ALL}
+
+# where another state costs less to integrate than the one that is published
+INTEGRATED = {("gliding", "newton"): Formulation("gliding", "newton", CentreState, centre.rates)}
+
+
+def integrated(model: str, coordinates: str) -> Formulation:
+    """What heyoka is given for ``formulation(model, coordinates)``: the same motion.
+
+    Its ``State`` may be another one; ``start`` makes it from the published state, ``motion`` leads
+    back to that.
+    """
+    return INTEGRATED.get((model, coordinates)) or formulation(model, coordinates)
 
 
 def formulation(model: str, coordinates: str) -> Formulation:

@@ -3,7 +3,10 @@
 The state is the symmetry axis k (the paper's 3-hat), the angular momentum L about the centre of
 mass and the horizontal velocity v of the contact point A, all in the inertial frame. From
 m s_ddot = F - m g z, L_dot = a x F, k_dot = L x k/I1 with F = g_n (z - mu v) the accelerations
-are affine in g_n, and the constraint v_A.z = 0, differentiated once, gives g_n.
+are affine in g_n, and the height of the centre of mass, differentiated twice, gives g_n.
+
+Parameters multiply and divide variables one at a time: heyoka would carry 1/I3 - 1/I1 along as a
+variable of its own, and a product with it costs as much as one of two coordinates.
 """
 
 from __future__ import annotations
@@ -50,8 +53,8 @@ def arm(body: Parameters, k: Vector) -> Vector:
 
 def spin_response(body: Parameters, k: Vector, torque: Vector) -> Vector:
     """Inverse inertia tensor applied to a vector: torque to the angular acceleration it causes."""
-    along = (1 / body.I3 - 1 / body.I1) * dot(torque, k)
-    return added(scaled(1 / body.I1, torque), scaled(along, k))
+    along = dot(torque, k)
+    return added(scaled(1 / body.I1, torque), scaled(along / body.I3 - along / body.I1, k))
 
 
 def angular_velocity(body: Parameters, state: NewtonState) -> Vector:
@@ -64,45 +67,38 @@ def axis_rate(body: Parameters, state: NewtonState) -> Vector:
     return scaled(1 / body.I1, cross(state.L, state.k))
 
 
+def swing(body: Parameters, state: NewtonState) -> Vector:
+    """Velocity omega x a of the contact point about CM, as R alpha k_dot - R omega x z."""
+    omega = angular_velocity(body, state)
+    turned = scaled(body.R * body.alpha, axis_rate(body, state))
+    return (turned[0] - body.R * omega[1], turned[1] + body.R * omega[0], turned[2])
+
+
 def force_per_normal(body: Parameters, state: NewtonState) -> Vector:
     """F/g_n = z - mu v_A; after eq (1)."""
-    return (-body.mu * state.vx, -body.mu * state.vy, 1)
+    return (-(body.mu * state.vx), -(body.mu * state.vy), 1)
 
 
-def contact_acceleration_terms(body: Parameters, state: NewtonState) -> tuple[Vector, Vector]:
-    """v_A_dot as (part without force, part per unit of g_n).
-
-    v_A = s_dot + omega x a, so v_A_dot = F/m - g z + omega_dot x a + omega x (R alpha k_dot), and
-    omega_dot = spin_response(a x F) + (1/I3 - 1/I1)(L.k) k_dot, because (L.k)_dot = (a x F).k.
-    """
-    a = arm(body, state.k)
-    k_dot = axis_rate(body, state)
-    omega = angular_velocity(body, state)
-    drift = scaled((1 / body.I3 - 1 / body.I1) * dot(state.L, state.k), k_dot)
-    centripetal = scaled(body.R * body.alpha, cross(omega, k_dot))
-    free = added(cross(drift, a), centripetal, (0, 0, -body.g))
-    force = force_per_normal(body, state)
-    spin_up = spin_response(body, state.k, cross(a, force))
-    forced = added(scaled(1 / body.m, force), cross(spin_up, a))
-    return free, forced
+def torque_per_normal(body: Parameters, state: NewtonState) -> Vector:
+    """Torque about the centre of mass over g_n, a x F/g_n."""
+    return cross(arm(body, state.k), force_per_normal(body, state))
 
 
-def contact_terms(
-    body: Parameters, state: NewtonState, accelerations: tuple[Vector, Vector] | None = None
-) -> tuple[Any, Any]:
+def contact_terms(body: Parameters, state: NewtonState) -> tuple[Any, Any]:
     """Numerator and denominator of g_n, scaled as in eq (7): units kg^2 m^3/s^2 and kg m^2.
 
-    ``accelerations`` are the ``contact_acceleration_terms``, if they are known already.
+    The height s.z = R (1 - alpha k.z) gives g_n = m g - m R alpha k.z_ddot with
+    I1 k_ddot = L_dot x k + L x k_dot, in which L_dot is g_n times the ``torque_per_normal``.
     """
-    free, forced = accelerations or contact_acceleration_terms(body, state)
-    return -body.m * body.I1 * free[2], body.m * body.I1 * forced[2]
+    lever = body.m * body.R * body.alpha
+    swung = cross(state.L, axis_rate(body, state))[2]
+    driven = cross(torque_per_normal(body, state), state.k)[2]
+    return body.m * body.g * body.I1 - lever * swung, body.I1 + lever * driven
 
 
-def normal_force(
-    body: Parameters, state: NewtonState, accelerations: tuple[Vector, Vector] | None = None
-) -> Any:
+def normal_force(body: Parameters, state: NewtonState) -> Any:
     """Normal force g_n in the direction of z; eq (7) in vector form."""
-    numerator, denominator = contact_terms(body, state, accelerations)
+    numerator, denominator = contact_terms(body, state)
     return numerator / denominator
 
 
@@ -129,10 +125,25 @@ def contact_force(body: Parameters, state: NewtonState) -> Vector:
     return scaled(normal_force(body, state), force_per_normal(body, state))
 
 
+def contact_acceleration(body: Parameters, state: NewtonState, force: Vector) -> Vector:
+    """v_A_dot under any force at the contact point.
+
+    v_A = s_dot + omega x a, so v_A_dot = F/m - g z + omega_dot x a + omega x (R alpha k_dot), and
+    omega_dot = spin_response(a x F) + (1/I3 - 1/I1)(L.k) k_dot, because (L.k)_dot = (a x F).k.
+    """
+    a, k_dot = arm(body, state.k), axis_rate(body, state)
+    spin = dot(state.L, state.k)
+    omega_dot = added(
+        spin_response(body, state.k, cross(a, force)),
+        scaled(spin / body.I3 - spin / body.I1, k_dot),
+    )
+    centripetal = scaled(body.R * body.alpha, cross(angular_velocity(body, state), k_dot))
+    return added(scaled(1 / body.m, force), (0, 0, -body.g), cross(omega_dot, a), centripetal)
+
+
 def rates(body: Parameters, state: NewtonState, fn: Any = None) -> NewtonState:
     """Time derivative of the state; eq (1). Polynomial but for the one division in g_n."""
-    free, forced = accelerations = contact_acceleration_terms(body, state)
-    g_n = normal_force(body, state, accelerations)
-    torque = cross(arm(body, state.k), force_per_normal(body, state))
-    v_dot = added(free, scaled(g_n, forced))
-    return NewtonState(*axis_rate(body, state), *scaled(g_n, torque), v_dot[0], v_dot[1])
+    force = contact_force(body, state)
+    v_dot = contact_acceleration(body, state, force)
+    torque = cross(arm(body, state.k), force)
+    return NewtonState(*axis_rate(body, state), *torque, v_dot[0], v_dot[1])

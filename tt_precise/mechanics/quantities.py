@@ -41,10 +41,14 @@ class Motion:
         fn: Any,
         model: str = "gliding",
         euler: EulerState | None = None,
+        s_dot: Vector | None = None,
     ):
         self.body, self.state, self.fn, self.model = body, state, fn, model
-        if euler is not None:  # already known, so not derived from the vectors
+        # what is known already is not derived from the vectors
+        if euler is not None:
             self.__dict__["euler"] = euler
+        if s_dot is not None:
+            self.__dict__["s_dot"] = s_dot
 
     @cached_property
     def k(self) -> Vector:
@@ -64,7 +68,7 @@ class Motion:
     @cached_property
     def omega_cross_a(self) -> Vector:
         """Velocity of the contact point relative to the centre of mass."""
-        return cross(self.omega, self.a)
+        return newton.swing(self.body, self.state)
 
     @cached_property
     def s_dot(self) -> Vector:

@@ -20,7 +20,7 @@ from tt_precise.integrate.inversion import InversionTimes, Marks, Turn, from_mar
 from tt_precise.mechanics import newton, rolling, thresholds
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, formulation
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, integrated
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.scene import Scene
@@ -45,7 +45,12 @@ class Begun(NamedTuple):
     body: Parameters
     units: Units
     vectors: NewtonState
+    euler: EulerState
     until: float
+
+    def state(self, form: Formulation) -> tuple[float, ...]:
+        """The start as ``form`` has it."""
+        return tuple(form.start(self.body, self.vectors, self.euler))
 
 
 def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
@@ -53,7 +58,7 @@ def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
 
     Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
     """
-    form = formulation(plan.scene.model, "newton")
+    form = integrated(plan.scene.model, "newton")
     begun = _begin(plan, values)
     build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
     arrivals: list[Arrival | None] = [_refused(form, one, plan.contact) for one in begun]
@@ -103,12 +108,13 @@ def _begun(scene: Scene, given: Mapping[str, float], shared: Scene | None = None
         },
     )
     vectors = vectors_from_euler(body, euler, math, sine_cosine=sine_cosine)
-    return Begun(body, units, NewtonState(*map(float, vectors)), float(scene.until) / units.time)
+    vectors = NewtonState(*map(float, vectors))
+    return Begun(body, units, vectors, euler, float(scene.until) / units.time)
 
 
 def _departure(form: Formulation, begun: Begun) -> Departure:
     return Departure(
-        tuple(begun.vectors[: len(form.columns)]),
+        begun.state(form),
         tuple(float(getattr(begun.body, name)) for name in form.parameters),
         begun.until,
     )
@@ -126,7 +132,7 @@ def _refused(form: Formulation, begun: Begun, contact: str) -> Arrival | None:
         status = "contact_lost"
     else:
         return None
-    state = numpy.array(begun.vectors[: len(form.columns)])
+    state = numpy.array(begun.state(form))
     none = numpy.empty(0, dtype=int)
     return Arrival(status, 0.0, state, 0, none, none, numpy.empty(0), numpy.empty((0, len(state))))
 
@@ -227,7 +233,7 @@ class _Landed:
     @cached_property
     def _start_motion(self) -> Motion:
 
-        states = numpy.array([one.vectors[: len(self.form.columns)] for one in self.begun])
+        states = numpy.array([one.state(self.form) for one in self.begun])
         return self._motion(states, numpy.arange(self.rows))
 
     @cached_property

@@ -25,7 +25,7 @@ from tt_precise.integrate.system import (
     symbolic_body,
     terminal_functions,
 )
-from tt_precise.mechanics.formulations import formulation
+from tt_precise.mechanics.formulations import integrated
 from tt_precise.sweep.columns import Detector
 
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
@@ -95,7 +95,7 @@ class Lanes:
         # a single lane would take its step sizes with other functions, which differ in the last
         # bit; as one of two it has the same numbers as any other lane
         width = max(2, build.batch)
-        form = formulation(build.model, "newton")
+        form = integrated(build.model, "newton")
         variables = tuple(heyoka.make_vars(*form.columns))
         body = symbolic_body(form)
         rates = extended_rates(form, (), body, variables, heyoka)
