@@ -54,6 +54,16 @@ def lean_modes(body: Parameters, side: int, omega_3: Any, fn: Any) -> list[Any]:
     return sorted(roots, key=lambda root: fn.re(root), reverse=True)
 
 
+def mode(body: Parameters, side: int, omega_3: Any, rate: Any) -> Lean:
+    """The lean that changes as exp(``rate`` t), per unit of k: an eigenvector of ``lean_matrix``.
+
+    From its first two rows; needs friction.
+    """
+    spin, height = side * body.I3 * omega_3, 1 - side * body.alpha
+    L = 1j * side * (body.I1 * rate - 1j * spin)
+    return Lean(1, L, (rate * L + 1j * body.alpha) / (1j * height * body.mu))
+
+
 def frictionless_turn(body: Parameters, spin: Any, vertical: Any, energy: Any, fn: Any) -> Any:
     """Least theta of the frictionless top with L.k = ``spin``, L.z = ``vertical``, just above 0.
 

@@ -205,13 +205,18 @@ def _euler(k: int) -> Trajectory:
 
 
 def vector_distance(run: Trajectory, judge: Trajectory) -> Any:
-    """Largest difference of k, L and v at the end, each in units of the judge's largest entry."""
+    """Largest difference of k, L and v at the end, each relative to the size of its vector.
+
+    v, which may be nearly nothing, relative to the speed of the rim at least.
+    """
     fn = judge.precision.context
+    rim = abs(judge.state.omega_3) * fn.convert(float(judge.scene.body.R))
     worst = fn.mpf(0)
-    for names in (NewtonState._fields[:3], NewtonState._fields[3:6], NewtonState._fields[6:]):
+    for vector in "kLv":
+        names = [name for name in NewtonState._fields if name.startswith(vector)]
         mine = finite(getattr(run.state, name) for name in names)
         better = finite(getattr(judge.state, name) for name in names)
-        scale = max(map(abs, better)) or 1
+        scale = max([*map(abs, better), rim] if vector == "v" else map(abs, better)) or 1
         worst = max(
             [worst, *(abs(fn.mpf(a) - b) / scale for a, b in zip(mine, better, strict=True))]
         )

@@ -1,0 +1,1 @@
+"""Friction, shape, scale and spin at their edges."""
