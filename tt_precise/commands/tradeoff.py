@@ -1,0 +1,114 @@
+"""``tt-precise tradeoff``: measures speed against accuracy, peers included."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    import pandas
+
+    from tt_precise.measure.tradeoff.finding import Finding
+
+SCHEMA = "tt_precise.tradeoff/1"
+REPORTS = Path("reports")
+
+
+@click.command("tradeoff")
+@click.option("--quick", is_flag=True, help="Fewer methods and settings; under three minutes.")
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for the tables and figures; by default reports, and none with --quick.",
+)  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(quick: bool, out: Path | None, as_json: bool) -> int:
+    """Time every method at every setting on golden scenes, and judge it by the golden data.
+
+    Peers that are not installed are skipped with a line on stderr.
+    """
+    from tt_precise.measure.tradeoff import growth, plan
+    from tt_precise.measure.tradeoff.findings import GROWTH, TABLE, findings
+    from tt_precise.measure.tradeoff.table import measure
+    from tt_precise.progress import progress_bar
+
+    folder = out or (None if quick else REPORTS)
+    if folder:
+        from tt_precise.files import atomic_write
+
+        atomic_write(folder / ".writable", "")  # found out now, not after half an hour
+        (folder / ".writable").unlink()
+    with progress_bar("methods and settings") as progress:
+        measured = measure(
+            plan.quick() if quick else plan.whole(), lambda line: click.echo(line, err=True),
+            progress,
+        )  # fmt: skip
+    with progress_bar("long runs") as progress:
+        long_runs = growth.table(growth.QUICK if quick else growth.WHOLE, progress)
+    found = findings(measured.rows, long_runs)
+    if folder:
+        written = {TABLE: _csv(measured.rows), GROWTH: _csv(long_runs)}
+        written |= _figures(folder, measured.rows, long_runs)
+        for name, content in written.items():
+            atomic_write(folder / name, content)
+            click.echo(str(folder / name), err=True)
+    if as_json:
+        click.echo(json.dumps(_told(measured.rows, found, measured.skipped)))
+    else:
+        click.echo("\n".join(map(line, found)))
+    return 0
+
+
+def line(finding: Finding) -> str:
+    """A finding as a person reads it."""
+    value = "-" if finding.value is None else f"{finding.value:.3g} {finding.unit}".strip()
+    bar = ""
+    if finding.bar:
+        verdict = {True: "met", False: "NOT met", None: "not measured"}[finding.met]
+        bar = f" [{finding.bar[0]} {finding.bar[1]:g}: {verdict}]"
+    return f"{finding.name}: {value}{bar}  ({finding.definition})"
+
+
+def _csv(rows: pandas.DataFrame) -> str:
+    text: str = rows.to_csv(index=False, float_format="%.4g", lineterminator="\n")
+    return text
+
+
+def _figures(folder: Path, rows: pandas.DataFrame, long_runs: pandas.DataFrame) -> dict[str, str]:
+    from tt_precise.report.sections.tradeoff import figures
+
+    return {f"figures/{figure.name}.svg": figure.svg for figure in figures(rows, long_runs)}
+
+
+def _told(rows: pandas.DataFrame, found: list[Finding], skipped: tuple[str, ...]) -> dict[str, Any]:
+    records = [
+        {name: _plain(value) for name, value in row.items()} for row in rows.to_dict("records")
+    ]
+    methods = [row for row in records if row["scene"] is not None]
+    return {
+        "schema": SCHEMA,
+        "rows": methods,
+        "machine": [row for row in records if row["scene"] is None],
+        "ratios": {one.name: _plain(one.value) for one in found},
+        "findings": [
+            {
+                "name": one.name, "value": _plain(one.value), "unit": one.unit,
+                "definition": one.definition, "bar": one.bar, "met": one.met,
+            }
+            for one in found
+        ],
+        "skipped": list(skipped),
+    }  # fmt: skip
+
+
+def _plain(value: Any) -> Any:
+    """A value that JSON has: no NaN, no infinity, no NumPy."""
+    if isinstance(value, bool | str) or value is None:
+        return value
+    number = float(value)
+    if not math.isfinite(number):
+        return None if math.isnan(number) else "inf"
+    return int(number) if number.is_integer() and abs(number) < 1e15 else number

@@ -1,0 +1,53 @@
+"""All findings, from the tables that ``tt-precise tradeoff`` leaves in the report's folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tt_precise.measure.tradeoff import extras, growth, hidden, speed
+from tt_precise.measure.tradeoff.finding import Finding
+
+if TYPE_CHECKING:
+    import pandas
+
+TABLE, GROWTH = "tradeoff.csv", "tradeoff-growth.csv"
+BROUWER = 0.5
+
+
+def findings(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[Finding]:
+    """Everything that the two tables say."""
+    found = [*speed.findings(rows), *extras.findings(rows), *hidden.findings(rows)]
+    return found + (growing(long_runs) if long_runs is not None else [])
+
+
+def growing(rows: pandas.DataFrame) -> list[Finding]:
+    """Exponents of the growth of lambda's and E's error, and the error at the end."""
+    found = []
+    names = {"jellett": "lambda", "energy": "E"}
+    for scene in dict.fromkeys(rows["scene"]):
+        ends = rows[rows["scene"] == scene].groupby("seed")["t_s"].max()
+        for until in sorted(set(ends)):
+            for integral, name in names.items():
+                fit = growth.exponent(rows, scene, integral, until)
+                off = (fit.exponent - BROUWER) / fit.error if fit.error else float("nan")
+                found.append(
+                    Finding(
+                        f"growth of {name}, {scene}, to {until:.0e} s",
+                        fit.exponent,
+                        "",
+                        f"p in rms error ~ t^p over {fit.seeds} seeds, standard error "
+                        f"{fit.error:.2g} ({off:+.1f} of it from Brouwer's 1/2); rms at the end "
+                        f"{fit.rms_at_end:.1g}",
+                    )
+                )
+    return found
+
+
+def read(folder: Path) -> tuple[pandas.DataFrame | None, pandas.DataFrame | None]:
+    """The two tables of a folder, None where there is none."""
+    import pandas
+
+    files = [folder / TABLE, folder / GROWTH]
+    first, second = (pandas.read_csv(file) if file.is_file() else None for file in files)
+    return first, second

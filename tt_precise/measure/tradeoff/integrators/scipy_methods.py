@@ -1,0 +1,74 @@
+"""SciPy's integrators, each with a Python and with a numba right-hand side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from tt_precise.measure.tradeoff.methods import Run, Settings, Solve, registered
+from tt_precise.measure.tradeoff.problem import Problem
+from tt_precise.measure.tradeoff.righthand import flat
+
+ODEINT_STEPS = 1_000_000  # at most between two outputs; its default, 500, does not reach 8 s
+
+
+def right_hand_side(problem: Problem, settings: Settings, compiled: bool) -> Any:
+    """``f(t, y)``: a flat Python function, or the same compiled by numba."""
+    parameters = problem.parameters(settings.precision)
+    if not compiled:
+        return flat(problem.form, "list", parameters)
+    import numba
+    import numpy
+
+    function = numba.njit(flat(problem.form, "array", parameters))
+    function(0.0, numpy.array(problem.state(settings.precision)))
+    return function
+
+
+def solve_ivp(method: Any, compiled: bool, problem: Problem, settings: Settings) -> Solve:
+    """``scipy.integrate.solve_ivp`` with one number as relative and absolute tolerance."""
+    import scipy.integrate
+
+    function = right_hand_side(problem, settings, compiled)
+    start, tolerance = problem.state(settings.precision), settings.tolerance
+
+    def solve(times: Sequence[Any]) -> Run:
+        found = scipy.integrate.solve_ivp(
+            function, (0.0, times[-1]), start, method, times, rtol=tolerance, atol=tolerance
+        )
+        if found.status != 0:
+            raise ArithmeticError(f"{method}: {found.message}")
+        # it does not tell its steps; every accepted and rejected one costs the same evaluations
+        stages = {"RK45": 6, "DOP853": 11}.get(method)
+        return Run(list(found.y.T), found.nfev // stages if stages else 0, found.nfev)
+
+    return solve
+
+
+def odeint(compiled: bool, problem: Problem, settings: Settings) -> Solve:
+    """``scipy.integrate.odeint``; tolerance 0 stands for its own defaults, as the paper used it."""
+    import scipy.integrate
+
+    function = right_hand_side(problem, settings, compiled)
+    start, tolerance = problem.state(settings.precision), settings.tolerance or None
+
+    def solve(times: Sequence[Any]) -> Run:
+        rows, told = scipy.integrate.odeint(
+            function, start, [0.0, *times], tfirst=True, rtol=tolerance, atol=tolerance,
+            mxstep=ODEINT_STEPS, full_output=True,
+        )  # fmt: skip
+        if told["message"] != "Integration successful.":
+            raise ArithmeticError(f"odeint: {told['message']}")
+        return Run(list(rows[1:]), int(told["nst"][-1]), int(told["nfe"][-1]))
+
+    return solve
+
+
+for _compiled, _how, _packages in (
+    (False, "Python", ("scipy",)),
+    (True, "numba", ("scipy", "numba")),
+):
+    for _method in ("RK45", "DOP853", "LSODA", "Radau"):
+        registered(f"SciPy {_method}, {_how}", *_packages)(partial(solve_ivp, _method, _compiled))
+    registered(f"SciPy odeint, {_how}", *_packages)(partial(odeint, _compiled))

@@ -1,0 +1,77 @@
+"""Times that can be compared: measured in turn, again and again, each beside a yardstick.
+
+A machine that others use is now faster, now slower. Every measurement therefore stands beside one
+of the yardstick, made just before it; the ratio is what is compared, also across machines.
+"""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from statistics import median
+
+from tt_precise.progress import Progress, silent
+
+Action = Callable[[], object]
+
+
+@dataclass
+class Times:
+    """Seconds of one action, and of the yardstick just before each of them."""
+
+    seconds: list[float] = field(default_factory=list)
+    yardsticks: list[float] = field(default_factory=list)
+
+    @property
+    def least(self) -> float:
+        """The fastest."""
+        return min(self.seconds)
+
+    @property
+    def median(self) -> float:
+        """The median."""
+        return median(self.seconds)
+
+    @property
+    def ratio(self) -> float:
+        """The fastest over the fastest yardstick beside it: noise only ever adds time."""
+        return self.least / min(self.yardsticks)
+
+
+def interleaved(
+    actions: Mapping[str, Action],
+    yardstick: Action,
+    *,
+    rounds: int,
+    budget_s: float,
+    progress: Progress = silent,
+) -> dict[str, Times]:
+    """Time every action in turn, ``rounds`` times, and each beside the yardstick.
+
+    An action has at least one turn, and no further one that would bring it above ``budget_s``.
+    """
+    times = {name: Times() for name in actions}
+    for turn in range(rounds):
+        for place, (name, action) in enumerate(actions.items()):
+            mine = times[name]
+            if turn and (turn + 1) * mine.median > budget_s:
+                continue
+            mine.yardsticks.append(timed(yardstick))
+            mine.seconds.append(timed(action))
+            progress((turn + (place + 1) / len(actions)) / rounds)
+    return times
+
+
+def timed(action: Action) -> float:
+    """Seconds that an action takes, the collection of garbage kept out."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        begin = time.perf_counter()
+        action()
+        return time.perf_counter() - begin
+    finally:
+        if enabled:
+            gc.enable()

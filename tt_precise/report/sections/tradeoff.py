@@ -1,0 +1,90 @@
+"""Speed against accuracy: findings computed from the tables of ``tt-precise tradeoff``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tt_precise.measure.tradeoff.finding import Finding
+from tt_precise.measure.tradeoff.findings import TABLE, findings, read
+from tt_precise.measure.tradeoff.speed import ACCURACIES, costs
+from tt_precise.report.document import Block, Figure, Section, Table, Text
+from tt_precise.report.figures.work_precision import (
+    growth_of_errors,
+    hidden_by_conservation,
+    work_precision,
+)
+from tt_precise.report.text import short
+
+if TYPE_CHECKING:
+    import pandas
+
+KEY, TITLE = "tradeoff", "Speed against accuracy"
+COMMAND = "tt-precise tradeoff"
+
+
+def section(folder: Path) -> Section:
+    """What the tables in ``folder`` say, or the command that would make them."""
+    rows, long_runs = read(folder)
+    if rows is None:
+        return Section(KEY, TITLE, [Text(f"Not measured yet: {COMMAND}.")])
+    found = findings(rows, long_runs)
+    blocks: list[Block] = [
+        Text(
+            f"Measured by {COMMAND}; not by the run that wrote this page. Every method integrates "
+            "the same equations from the same dimensionless numbers, and is judged by golden data; "
+            f"all settings stand in {TABLE}. Times are measured in turn, the fastest of several; "
+            "ratios are medians of ratios to a bare heyoka loop timed just before."
+        ),
+        *figures(rows, long_runs),
+        _costs_table(rows, "newton", "Newton form"),
+        _costs_table(rows, "euler", "Euler form"),
+        _findings_table(found),
+    ]
+    results = {
+        one.name: {"value": None if one.value is None else short(one.value, 3), "met": one.met}
+        for one in found
+    }
+    return Section(KEY, TITLE, blocks, results)
+
+
+def figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[Figure]:
+    """The diagrams."""
+    drawn = [work_precision(rows), hidden_by_conservation(rows)]
+    return drawn if long_runs is None else [*drawn, growth_of_errors(long_runs)]
+
+
+def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> Table:
+    every = costs(rows, coordinates, "seconds")
+    wanted = sorted(every.items(), key=lambda item: (-len(item[1]), *item[1].values()))
+    return Table(
+        ("method", *(f"ms to {accuracy:.0e}" for accuracy in ACCURACIES)),
+        [
+            (method, *(_milliseconds(prices.get(accuracy)) for accuracy in ACCURACIES))
+            for method, prices in wanted
+            if prices
+        ],
+        f"{title}, double: what an error at 8 s costs, interpolated on the curve of the method; "
+        "- where it does not get there.",
+        name=f"tradeoff-{coordinates}",
+    )
+
+
+def _milliseconds(seconds: float | None) -> str:
+    return "-" if seconds is None else short(1e3 * seconds)
+
+
+def _findings_table(found: list[Finding]) -> Table:
+    rows = []
+    for one in found:
+        aim = "" if one.bar is None else f"{one.bar[0]} {one.bar[1]:g}"
+        verdict = {True: "right", False: "missed", None: ""}[one.met]
+        value = "-" if one.value is None else f"{short(one.value, 3)} {one.unit}".strip()
+        rows.append((one.name, value, aim, verdict, one.definition))
+    return Table(
+        ("finding", "value", "aim", "verdict", "definition"),
+        rows,
+        "Computed from the tables.",
+        verdict="verdict",
+        name="tradeoff-findings",
+    )
