@@ -103,15 +103,28 @@ def fall_time(body: Parameters, theta: Any, to: Any, fn: Any) -> Any:
     return fn.quad(slowness, [to, (to + theta) / 2, theta])
 
 
-def plane_loss(body: Parameters, energy: Any, fn: Any) -> Any:
-    """Angle theta > pi/2 at which the plane frictionless top of this energy leaves the table.
+def plane_time(body: Parameters, theta: Any, rate: Any, to: Any, fn: Any) -> Any:
+    """Time from ``theta`` to ``to`` of the plane frictionless top that turns at ``rate`` there."""
 
-    g_n = 0 means I1 + alpha I1 cos theta_dot^2 = 0; with theta_dot^2 from the energy.
+    def slowness(x: Any) -> Any:
+        return 1 / fn.sqrt(_plane_rate_squared(body, theta, rate, x, fn))
+
+    return fn.quad(slowness, [theta, (theta + to) / 2, to])
+
+
+def plane_loss(body: Parameters, theta: Any, rate: Any, fn: Any) -> Any:
+    """Angle above pi/2 at which the plane frictionless top leaves the table.
+
+    It turns at ``rate`` where it leans by ``theta``; g_n = 0 means 1 + alpha cos theta_dot^2 = 0.
     """
 
-    def push(theta: Any) -> Any:
-        s, c = fn.sin(theta), fn.cos(theta)
-        rate_squared = 2 * (energy - 1 + body.alpha * c) / (body.I1 + body.alpha**2 * s * s)
-        return 1 + body.alpha * c * rate_squared
+    def push(x: Any) -> Any:
+        return 1 + body.alpha * fn.cos(x) * _plane_rate_squared(body, theta, rate, x, fn)
 
     return fn.findroot(push, (fn.pi / 2, fn.pi), solver="anderson")
+
+
+def _plane_rate_squared(body: Parameters, theta: Any, rate: Any, x: Any, fn: Any) -> Any:
+    # (I1 + alpha^2 sin^2) theta_dot^2/2 - alpha cos is constant
+    inertia, first = (body.I1 + body.alpha**2 * fn.sin(y) ** 2 for y in (x, theta))
+    return (first * rate**2 + 2 * body.alpha * (fn.cos(x) - fn.cos(theta))) / inertia

@@ -198,6 +198,6 @@ def _constraint_force(run: Trajectory) -> Any:
     """The dimensionless force on the rolling top at the end."""
     momentum = run.start.units.mass * run.start.units.length**2 / run.start.units.time
     state = run.state
-    L = (entry / momentum for entry in (state.Lx, state.Ly, state.Lz))
-    vectors = NewtonState(state.kx, state.ky, state.kz, *L, 0, 0)
+    Lx, Ly, Lz = (entry / momentum for entry in (state.Lx, state.Ly, state.Lz))
+    vectors = NewtonState(state.kx, state.ky, state.kz, Lx, Ly, Lz, 0, 0)
     return constraint_force(run.start.body, vectors)

@@ -25,7 +25,7 @@ def rescaled(mass: Fraction, length: Fraction, time: Fraction) -> Scene:
     return variant(
         m=body.m * mass, R=body.R * length, I1=body.I1 * inertia, I3=body.I3 * inertia,
         g=body.g * length / time**2, mu=body.mu * time / length,
-        omega_3=start.omega_3 / time, until=UNTIL_S * time, sample_every=time / 100,
+        omega_3=str(start.omega_3 / time), until=str(UNTIL_S * time), sample_every=str(time / 100),
     )  # fmt: skip
 
 

@@ -43,7 +43,7 @@ def seconds(spin: str) -> Fraction:
 def spinning(spin: str, pole: str, integrate: Any = integrate) -> Finding:
     """Ten turns at every speed."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
-    scene = variant(theta=theta, omega_3=spin, until=seconds(spin))
+    scene = variant(theta=theta, omega_3=spin, until=str(seconds(spin)))
     run = integrate(scene)
     walk = max(1, run.steps) ** 0.5
     return together(
@@ -61,7 +61,7 @@ def spinning(spin: str, pole: str, integrate: Any = integrate) -> Finding:
 )
 def spinning_in_double(spin: str, integrate: Any = integrate) -> Finding:
     """Far from the pole, where nothing is linear."""
-    scene = variant(theta="1", omega_3=spin, until=seconds(spin))
+    scene = variant(theta="1", omega_3=spin, until=str(seconds(spin)))
     run = integrate(scene)
     distance = vector_distance(run, _quad(scene)) / 2.0**-52
     return together(within(distance, 300, "eps"), same(run.status, _quad(scene).status))

@@ -1,0 +1,1 @@
+"""The normal force and its denominator at zero."""
