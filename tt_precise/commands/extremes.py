@@ -79,25 +79,23 @@ def _table(outcomes: list[Outcome], full: bool) -> None:
         here = [family for family in families(outcomes) if family.first.topic == topic]
         if not here:
             continue
-        table = Table(
-            title=topic, title_justify="left", title_style="bold", box=None, pad_edge=False
-        )
-        table.add_column("", no_wrap=True)
-        table.add_column("case", ratio=3)
-        table.add_column("found", ratio=4)
+        table = Table(title=topic.capitalize(), title_justify="left", box=None, pad_edge=False)
+        table.add_column("", no_wrap=True, min_width=4)
+        for heading, ratio in (("case", 4), ("expected", 5), ("found", 5)):
+            table.add_column(heading, ratio=ratio)
         for family in here:
-            shown = family.outcomes if full else [*family.wrong] or [family.worst]
-            for one in shown:
-                mark = "[green]pass[/]" if one.verdict == "pass" else "[red]FAIL[/]"
-                name, found = one.case.name, one.finding.found
-                if len(family.outcomes) > 1 and not full and not family.wrong:
-                    name = f"{family.first.family} ({len(family.outcomes)} cases)"
-                    found = f"{found} (the worst, {one.case.name})"
-                if one.verdict == "fail":
-                    found += f"; expected: {one.case.expected}"
-                table.add_row(mark, escape(name), escape(found))
+            if full or family.wrong:
+                for one in family.outcomes if full else family.wrong:
+                    table.add_row(*_row(one.verdict, one.case.name, one, one.finding.found, escape))
+            else:
+                table.add_row(*_row("pass", family.name, family.worst, family.found, escape))
         console.print(table)
         console.print()
+
+
+def _row(verdict: str, name: str, one: Outcome, found: str, escape: Any) -> tuple[str, ...]:
+    mark = "[green]pass[/]" if verdict == "pass" else "[red]FAIL[/]"
+    return mark, escape(name), escape(one.case.expected), escape(found)
 
 
 def _cores() -> int:

@@ -22,6 +22,7 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -137,9 +138,9 @@ class NotFiniteError(ArithmeticError):
 
 
 def within(value: Any, limit: float, unit: str = "", **data: Any) -> Finding:
-    """Right if ``value`` is at most ``limit``; told as "3.2 eps, at most 10 eps allowed"."""
-    number, unit = float(value), f" {unit}" if unit else ""
-    found = f"{number:.2g}{unit}, at most {limit:g}{unit} allowed"
+    """Right if ``value`` is at most ``limit``; told as "3.2 eps (allowed: 10)"."""
+    number = float(value)
+    found = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
     return Finding(found, number <= limit, number, data)
 
 
@@ -256,9 +257,31 @@ class Family:
         return [one for one in self.outcomes if one.verdict == "fail"]
 
     @property
+    def name(self) -> str:
+        """The name of its one case, or what the names have in common: "mu = ... s/m"."""
+        return (
+            self.first.name if len(self.outcomes) == 1 else shown(self.first.family, self.outcomes)
+        )
+
+    @property
     def worst(self) -> Outcome:
         """A failure if there is one, else the outcome with the largest value."""
         return max(self.wrong or self.outcomes, key=lambda one: one.finding.value or 0.0)
+
+    @property
+    def found(self) -> str:
+        """What the worst case found, and which one that is."""
+        worst = self.worst
+        if len(self.outcomes) == 1 or worst.finding.value is None:
+            return worst.finding.found
+        known = worst.case.arguments.items()
+        which = ", ".join(f"{name} = {value}" for name, value in known if value != "")
+        return f"{worst.finding.found} [the worst: {which}]"
+
+
+def shown(family: str, members: Sequence[Any]) -> str:
+    """What the names of a family's members have in common: "mu = ... s/m (7 cases)"."""
+    return f"{re.sub('{[a-z_]+}', '…', family)} ({len(members)} cases)"
 
 
 def families(outcomes: Iterable[Outcome]) -> list[Family]:
