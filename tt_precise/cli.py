@@ -8,6 +8,7 @@ could not be used.
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from typing import Any
 
@@ -15,6 +16,7 @@ import click
 
 from tt_precise import __version__
 from tt_precise.errors import InputError
+from tt_precise.interruption import Terminated, heeded
 
 COMMANDS = {
     "run": "Integrate a scene.",
@@ -23,13 +25,14 @@ COMMANDS = {
     "golden": "Make, verify or list golden reference trajectories.",
     "check": "Conservation checks on a trajectory from anywhere.",
     "claims": "Judge the paper's claims.",
+    "tradeoff": "Measure speed against accuracy, peers included.",
     "extremes": "Numerical stability at the extremes, case by case.",
     "sweep": "Many starts at once.",
     "report": "The main job: the precision report.",
 }
 
 DONE, CHECK_FAILED, BAD_INPUT = 0, 1, 2
-INTERRUPTED, READER_GONE = 130, 141  # as shells tell SIGINT and SIGPIPE
+INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells tell SIGINT, SIGPIPE, SIGTERM
 
 
 class _Lazy(click.Group):
@@ -62,6 +65,8 @@ def main(argv: list[str] | None = None) -> int:
         return left.exit_code
     except click.exceptions.Abort:
         return _complain("interrupted", INTERRUPTED)
+    except Terminated:
+        return _complain("terminated", TERMINATED)
     except click.exceptions.NoArgsIsHelpError as help_text:
         click.echo(help_text.format_message(), err=True)
         return BAD_INPUT
@@ -69,6 +74,10 @@ def main(argv: list[str] | None = None) -> int:
         return _complain(error.format_message(), BAD_INPUT)
     except InputError as error:
         return _complain(str(error), BAD_INPUT)
+    except OSError as error:  # a full disk, most of all: where to, if the system tells, and why
+        place = f"{error.filename}: " if error.filename else ""
+        reason = error.strerror or type(error).__name__
+        return _complain(f"{place}{reason}; expected a system that lets it go on", BAD_INPUT)
     except SystemExit:
         # so click tells that the reader (head, less) has gone; as nobody was told whether all
         # checks pass, the status must not say so
@@ -83,7 +92,14 @@ def _complain(message: Any, status: int) -> int:
 
 def entry() -> None:
     """Console entry point."""
-    sys.exit(main())
+    with heeded():
+        status = main()
+    try:
+        sys.stdout.flush()
+    except OSError:
+        # told already; without this, Python would try again when it ends, and complain
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(status)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from typing import Any
 from tt_precise.claims.claim import Claim, claim_named, claims
 from tt_precise.claims.verdicts import Finding, Verdict
 from tt_precise.progress import Progress, silent
+from tt_precise.workers import dismiss, serve_quietly
 
 
 @dataclass(frozen=True)
@@ -116,13 +117,13 @@ def _in_workers(jobs: int) -> Spread:
 
         # fresh processes: one forked from a process in which heyoka has threads could hang
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+        with ProcessPoolExecutor(jobs, mp_context=context, initializer=serve_quietly) as pool:
             tasks = [pool.submit(_findings, group) for group in sorted(groups, key=len)[::-1]]
             try:
                 for task in as_completed(tasks):
                     yield task.result()
             except BaseException:
-                pool.shutdown(cancel_futures=True)
+                dismiss(pool)
                 raise
 
     return spread

@@ -95,23 +95,34 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
     """Put ``files`` into the folder ``target`` all at once; whoever looks sees old or new.
 
     Other files that lie there, such as a proof of the digits, stay.
+
+    Raises
+    ------
+    InputError
+        The place cannot be written, or is full; the old data stand.
     """
     fresh = target.with_name(f".new-{target.name}")
     shutil.rmtree(fresh, ignore_errors=True)
-    fresh.mkdir(parents=True)
-    for other in target.iterdir() if target.exists() else ():
-        if other.name not in files and other.is_file():
-            shutil.copy2(other, fresh)
-    for name, text in files.items():
-        with (fresh / name).open("w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-    if target.exists():
-        _exchange(fresh, target)
-        shutil.rmtree(fresh)
-    else:
-        fresh.rename(target)
+    try:
+        fresh.mkdir(parents=True)
+        for other in target.iterdir() if target.exists() else ():
+            if other.name not in files and other.is_file():
+                shutil.copy2(other, fresh)
+        for name, text in files.items():
+            with (fresh / name).open("w", encoding="utf-8", newline="\n") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+        if target.exists():
+            _exchange(fresh, target)
+        else:
+            fresh.rename(target)
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise InputError(f"{target}: {reason}; expected a place that can be written") from error
+    finally:
+        # the old folder after an exchange, or what an interruption left half done
+        shutil.rmtree(fresh, ignore_errors=True)
 
 
 @contextmanager

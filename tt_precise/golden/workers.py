@@ -21,6 +21,7 @@ from tt_precise.golden.recipe import Run, Task, perform
 from tt_precise.golden.store import PACKAGE
 from tt_precise.golden.table import Table
 from tt_precise.progress import Progress, silent
+from tt_precise.workers import dismiss, serve_quietly
 
 # The code that decides the digits of a run: when it changes, kept runs are void.
 _SOURCES = (
@@ -76,13 +77,12 @@ def pool(workers: int, *, recycled: bool) -> Iterator[ProcessPoolExecutor]:
         # forked processes would inherit heyoka's compiled code and threads in an unknown state
         mp_context=multiprocessing.get_context("spawn"),
         max_tasks_per_child=1 if recycled else None,
+        initializer=serve_quietly,
     )
     try:
         yield executor
     except BaseException:
-        executor.shutdown(wait=False, cancel_futures=True)
-        for child in multiprocessing.active_children():
-            child.terminate()
+        dismiss(executor)
         raise
     executor.shutdown()
 

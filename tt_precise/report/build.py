@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import platform
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
@@ -42,8 +43,14 @@ def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]
     # the claims run in worker processes of their own while this one integrates
     with ThreadPoolExecutor(1) as pool:
         judging = pool.submit(judge_all, None, lambda part: progress(0.8 * part), 2)
-        precision_runs()
-        judgements = judging.result()
+        try:
+            precision_runs()
+            judgements = judging.result()
+        except BaseException:
+            # an interruption reaches this thread only; without its workers the other one ends too
+            for child in multiprocessing.active_children():
+                child.terminate()
+            raise
     report = assemble(judgements, command, folder)
     progress(0.95)
     return write(report, folder)

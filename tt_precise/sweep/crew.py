@@ -8,7 +8,6 @@ that the one that kills is told from its neighbours.
 from __future__ import annotations
 
 import multiprocessing
-import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
@@ -23,6 +22,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.workers import dismiss, serve_quietly
 
 TRIES = 3
 IN_FLIGHT_EACH = 2  # tasks per worker: one at work, one waiting beside it
@@ -55,9 +55,9 @@ class Crew:
         self.executor = self.rehire()
 
     def leave(self) -> None:
-        """End the workers; what they have not begun is dropped."""
-        if self.rehire is not None:
-            self.executor.shutdown(wait=True, cancel_futures=True)
+        """End the workers at once; nobody waits any more for what they are doing."""
+        if isinstance(self.executor, ProcessPoolExecutor) and self.rehire is not None:
+            dismiss(self.executor)
 
 
 class Inline(Executor):
@@ -82,7 +82,7 @@ def crew_of(workers: int) -> Crew:
     def hire() -> Executor:
         # spawned, because a fork would copy the threads of LLVM and TBB in a broken state
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(workers, mp_context=context, initializer=_ignore_interrupts)
+        return ProcessPoolExecutor(workers, mp_context=context, initializer=serve_quietly)
 
     return Crew(hire(), lambda: workers, hire)
 
@@ -190,8 +190,3 @@ def _next(
         return again.popleft()
     found = next(fresh, None)
     return None if found is None else _Task(*found)
-
-
-def _ignore_interrupts() -> None:
-    # Ctrl-C is the parent's to handle, or every worker would print a traceback
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,92 @@
+"""Ctrl-C and SIGTERM, sent to processes of their own."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+HEEDED = """
+import time
+from tt_precise.interruption import Terminated, heeded
+with heeded():
+    try:
+        {within}
+        time.sleep(30)
+    except (KeyboardInterrupt, Terminated) as left:
+        print(type(left).__name__, flush=True)
+        {then}
+time.sleep(30)
+"""
+SWALLOWS = """
+import time
+try:
+    print("here", flush=True)
+    time.sleep(1)
+except BaseException:
+    print("swallowed", flush=True)
+"""
+KINDS = [(signal.SIGINT, "KeyboardInterrupt"), (signal.SIGTERM, "Terminated")]
+
+
+def started(within: str, then: str = "raise SystemExit(7)") -> "subprocess.Popen[str]":
+    code = HEEDED.format(within=within, then=then)
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "here\n"
+    return process
+
+
+def ended(process: "subprocess.Popen[str]") -> tuple[int, str, str]:
+    out, err = process.communicate(timeout=60)
+    return process.returncode, out, err
+
+
+@pytest.mark.parametrize(("signum", "name"), KINDS)
+def test_a_signal_raises(signum: int, name: str) -> None:
+    process = started('print("here", flush=True)')
+    process.send_signal(signum)
+    assert ended(process) == (7, f"{name}\n", "")
+
+
+@pytest.mark.parametrize(("signum", "name"), KINDS)
+def test_a_signal_in_an_import_waits_for_its_end(tmp_path: Path, signum: int, name: str) -> None:
+    (tmp_path / "swallows.py").write_text(SWALLOWS)
+    process = started(f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import swallows")
+    process.send_signal(signum)
+    assert ended(process) == (7, f"{name}\n", "")
+
+
+def test_outside_an_import_what_swallows_would_swallow(tmp_path: Path) -> None:
+    """The control: the module of the test before, not imported but run."""
+    (tmp_path / "swallows.py").write_text(SWALLOWS)
+    process = started(f"exec(open({str(tmp_path / 'swallows.py')!r}).read()); raise SystemExit(3)")
+    process.send_signal(signal.SIGINT)
+    assert ended(process) == (3, "swallowed\n", "")
+
+
+def test_what_is_ignored_stays_ignored() -> None:
+    code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+    code += HEEDED.format(
+        within='print("here", flush=True); time.sleep(1); raise SystemExit(5)', then="pass"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "here\n"
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert process.returncode == 5
+
+
+def test_tidying_up_that_hangs_is_given_up() -> None:
+    within = 'interruption.GRACE_S = 0.3; print("here", flush=True)'
+    process = started(f"from tt_precise import interruption; {within}", then="time.sleep(30)")
+    begin = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    status, _, _ = ended(process)
+    assert status == 128 + signal.SIGINT
+    assert time.monotonic() - begin < 20

@@ -1,0 +1,61 @@
+"""Ctrl-C and SIGTERM: the command that runs is left by an exception, and tidies up behind it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+AGAIN_S = 0.05
+# for tidying up; worker processes that are hit as well, or half started, can keep it from ending
+GRACE_S = 10.0
+
+
+class Terminated(BaseException):
+    """SIGTERM has come: what KeyboardInterrupt is for SIGINT."""
+
+
+RAISED: dict[int, type[BaseException]] = {
+    signal.SIGINT: KeyboardInterrupt,
+    signal.SIGTERM: Terminated,
+}
+
+
+@contextmanager
+def heeded() -> Iterator[None]:
+    """Within it SIGINT and SIGTERM raise; after it they end the process at once, in silence.
+
+    Within an import they wait until it is done: packages with optional parts, heyoka among them,
+    take an exception there for a missing part, and go on or fail later in an odd place. A signal
+    that the parent has set to be ignored (nohup) stays ignored.
+    """
+    wanted = [one for one in RAISED if signal.getsignal(one) is not signal.SIG_IGN]
+    for one in wanted:
+        signal.signal(one, _leave)
+    try:
+        yield
+    finally:
+        for one in wanted:
+            signal.signal(one, signal.SIG_DFL)
+
+
+def _leave(signum: int, frame: FrameType | None) -> None:
+    if _importing(frame):
+        signal.signal(signal.SIGALRM, lambda _, where: _leave(signum, where))
+        signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+        return
+    last_resort = threading.Timer(GRACE_S, os._exit, [128 + signum])
+    last_resort.daemon = True
+    last_resort.start()
+    raise RAISED[signum]
+
+
+def _importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
