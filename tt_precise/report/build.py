@@ -21,6 +21,7 @@ from tt_precise.report.figures import all_figures
 from tt_precise.report.sections import (
     claims,
     conservation,
+    extremes,
     golden,
     headline,
     measured,
@@ -66,6 +67,7 @@ def assemble(judgements: list[Judgement], command: str, folder: Path) -> Report:
         thresholds.section(),
         golden.section(),
         proofs.section(),
+        extremes.section(folder),
         *measured.sections(folder),
         claims.all_claims(judgements),
     ]

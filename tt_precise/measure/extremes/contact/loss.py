@@ -29,15 +29,16 @@ def losing(name: str) -> Scene:
 
 @case(
     "contact lost, {scene}, in {precision}",
-    expected="at the same time as with 200 bits",
-    source="higher precision",
+    expected="at the same time as in a finer arithmetic",
+    source="higher precision: quad, and for quad 200 bits",
     over={"scene": LOSING, "precision": ("double", "extended", "quad")},
     quick=lambda scene, precision: scene == "mu = 3" and precision != "quad",
     control={"integrate": spoiled.integrating(I3="1e-12")},
 )
 def time_of_loss(scene: str, precision: str, integrate: Any = integrate) -> Finding:
     """The end of the model is a root, found as well as the state is known."""
-    fine, run = _fine(scene), integrate(losing(scene), precision)
+    fine = _integrated(scene, "mp" if precision == "quad" else "quad")
+    run = integrate(losing(scene), precision)
     error = abs(fine.precision.context.mpf(run.t_end) - fine.t_end) / run.precision.eps
     finite(value for value in run.state.values.values())
     return together(within(error, 30, "eps s"), same(run.status, "contact_lost"))
@@ -74,7 +75,9 @@ def plane_loss(precision: str, integrate: Any = integrate) -> Finding:
 )
 def narrow_horizon(side: str, shift: str = "0") -> Finding:
     """The model holds to the last instant, and not an instant longer."""
-    lost = Fraction(str(_quad().t_end)) + Fraction(shift) * (1 if side == "before" else -1)
+    lost = Fraction(str(_integrated("mu = 3", "quad").t_end)) + Fraction(shift) * (
+        1 if side == "before" else -1
+    )
     until = lost + (-NARROW_S if side == "before" else NARROW_S)
     run = integrate(variant(mu="3", until=str(until)))
     return same(run.status, "complete" if side == "before" else "contact_lost")
@@ -144,13 +147,8 @@ def _off_the_table(what: str) -> dict[str, str]:
 
 
 @cache
-def _fine(scene: str) -> Trajectory:
-    return integrate(losing(scene), "mp")
-
-
-@cache
-def _quad() -> Trajectory:
-    return integrate(losing("mu = 3"), "quad")
+def _integrated(scene: str, precision: str) -> Trajectory:
+    return integrate(losing(scene), precision)
 
 
 @cache

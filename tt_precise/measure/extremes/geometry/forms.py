@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple
 
 from tt_precise.body import Parameters
@@ -66,8 +67,7 @@ def round_trip(
     ``known`` hands over sine and cosine with full digits, as a scene does; else theta alone.
     """
     fn, into, out, eps = arithmetic(precision)
-    top = load_scene("reference").body.dimensionless(FN, rounding_to(FN))
-    body = Parameters(*(into(FN.convert(x)) for x in vars(top).values()))
+    body = _body(precision)
     offset = FN.mpf(10) ** -k
     theta = FN.pi - offset if inverted else offset
     sine, cosine = FN.sin(offset), FN.cos(offset) * (-1 if inverted else 1)
@@ -84,6 +84,14 @@ def round_trip(
         for name, size in RATES.items()
     ]
     return Trip(abs(leant / sine - 1) / eps, max(changes) / eps)
+
+
+def digits_of_the_lean(precision: str, k: int, known: bool) -> float:
+    """Decimal digits of the lean that are right 1e-k rad from the inverted pole."""
+    trip = round_trip(precision, k, True, known, vectors_from_euler, euler_from_vectors)
+    eps = arithmetic(precision).eps
+    # half an eps is what rounding leaves of a lean that is exact
+    return max(0.0, float(-FN.log10(max(trip.lean, FN.mpf(1) / 2) * eps)))
 
 
 @case(
@@ -187,6 +195,13 @@ def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Finding:
         within(max(shares), 30, "eps 10^k" if lost else "eps"),
         Finding("the law is reached in part" if visible else "the law is not reached", visible),
     )
+
+
+@cache
+def _body(precision: str) -> Parameters:
+    top = load_scene("reference").body.dimensionless(FN, rounding_to(FN))
+    into = arithmetic(precision).into
+    return Parameters(*(into(FN.convert(x)) for x in vars(top).values()))
 
 
 def _printed_back(body: Parameters, state: Any, fn: Any) -> EulerState:

@@ -1,0 +1,60 @@
+"""``tt-precise extremes``: what it tells, and its exit status, on two cases of its own."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tt_precise import cli
+from tt_precise.measure.extremes import Case, Finding
+
+GOOD = Case(
+    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", Finding,
+    {"found": "1 eps", "right": True, "value": 1.0}, quick=True,
+)  # fmt: skip
+BAD = Case(
+    "contact", "a start", "a start", "a refusal", "theory", Finding,
+    {"found": "accepted", "right": False},
+)  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def two_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    def chosen(topics: tuple[str, ...], quick: bool) -> tuple[Case, ...]:
+        return (GOOD,) if quick else (GOOD, BAD)
+
+    monkeypatch.setattr("tt_precise.measure.extremes.cases", chosen)
+
+
+def test_a_failed_case_is_told_and_fails_the_command(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "extremes.json"
+    assert cli.main(["extremes", "--out", str(file)]) == 1
+    told = capsys.readouterr().out
+    assert "FAIL" in told
+    assert "a refusal" in told
+    assert "all [well]" in told
+    assert "2 cases, 1 failed" in told
+    assert json.loads(file.read_text())["verdict"] == "fail"
+
+
+def test_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["extremes", "--quick", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == "tt_precise.extremes/1"
+    (case,) = told["cases"]
+    assert (case["name"], case["verdict"], case["value"]) == ("mu = 1", "pass", 1.0)
+    assert (case["expected"], case["found"]) == ("all [well]", "1 eps")
+
+
+def test_every_case_has_a_line_with_full(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["extremes", "--quick", "--full"]) == 0
+    assert "mu = 1" in capsys.readouterr().out
+
+
+def test_an_unknown_topic_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["extremes", "--topic", "weather"]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
