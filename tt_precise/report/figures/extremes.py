@@ -17,6 +17,7 @@ PRECISIONS = {
     "double": style.RED, "extended": style.ORANGE, "quad": style.GREEN, "mp": style.BLUE,
 }  # fmt: skip
 NAMES = {"mp": "200 bits"}
+LEAST_MU = 1e-3  # s/m, in the picture
 
 
 def all_pictures(cases: Sequence[Case]) -> list[Figure]:
@@ -57,7 +58,7 @@ def digits_beside_the_poles(cases: Sequence[Case]) -> Figure | None:
 
 def friction(cases: Sequence[Case]) -> Figure | None:
     """Steps and time against mu, and the distance from the rolling solution."""
-    work = _data(cases, ("mu", "steps", "seconds"))
+    work = [p for p in _data(cases, ("mu", "steps", "seconds")) if p["mu"] >= LEAST_MU]
     limit = _data(cases, ("mu", "distance"))
     if not work or not limit:
         return None
@@ -78,21 +79,21 @@ def friction(cases: Sequence[Case]) -> Figure | None:
         bottom.plot(rough, [last / x for x in rough], "--", color=style.GREY, linewidth=0.9)
         bottom.annotate(
             r"$\propto 1/\mu$", (rough[len(rough) // 2], last / rough[len(rough) // 2]),
-            xytext=(8, 6), textcoords="offset points", color=style.GREY,
+            xytext=(12, 0), textcoords="offset points", color=style.GREY,
         )  # fmt: skip
         bottom.set_yscale("log")
         bottom.set_ylabel("axis to rolling axis")
-        # no friction has no place on a logarithmic axis: a linear stretch around it
-        top.set_xscale("symlog", linthresh=1e-3)
-        bottom.set_xlabel(r"$\mu$ (s/m); linear below $10^{-3}$")
+        top.set_xscale("log")
+        bottom.set_xlabel(r"$\mu$ (s/m)")
         return style.finished(
             "extremes-friction",
             drawing,
             caption="The reference start with other friction, in double. Above: Taylor steps and "
-            "time to 0.5 s; where gliding decays faster than anything else moves, an explicit "
-            "method needs steps in proportion to mu. Below: distance of the axis at 0.05 s from "
-            "that of the rolling top, which falls as 1/mu.",
-            alt="Two panels against mu from 0 to 10^4: steps and time are level up to about 10 and "
+            f"time to 0.5 s; below {LEAST_MU:g} s/m, down to no friction, they stay the same. "
+            "Where gliding decays faster than anything else moves, an explicit method needs steps "
+            "in proportion to mu. Below: distance of the axis at 0.05 s from that of the rolling "
+            "top, which falls as 1/mu.",
+            alt="Two panels against mu up to 10^4: steps and time are level up to about 10 and "
             "then grow in proportion to mu; the distance falls on a straight line of slope -1.",
         )
 

@@ -21,6 +21,7 @@ FRICTIONS = ("0", "1e-12", "1e-6", "1e-3", "0.03", "0.3", "3", "10", "100", "1e3
 ROUGH = ("10", "30", "100", "300", "1e3", "3e3", "1e4")
 HORIZON_S = "0.5"
 LIMIT_S = "0.05"
+TIMINGS = 4  # the first compiles; the best of the others is told
 CONSERVED = ("lambda", "E", "L_z", "omega_3", "s_dot_x", "s_dot_y")
 
 
@@ -55,10 +56,11 @@ def lean_with_friction(mu: str, pole: str, integrate: Any = integrate) -> Findin
 def friction_in_double(mu: str, integrate: Any = integrate) -> Finding:
     """Steps and time against mu are for the picture; the verdict is about the state."""
     scene = variant(mu=mu, until=HORIZON_S)
-    integrate(scene)  # compiled
-    begin = time.perf_counter()
-    run = integrate(scene)
-    seconds = time.perf_counter() - begin
+    seconds = []
+    for _ in range(TIMINGS):
+        begin = time.perf_counter()
+        run = integrate(scene)
+        seconds.append(time.perf_counter() - begin)
     short = variant(mu=mu, until=LIMIT_S)
     distance = vector_distance(integrate(short), _quad(short))
     return together(
@@ -66,7 +68,7 @@ def friction_in_double(mu: str, integrate: Any = integrate) -> Finding:
         same(run.status, "complete"),
         Finding(
             f"{run.steps} steps to {HORIZON_S} s", True,
-            data={"mu": float(mu), "steps": run.steps, "seconds": round(seconds, 4)},
+            data={"mu": float(mu), "steps": run.steps, "seconds": round(min(seconds), 5)},
         ),
     )  # fmt: skip
 
