@@ -193,5 +193,16 @@ def test_poles_are_starts_like_others() -> None:
     assert all(math.isnan(value) for value in rows["t_init_A"])
 
 
+def test_leans_of_any_size_are_integrated_as_alone() -> None:
+    """Beside the pole the steps are bounded, in each lane for itself."""
+    spec = specification("reference", vary={"theta": "1e-9,1e-20,0.1"})
+    rows = compute(spec.plan, values_of(spec), 8)
+    for row, theta in enumerate(("1e-9", "1e-20", "0.1")):
+        start = replace(tt.load_scene("reference").start, theta=theta)
+        alone = tt.integrate(replace(tt.load_scene("reference"), start=start))
+        assert rows["t_stop"][row] == alone.t_end == 8
+        assert abs(rows["steps"][row] / alone.steps - 1) < 0.05
+
+
 def test_every_column_asked_for_exists() -> None:
     check_names(("climb_A", "t_equator", "max_nu_y"), "gliding")

@@ -134,7 +134,7 @@ def run(
         made.reset(state, parameters, number(zero))
         first = number(key.precision.context.mpf(FIRST_STEP)) if key.events else horizon
         goals = [first, horizon] if first < horizon else [horizon]
-        longest = longest_step(start, made.adaptive.order, key.precision)
+        longest = longest_step(start.body, start.vectors, made.adaptive.order, key.precision)
         limits = {} if longest is None else {"max_delta_t": number(longest)}
         outcome, steps, outputs = _propagate(made, goals, dense, progress, key.precision, limits)
         status = _status(outcome, made.terminal)

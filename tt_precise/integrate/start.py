@@ -86,15 +86,19 @@ def _require_contact(
         )
 
 
-def longest_step(start: Beginning, order: int, precision: Precision) -> Any:
+def longest_step(
+    body: Parameters, vectors: NewtonState, order: int, precision: Precision
+) -> Any:
     """Longest Taylor step that keeps the digits of a lean beside a pole; None for other starts.
+
+    ``body`` and ``vectors`` are the dimensionless start.
 
     heyoka keeps the truncation error below eps of the largest entry. A lean of 1e-20 rad is not
     seen in that: its steps would become so long that it is off by a factor. As the lean obeys
     linear equations there, a term of its series is at most (frequency times step)^k/k!, with the
     frequency of the fastest mode, and the step follows from the first term left out.
     """
-    body, vectors, context = start.body, start.vectors, precision.context
+    context = precision.context
     spin = context.sqrt(dot(vectors.L, vectors.L))
     sideways = context.hypot(vectors.Lx, vectors.Ly) / spin if spin else 0
     lean = max(context.hypot(*vectors.k[:2]), sideways, context.hypot(*vectors.v[:2]))

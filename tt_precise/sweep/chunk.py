@@ -17,6 +17,8 @@ import numpy
 from tt_precise.body import Parameters, Units
 from tt_precise.integrate.events import EXTREMUM, Event
 from tt_precise.integrate.inversion import InversionTimes, Marks, Turn, from_marks
+from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.start import longest_step
 from tt_precise.mechanics import newton, rolling, thresholds
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
@@ -37,6 +39,7 @@ from tt_precise.sweep.specification import PARAMETERS, Plan
 
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
 SAME = 2.0**-53
+DOUBLE = precision_named("double")
 
 
 class Begun(NamedTuple):
@@ -63,8 +66,8 @@ def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
     build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
     arrivals: list[Arrival | None] = [_refused(form, one, plan.contact) for one in begun]
     flying = [row for row, arrival in enumerate(arrivals) if arrival is None]
-    departures = [_departure(form, begun[row]) for row in flying]
     with lanes(build) as lent:
+        departures = [_departure(form, begun[row], lent.order) for row in flying]
         for number, arrival in lent.fly(departures):
             arrivals[flying[number]] = arrival
     landed = [arrival for arrival in arrivals if arrival is not None]
@@ -112,11 +115,13 @@ def _begun(scene: Scene, given: Mapping[str, float], shared: Scene | None = None
     return Begun(body, units, vectors, euler, float(scene.until) / units.time)
 
 
-def _departure(form: Formulation, begun: Begun) -> Departure:
+def _departure(form: Formulation, begun: Begun, order: int) -> Departure:
+    longest = longest_step(begun.body, begun.vectors, order, DOUBLE)
     return Departure(
         begun.state(form),
         tuple(float(getattr(begun.body, name)) for name in form.parameters),
         begun.until,
+        math.inf if longest is None else float(longest),
     )
 
 

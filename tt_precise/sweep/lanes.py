@@ -7,6 +7,7 @@ from where they are, so that no lane waits, and what happens in one does not tou
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -46,11 +47,12 @@ class Build(NamedTuple):
 
 
 class Departure(NamedTuple):
-    """A start, dimensionless: state, parameters of the formulation, horizon."""
+    """A start, dimensionless: state, parameters of the formulation, horizon, longest step."""
 
     state: tuple[float, ...]
     parameters: tuple[float, ...]
     until: float
+    longest: float = math.inf
 
 
 class Arrival(NamedTuple):
@@ -124,6 +126,8 @@ class Lanes:
         )
         self._aboard: list[int | None] = [None] * width
         self._goals = [0.0] * width
+        self._longest = [math.inf] * width
+        self.order = int(self._batch.order)
         self._steps = numpy.zeros(width, dtype=int)
         self._parts: list[list[Any]] = [[] for _ in range(width)]
         # views of heyoka's own memory, which stays where it is
@@ -174,6 +178,7 @@ class Lanes:
         self._batch.state[:, lane] = start.state
         self._batch.pars[:, lane] = start.parameters
         self._goals[lane] = 0.0 if number is None else start.until
+        self._longest[lane] = start.longest
         # not set_time, which would cut the low parts of the other lanes' times
         high, low = (numpy.nan_to_num(part) for part in self._batch.dtime)
         high[lane] = low[lane] = 0.0
@@ -186,7 +191,9 @@ class Lanes:
     def _advance(self) -> list[Any]:
 
         before = self._kept
-        self._batch.propagate_until(self._goals, max_steps=STEPS_BETWEEN, callback=self._keep)
+        self._batch.propagate_until(
+            self._goals, max_delta_t=self._longest, max_steps=STEPS_BETWEEN, callback=self._keep
+        )
         outcomes = [outcome for outcome, _ in self._batch.step_res]
         if heyoka.taylor_outcome.err_nf_state in outcomes:
             self._keep(self._batch)  # heyoka skips the callback of such a step
@@ -234,7 +241,8 @@ class Lanes:
 
     def _ended(self, lane: int, outcome: Any) -> str:
 
-        if outcome == heyoka.taylor_outcome.time_limit:
+        # a step cut short by its longest length has that outcome too
+        if outcome == heyoka.taylor_outcome.time_limit and self._time[lane] == self._goals[lane]:
             return "complete"
         if outcome == heyoka.taylor_outcome.err_nf_state or self._steps[lane] > STEPS_AT_MOST:
             return "failed"
