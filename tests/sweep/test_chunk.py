@@ -10,6 +10,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.mechanics.conserved import INTEGRALS
+from tt_precise.scene import Inclination
 from tt_precise.sweep import specification
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.columns import TIMES, check_names
@@ -198,8 +199,9 @@ def test_leans_of_any_size_are_integrated_as_alone() -> None:
     spec = specification("reference", vary={"theta": "1e-9,1e-20,0.1"})
     rows = compute(spec.plan, values_of(spec), 8)
     for row, theta in enumerate(("1e-9", "1e-20", "0.1")):
-        start = replace(tt.load_scene("reference").start, theta=theta)
-        alone = tt.integrate(replace(tt.load_scene("reference"), start=start))
+        scene = tt.load_scene("reference")
+        start = replace(scene.start, theta=Inclination.parse(theta))
+        alone = tt.integrate(replace(scene, start=start))
         assert rows["t_stop"][row] == alone.t_end == 8
         assert abs(rows["steps"][row] / alone.steps - 1) < 0.05
 
