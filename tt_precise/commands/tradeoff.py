@@ -24,8 +24,12 @@ REPORTS = Path("reports")
     "--out", type=click.Path(file_okay=False, path_type=Path),
     help="Folder for the tables and figures; by default reports, and none with --quick.",
 )  # fmt: skip
+@click.option(
+    "--knob/--no-knob", default=None,
+    help="Also renew the table behind --digits; by default if all is measured for reports.",
+)  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(quick: bool, out: Path | None, as_json: bool) -> int:
+def command(quick: bool, out: Path | None, knob: bool | None, as_json: bool) -> int:
     """Time every method at every setting on golden scenes, and judge it by the golden data.
 
     Peers that are not installed are skipped with a line on stderr.
@@ -48,6 +52,11 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
         )  # fmt: skip
     with progress_bar("long runs") as progress:
         long_runs = growth.table(growth.QUICK if quick else growth.WHOLE, progress)
+    if knob if knob is not None else not quick and out is None:
+        from tt_precise.measure.knob import write
+
+        with progress_bar("table behind --digits") as progress:
+            write(progress)
     found = findings(measured.rows, long_runs)
     if folder:
         written = {TABLE: _csv(measured.rows), GROWTH: _csv(long_runs)}

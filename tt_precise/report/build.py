@@ -27,6 +27,7 @@ from tt_precise.report.sections import (
     measured,
     proofs,
     thresholds,
+    tradeoff,
 )
 
 SCHEMA = "tt_precise.report/1"
@@ -67,6 +68,7 @@ def assemble(judgements: list[Judgement], command: str, folder: Path) -> Report:
         thresholds.section(),
         golden.section(),
         proofs.section(),
+        tradeoff.section(folder),
         extremes.section(folder),
         *measured.sections(folder),
         claims.all_claims(judgements),

@@ -77,9 +77,9 @@ QUICK_PEERS = (*BEST_PEERS, "SciPy odeint, numba", "SUNDIALS CVODE Adams")
 
 def whole() -> Iterator[Bout]:
     """Everything; under half an hour."""
-    yield Bout("double, Newton form", tuple(_double("newton")), 15, 2.0)
-    yield Bout("double, Euler form", tuple(_double("euler")), 9, 2.0)
-    yield Bout("wide arithmetics", tuple(_wide()), 2, 30.0)
+    yield Bout("double, Newton form", tuple(_double("newton")), 9, 1.0)
+    yield Bout("double, Euler form", tuple(_double("euler")), 5, 1.0)
+    yield Bout("wide arithmetics", tuple(_wide()), 3, 15.0)
     yield Bout("digits", tuple(_digits(LADDER)), 3, 20.0)
     yield Bout("mpmath", tuple(_odefun((60, 113, 200))), 3, 10.0)
     yield Bout("golden scenes", tuple(_other_scenes()), 5, 0.5)

@@ -28,7 +28,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene, load_scene
 
 GOLDEN_BITS = 160  # holds the 34 decimals of golden data with room for the differences
-MOST_SAMPLES = 80  # of the golden rows, evenly taken, at which a method is judged on its way
+MOST_SAMPLES = 40  # of the golden rows, evenly taken, at which a method is judged on its way
 
 
 @dataclass(frozen=True)

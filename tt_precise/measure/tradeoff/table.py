@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -56,26 +57,34 @@ class _Ready:
 def measure(
     bouts: Iterable[Bout], tell: Callable[[str], None], progress: Progress = silent
 ) -> Measured:
-    """Run the bouts; ``tell`` hears what is left out, and when a bout begins."""
+    """Run the bouts; ``tell`` hears what is left out, and what each bout took."""
     import pandas
 
     every = list(bouts)
     total = sum(len(bout.cases) for bout in every)
     yardstick = _yardstick()
     rows, skipped, done = [_workload(yardstick, "start"), *_imports()], _Skipped(tell), 0
-    for bout in every:
-        tell(f"{bout.name}: {len(bout.cases)} settings")
-        ready = list(_prepared(bout.cases, skipped))
-        share, base = len(bout.cases) / total, done / total
-        times = interleaved(
-            {str(i): one.run for i, one in enumerate(ready)},
-            yardstick,
-            rounds=bout.rounds,
-            budget_s=bout.budget_s,
-            progress=_part(progress, base, share),
-        )
-        rows += [_row(one, times[str(i)]) for i, one in enumerate(ready)]
-        done += len(bout.cases)
+    with _compiled_anew() as forget:
+        for bout in every:
+            forget()
+            begin = time.monotonic()
+            ready = list(_prepared(bout.cases, skipped))
+            prepared_s = time.monotonic() - begin
+            times = interleaved(
+                {str(i): one.run for i, one in enumerate(ready)},
+                yardstick,
+                rounds=bout.rounds,
+                budget_s=bout.budget_s,
+                progress=_part(progress, done / total, len(bout.cases) / total),
+            )
+            run_s = time.monotonic() - begin - prepared_s
+            rows += [_row(one, times[str(i)]) for i, one in enumerate(ready)]
+            done += len(bout.cases)
+            judged_s = time.monotonic() - begin - prepared_s - run_s
+            tell(
+                f"{bout.name}: {len(ready)} settings, prepared in {prepared_s:.0f} s, "
+                f"timed in {run_s:.0f} s, judged in {judged_s:.0f} s"
+            )
     rows.append(_workload(yardstick, "end"))
     return Measured(pandas.DataFrame(rows), tuple(skipped.lines))
 
@@ -128,8 +137,7 @@ def _prepare(case: Case, method: Method) -> _Ready:
     problem = _problem(case.scene, case.coordinates, case.until, case.truth_bits)
     settings = Settings(case.tolerance, case.arithmetic)
     made: list[Solve] = []
-    with _nothing_compiled_before():
-        setup_s = timed(lambda: made.append(method.prepare(problem, settings)))
+    setup_s = timed(lambda: made.append(method.prepare(problem, settings)))
     times = problem.clock(settings.precision, problem.times)
     wide = settings.precision.name in ("quad", "mp")
     ready = _Ready(case, method, problem, made[0], setup_s, times, wide=wide)
@@ -140,19 +148,21 @@ def _prepare(case: Case, method: Method) -> _Ready:
 
 
 @contextmanager
-def _nothing_compiled_before() -> Iterator[None]:
-    """No cache of heyoka's, so that compiling is what it costs the first time."""
+def _compiled_anew() -> Iterator[Callable[[], None]]:
+    """Without heyoka's cache on disk; what it lends forgets what is in memory.
+
+    So the first compilation of a bout is what it costs at first, and a later one of the same
+    system, for another scene, costs nothing.
+    """
     import heyoka
 
-    state, kept = heyoka.llvm_state, heyoka.llvm_state.get_diskcache_enabled()
-    memory = state.get_memcache_limit()
+    state = heyoka.llvm_state
+    kept = state.get_diskcache_enabled()
     state.set_diskcache_enabled(False)
-    state.set_memcache_limit(0)
     try:
-        yield
+        yield state.clear_memcache
     finally:
         state.set_diskcache_enabled(kept)
-        state.set_memcache_limit(memory)
 
 
 def _row(one: _Ready, times: Times) -> dict[str, Any]:

@@ -67,13 +67,15 @@ def work_precision(rows: pandas.DataFrame) -> Figure:
             panel.set_ylabel(ERROR)
         by_time.set_xlabel("seconds")
         by_work.set_xlabel("right-hand sides, or Taylor coefficients of each entry")
-        by_time.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, handlelength=2.2)
+        if by_time.lines:
+            by_time.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, handlelength=2.2)
         own = chosen(rows, method="heyoka", formulation="newton", horizon_s=WHOLE_S)
         for name, (colour, marker) in ARITHMETICS.items():
             curve = points(own[own["precision"] == name], "seconds")
             _draw(by_digits, curve, Line(name, colour, marker), label=name, linestyle="-")
         by_digits.set(xlabel="seconds", ylabel=ERROR)
-        by_digits.legend(loc="lower left")
+        if by_digits.lines:
+            by_digits.legend(loc="lower left")
         return style.finished(
             "work-precision",
             drawing,

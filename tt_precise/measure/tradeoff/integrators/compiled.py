@@ -22,6 +22,13 @@ def _callback(form: Formulation) -> Any:
     return cyjit(flat(form, "callback"))
 
 
+@cache
+def _compiled(form: Formulation, parameters: tuple[float, ...]) -> Any:
+    import numba
+
+    return numba.njit(flat(form, "filling", parameters))
+
+
 def cyrk(method: str, problem: Problem, settings: Settings) -> Solve:
     """CyRK's C++ solvers through numba, with one number as relative and absolute tolerance."""
     import CyRK
@@ -52,11 +59,10 @@ def cyrk(method: str, problem: Problem, settings: Settings) -> Solve:
 
 def cvode(method: str, problem: Problem, settings: Settings) -> Solve:
     """SUNDIALS' CVODE, from the wheel of scikit-sundae."""
-    import numba
     import numpy
     from sksundae.cvode import CVODE
 
-    function = numba.njit(flat(problem.form, "filling", problem.parameters(settings.precision)))
+    function = _compiled(problem.form, tuple(problem.parameters(settings.precision)))
 
     # it looks at the signature, which a compiled function does not show
     def filling(t: float, y: Any, dy: Any) -> None:

@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 from tt_precise.measure.tradeoff.methods import Run, Settings, Solve, registered
 from tt_precise.measure.tradeoff.problem import Problem
 from tt_precise.measure.tradeoff.righthand import flat
+from tt_precise.mechanics.formulations import Formulation
 
 ODEINT_STEPS = 1_000_000  # at most between two outputs; its default, 500, does not reach 8 s
 
 
 def right_hand_side(problem: Problem, settings: Settings, compiled: bool) -> Any:
     """``f(t, y)``: a flat Python function, or the same compiled by numba."""
-    parameters = problem.parameters(settings.precision)
+    parameters = tuple(problem.parameters(settings.precision))
     if not compiled:
         return flat(problem.form, "list", parameters)
+    return _jitted(problem.form, parameters)
+
+
+@cache
+def _jitted(form: Formulation, parameters: tuple[float, ...]) -> Any:
     import numba
     import numpy
 
-    function = numba.njit(flat(problem.form, "array", parameters))
-    function(0.0, numpy.array(problem.state(settings.precision)))
+    function = numba.njit(flat(form, "array", parameters))
+    function(0.0, numpy.zeros(len(form.columns)) + 0.5)
     return function
 
 

@@ -1,0 +1,87 @@
+"""The command tradeoff, with a plan of a second."""
+
+import json
+from pathlib import Path
+
+import pandas
+import pytest
+
+from tt_precise import cli
+from tt_precise.measure.tradeoff import growth, methods, plan, table
+from tt_precise.measure.tradeoff.findings import GROWTH, TABLE
+from tt_precise.measure.tradeoff.plan import Bout, Case
+
+KEYS = {"method", "setting", "precision", "error", "seconds", "steps", "jellett_drift"}
+CASES = (
+    Case("heyoka", 1e-6, "extended", until="0.03"),  # compiled in a third of a second
+    Case("heyoka", 0.0, "extended", until="0.03"),
+    Case("SciPy DOP853, Python", 1e-9, until="0.03"),
+)
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan, "quick", lambda: iter([Bout("small", CASES, 2, 0.1)]))
+    monkeypatch.setattr(table, "IMPORTED", ())
+    monkeypatch.setattr(table, "WORKLOAD_ROUNDS", 2)
+    frame = pandas.DataFrame(
+        [{"scene": "s", "seed": seed, "t_s": t, "jellett": 1e-16 * t**0.5, "energy": 1e-16 * t}
+         for seed in range(3) for t in (1.0, 10.0, 100.0)]
+    )  # fmt: skip
+    monkeypatch.setattr(growth, "table", lambda spans, progress: frame)
+
+
+def test_json_has_the_rows_and_the_ratios(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["tradeoff", "--quick", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == "tt_precise.tradeoff/1"
+    assert [row["method"] for row in told["rows"]] == [case.method for case in CASES]
+    assert all(row.keys() >= KEYS for row in told["rows"])
+    loose, tight, peer = told["rows"]
+    assert tight["error"] < 1e-12 < loose["error"]
+    assert (loose["peer"], peer["peer"]) == (False, True)
+    assert all(row["seconds"] > 0 and row["jellett_drift"] < 1e-4 for row in told["rows"])
+    assert "SIMD" in told["ratios"]
+    exponents = {name: value for name, value in told["ratios"].items() if "growth" in name}
+    assert exponents["growth of lambda, s, to 1e+02 s"] == pytest.approx(0.5)
+    assert exponents["growth of E, s, to 1e+02 s"] == pytest.approx(1)
+    assert told["skipped"] == []
+
+
+def test_tables_and_figures_are_written_where_they_are_wanted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["tradeoff", "--quick", "--out", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert "drift of the machine" in told.out
+    for name in (TABLE, GROWTH, "figures/work-precision.svg"):
+        assert str(tmp_path / name) in told.err
+        assert (tmp_path / name).stat().st_size > 100
+
+
+def test_a_peer_that_is_missing_is_skipped_with_a_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = methods.Method("SciPy DOP853, Python", ("nowhere",), lambda p, s: None, True)  # type: ignore[arg-type, return-value]
+    monkeypatch.setitem(methods._registered, missing.name, missing)
+    assert cli.main(["tradeoff", "--quick", "--json"]) == 0
+    told = capsys.readouterr()
+    assert "skipped: SciPy DOP853, Python: needs nowhere (the extra peers)" in told.err
+    assert len(json.loads(told.out)["rows"]) == len(CASES) - 1
+
+
+def test_a_setting_that_fails_is_skipped_with_its_reason(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    at_pole = Case("heyoka", 0.0, scene="upright", coordinates="euler", until="0.03")
+    monkeypatch.setattr(plan, "quick", lambda: iter([Bout("small", (*CASES, at_pole), 1, 0.1)]))
+    assert cli.main(["tradeoff", "--quick", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["rows"]) == len(CASES)
+    assert len(told["skipped"]) == 1
+    assert told["skipped"][0].startswith("upright, heyoka")
+
+
+def test_a_folder_that_cannot_be_written_is_told_at_once(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    assert cli.main(["tradeoff", "--quick", "--out", str(tmp_path / "file" / "x")]) == 2

@@ -1,0 +1,62 @@
+"""The section on speed against accuracy, with a table and without."""
+
+from pathlib import Path
+
+import numpy
+import pandas
+
+from tt_precise.measure.tradeoff.findings import GROWTH, TABLE
+from tt_precise.report.document import Figure, Table, Text
+from tt_precise.report.sections import tradeoff
+
+
+def tables(folder: Path) -> None:
+    rows = [
+        {
+            "scene": "reference", "horizon_s": 8.0, "method": method, "setting": "s",
+            "precision": "double", "bits": 53, "formulation": form, "tolerance": 1e-3,
+            "peer": method != "heyoka", "error": 100.0**-n, "error_on_way": 99 * 100.0**-n,
+            "seconds": slow * 2.0**n, "ratio": slow * 2.0**n, "setup_s": 1.0, "work": 1000 * n,
+            "jellett_drift": 1e-3 * 100.0**-n,
+        }
+        for method, slow in (("heyoka", 1e-3), ("diffrax Dopri8", 2.5e-2))
+        for form in ("newton", "euler")
+        for n in range(1, 8)
+    ]  # fmt: skip
+    pandas.DataFrame(rows).to_csv(folder / TABLE, index=False)
+    draw = numpy.random.default_rng(1)
+    long_runs = [
+        {"scene": scene, "seed": seed, "t_s": t, "jellett": 1e-16 * draw.normal() * t**0.5,
+         "energy": 1e-16 * draw.normal() * t**0.5}
+        for scene in ("frictionless", "rolling") for seed in range(4) for t in (1.0, 10.0, 100.0)
+    ]  # fmt: skip
+    pandas.DataFrame(long_runs).to_csv(folder / GROWTH, index=False)
+
+
+def test_without_a_table_it_says_how_to_make_one(tmp_path: Path) -> None:
+    (block,) = tradeoff.section(tmp_path).blocks
+    assert isinstance(block, Text)
+    assert "tt-precise tradeoff" in block.text
+
+
+def test_findings_are_computed_from_the_table(tmp_path: Path) -> None:
+    tables(tmp_path)
+    section = tradeoff.section(tmp_path)
+    assert section.results["any peer at 1e-09, newton"] == {"value": "25", "met": True}
+    assert section.results["SIMD"] == {"value": None, "met": None}
+    costs, _, found = (block for block in section.blocks if isinstance(block, Table))
+    assert costs.rows[0] == ("heyoka", "2.8", "8", "23", "64")
+    verdicts = {row[0]: row[3] for row in found.rows}
+    assert verdicts["any peer at 1e-09, newton"] == "right"
+
+
+def test_figures_are_drawn_from_the_table(tmp_path: Path) -> None:
+    tables(tmp_path)
+    figures = [b for b in tradeoff.section(tmp_path).blocks if isinstance(b, Figure)]
+    assert [figure.name for figure in figures] == [
+        "work-precision", "hidden-by-conservation", "growth-of-errors",
+    ]  # fmt: skip
+    for figure in figures:
+        assert "<path" in figure.svg
+        assert figure.alt
+        assert len(figure.svg) < 300_000
