@@ -16,6 +16,7 @@ import pandas
 import tt_precise as tt
 from tt_precise.certify.certificate import certify, judged
 from tt_precise.certify.proof import Proof, prove
+from tt_precise.certify.verdict import NotProved
 from tt_precise.commands.certify_golden import command
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF
@@ -112,6 +113,21 @@ def test_a_missing_event_is_noticed(stored: Stored, proof: Proof) -> None:
     certificate = judged(replace(stored, events=fewer), proof)
     assert not certificate.content["same_events"]
     assert not certificate.complete
+
+
+def test_numbers_that_no_proof_reaches_are_counted(stored: Stored, proof: Proof) -> None:
+    # the proof of the first 0.02 s, held against tables of 0.05 s
+    shorter = prove(replace(stored.scene, until=Fraction(1, 50)))
+    failed = replace(shorter.enclosure, failure=NotProved("S4", "as if"))
+    certificate = judged(stored, replace(shorter, enclosure=failed))
+    assert not certificate.complete
+    whole = judged(stored, proof)
+    assert certificate.entries == whole.entries
+    assert 0 < certificate.rounded < whole.rounded
+    assert certificate.content[TRAJECTORY]["columns"]["kx"]["entries"] == len(
+        stored.trajectory.rows
+    )
+    assert certificate.content[TRAJECTORY]["columns"]["kx"]["rounded"] == 3
 
 
 def test_too_few_bits_prove_fewer_digits(stored: Stored) -> None:

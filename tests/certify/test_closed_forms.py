@@ -186,6 +186,30 @@ def test_zeros_of_an_oscillator() -> None:
     assert backwards.time.overlaps(found[-1].time)
 
 
+def test_zeros_of_a_component_that_is_tiny_beside_another() -> None:
+    # two oscillators that share a tube, one 1e-25 of the other: the coarse bands cannot tell
+    # where the small one vanishes, the sharp ones can
+    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+        x, v, y, w = state
+        return v, -x, w, -y
+
+    tiny = arb("1e-25").mid()
+    problem = Problem(
+        "two", ("x", "v", "y", "w"), rates, list,
+        lambda: [arb(1), arb(0), tiny, arb(0)], lambda: arb(6),
+    )  # fmt: skip
+    enclosure = enclose(problem, 200)
+    found = [zero for zero in zeros(enclosure.stretches, lambda state: state[2]) if zero.time < 6]
+    assert len(found) == 2
+    with flint.ctx.workprec(400):
+        for k, zero in enumerate(found):
+            assert zero.time.overlaps((2 * k + 1) * arb.pi() / 2)
+            assert zero.time.rad() < 1e-20
+            # the coarse ones alone
+            stretch = next(s for s in enclosure.stretches if not zero.time > s.finish)
+            assert stretch.tube[2].polynomial(stretch.piece.end).contains(0)
+
+
 def test_a_zero_at_the_start_is_passed_over() -> None:
     enclosure = enclose(oscillator(Fraction(2), Fraction(2)), BITS)
     found = zeros(enclosure.stretches, lambda state: state[1], zero_at_start=True)

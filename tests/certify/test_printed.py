@@ -57,8 +57,10 @@ def test_a_tally_counts_and_takes_the_worst() -> None:
             ("1.0e+00", None, False),
         ]
         one = tally(cells, Fraction(0))
-    assert (one.digits, one.entries, one.rounded, one.wrong) == (2, 3, 2, 1)
+    assert (one.digits, one.entries, one.enclosed, one.rounded, one.wrong) == (2, 4, 3, 2, 1)
     assert one.within == "9.1e-2"
+    assert one.settled
+    assert "enclosed" not in one.as_dict()
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,13 @@ class Band:
             polynomial = polynomial.truncate(degree + 1) + tail
         return cls(polynomial, frame)
 
+    @classmethod
+    def of(cls, value: Any, frame: Frame) -> Band:
+        """The band of a band, a polynomial or a constant."""
+        if isinstance(value, Band):
+            return value
+        return cls(value if isinstance(value, arb_poly) else arb_poly([value]), frame)
+
     @property
     def range(self) -> arb:
         """A ball that contains all values on the interval."""

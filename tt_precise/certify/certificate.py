@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -51,23 +51,12 @@ class Certificate:
     wrong: int
     content: dict[str, Any]
     enclosure: Table
+    settled: bool
 
     @property
     def complete(self) -> bool:
         """Whether every row is enclosed and no printed number is wrong."""
         return self.content["failure"] is None and not self.wrong and self.content["same_events"]
-
-    @property
-    def settled(self) -> bool:
-        """Whether more bits would tell no more.
-
-        No ball around zero proves that a column is zero throughout, however small it is.
-        """
-        return all(
-            column["rounded"] + column["wrong"] == column["entries"] or column["digits"] is None
-            for file in (store.TRAJECTORY, store.EVENTS)
-            for column in self.content[file]["columns"].values()
-        )
 
     @property
     def summary(self) -> str:
@@ -155,11 +144,11 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
         "undecided_events": undecided,
         store.TRAJECTORY: {
             "sha256": stored.trajectory.sha256,
-            "columns": {name: asdict(one) for name, one in trajectory.items()},
+            "columns": {name: one.as_dict() for name, one in trajectory.items()},
         },
         store.EVENTS: {
             "sha256": stored.events.sha256,
-            "columns": {name: asdict(one) for name, one in events.items()},
+            "columns": {name: one.as_dict() for name, one in events.items()},
         },
         proofs.ENCLOSURE: {"sha256": enclosure.sha256, "row_marks": enclosure.row_marks},
         "versions": {n: importlib.metadata.version(n) for n in ("heyoka", "python-flint")},
@@ -172,6 +161,7 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
         wrong=sum(t.wrong for t in tallies),
         content=content,
         enclosure=enclosure,
+        settled=all(one.settled for one in tallies),
     )
 
 
@@ -193,6 +183,7 @@ def _trajectory(stored: store.Stored, proof: Proof, scales: dict[str, Decimal]) 
     if proof.lost and len(states) < len(table.rows):
         time, state = proof.event_state(proof.lost)
         states.append({"t": time, **state})
+    states += [{}] * (len(table.rows) - len(states))
     return {
         name: _tally(table.column(name), [state.get(name) for state in states], scales[name])
         for name in table.columns[ALL_BUT_T]
@@ -209,9 +200,11 @@ def _events(
     same = True
     listed: dict[str, list[tuple[str, ...]]] = {}
     for row in table.rows:
-        # where the proof ends early it says nothing about what comes later
         if proof.complete or Fraction(Decimal(row[1])) < bounds(proof.finish_s)[0]:
             listed.setdefault(row[0], []).append(row)
+        else:
+            # where the proof ends early it says nothing about what comes later
+            matched.append((row, {}))
     proved = {name: events.zeros for name, events in proof.all_events.items()}
     if proof.lost:
         proved["contact_lost"] = (proof.lost,)
@@ -220,6 +213,7 @@ def _events(
         events = proof.all_events.get(name)
         if events and events.failure:
             undecided[name] = str(events.failure)
+            matched += [(row, {}) for row in rows]
             continue
         if events and events.since > 0:
             since = float(events.since) * float(proof.finish_s / proof.enclosure.finish)

@@ -11,8 +11,8 @@ import flint
 from flint import arb, arb_poly
 
 from tt_precise.certify.approximation import Piece, Steps
-from tt_precise.certify.balls import between, require_outward_rounding
-from tt_precise.certify.bands import Band
+from tt_precise.certify.balls import Balls, between, require_outward_rounding
+from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.invariant import exact_zeros, restored, without
 from tt_precise.certify.problem import Problem
@@ -28,9 +28,11 @@ MOST_HALVINGS = 12  # of a step that does not verify, before the proof ends ther
 class Stretch:
     """One verified step: |y(t) - p(s)| <= radius for t = begin + unit s, 0 <= s <= end.
 
-    ``tube`` and ``rates`` are bands of y and dy/ds in s, good to about 17 digits; ``bits`` is
-    the precision that the rest deserves.
+    ``tube`` and ``rates`` are bands of y and dy/ds in s, good to about 17 digits of the largest
+    component; ``bits`` is the precision that the rest deserves.
     """
+
+    problem: Problem
 
     begin: arb
     piece: Piece
@@ -43,6 +45,16 @@ class Stretch:
     def finish(self) -> arb:
         """The time at its end."""
         return self.begin + self.piece.end * self.piece.unit
+
+    @cached_property
+    def sharp(self) -> tuple[tuple[Band, ...], tuple[Band, ...]]:
+        """``tube`` and ``rates`` as good as the enclosure is, at many times their price."""
+        with flint.ctx.workprec(self.bits):
+            frame = Frame(self.piece.end, max(p.degree() for p in self.piece.polynomials))
+            radii = zip(self.piece.polynomials, self.radius, strict=True)
+            tube = [Band(p, frame).widened(radius) for p, radius in radii]
+            rates = self.problem.rates(self.problem.parameters(), tube, Balls)
+            return tuple(tube), tuple(Band.of(rate, frame) * self.piece.unit for rate in rates)
 
     def state(self, s: arb) -> list[arb]:
         """Balls around the exact state at every local time in ``s``, within [0, end]."""
@@ -143,7 +155,7 @@ def enclose(
                 limit = min(limit, steps.length) / 2
                 continue
             halvings, limit = 0, min(limit * 5 / 4, longest)
-            stretch = _stretch(time, piece, crossing, zero, len(problem.columns))
+            stretch = _stretch(problem, time, piece, crossing, zero)
             stretches.append(stretch)
             errors, reached, time = crossing.after, piece.last, stretch.finish
             progress(min(1.0, float(time / until)))
@@ -157,12 +169,13 @@ def enclose(
 
 
 def _stretch(
-    begin: arb, piece: Piece, crossing: Crossing, zeros: frozenset[int], size: int
+    problem: Problem, begin: arb, piece: Piece, crossing: Crossing, zeros: frozenset[int]
 ) -> Stretch:
     """The stretch in all components, those included that are exactly zero."""
-    nothing = arb_poly([])
+    nothing, size = arb_poly([]), len(problem.columns)
     still = Band(nothing, crossing.tube[0].frame)
     return Stretch(
+        problem,
         begin,
         replace(piece, polynomials=tuple(restored(piece.polynomials, zeros, size, nothing))),
         tuple(restored(crossing.radius, zeros, size, arb(0))),

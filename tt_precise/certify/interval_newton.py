@@ -3,8 +3,9 @@
 A function F of the state is followed with its derivative along the solution, F' = DF f, as bands
 in each stretch. Where the band of F excludes zero there is none. Where the band of F' excludes
 zero, F is monotone: exactly one zero if its signs at the two ends differ, none if they agree. A
-part of a stretch where neither holds is halved. A zero is then refined by interval Newton,
-N = m - F(m)/F'(T): it contains every zero in T (R. E. Moore, "Interval analysis", 1966).
+part of a stretch where neither holds is halved; where that does not help, sharper bands may. A
+zero is then refined by interval Newton, N = m - F(m)/F'(T): it contains every zero in T (R. E.
+Moore, "Interval analysis", 1966).
 """
 
 from __future__ import annotations
@@ -60,15 +61,20 @@ def zeros(
     """
     for stretch in stretches:
         with flint.ctx.workprec(stretch.bits):
-            part = _Part.of(stretch, function, zero_at_start)
-            found = [part.zero(*where) for where in part.isolated(since)]
+            try:
+                part = _Part.of(stretch, function, zero_at_start)
+                found = [part.zero(*where) for where in part.isolated(since)]
+            except NotProved:
+                # the function may be tiny beside the components that it is made of
+                part = _Part.of(stretch, function, zero_at_start, sharp=True)
+                found = [part.zero(*where) for where in part.isolated(since)]
         yield from sorted(found, key=lambda zero: float(zero.time))
 
 
 def start_slope(stretch: Stretch, function: Function) -> arb:
     """A ball around the derivative of the function at the start of the stretch."""
     with flint.ctx.workprec(stretch.bits):
-        return _Part.of(stretch, function, False).slope.polynomial(arb(0))
+        return _Part.of(stretch, function, False, sharp=True).slope.polynomial(arb(0))
 
 
 def lower_bound(stretch: Stretch, function: Function, pieces: int = 8) -> arb:
@@ -96,8 +102,11 @@ class _Part:
     zero_at_start: bool
 
     @classmethod
-    def of(cls, stretch: Stretch, function: Function, zero_at_start: bool) -> _Part:
-        moving = [Slope(y, {0: rate}) for y, rate in zip(stretch.tube, stretch.rates, strict=True)]
+    def of(
+        cls, stretch: Stretch, function: Function, zero_at_start: bool, *, sharp: bool = False
+    ) -> _Part:
+        tube, rates = stretch.sharp if sharp else (stretch.tube, stretch.rates)
+        moving = [Slope(y, {0: rate}) for y, rate in zip(tube, rates, strict=True)]
         along = function(moving)
         starts = zero_at_start and stretch.begin == 0
         return cls(stretch, function, along.value, along.partials[0], starts)

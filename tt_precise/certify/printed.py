@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
+from typing import Any
 
 from flint import arb
 
@@ -66,12 +67,14 @@ class Tally:
     """What is proved about one printed column.
 
     digits
-        Fewest proved digits of its entries, those printed as 0 and those that the column's scale
-        excuses (``near_zero``) apart; None if there are no others.
+        Fewest proved digits of its enclosed entries, those printed as 0 and those that the
+        column's scale excuses (``near_zero``) apart; None if there are no others.
     entries, rounded, wrong
-        How many entries are printed and enclosed, proved to be correctly rounded, proved wrong.
+        How many entries are printed, proved to be correctly rounded, proved wrong.
     within
-        No entry is farther from the exact number than this (decimal, rounded up).
+        No enclosed entry is farther from the exact number than this (decimal, rounded up).
+    enclosed
+        Of how many entries an enclosure exists; of others nothing is proved.
     """
 
     digits: int | None
@@ -79,24 +82,38 @@ class Tally:
     rounded: int
     wrong: int
     within: str
+    enclosed: int
+
+    @property
+    def settled(self) -> bool:
+        """Whether more bits would tell no more.
+
+        No ball around zero proves that a column is zero throughout, however small it is.
+        """
+        return self.rounded + self.wrong == self.enclosed or self.digits is None
+
+    def as_dict(self) -> dict[str, Any]:
+        """For proof.json."""
+        return {name: value for name, value in asdict(self).items() if name != "enclosed"}
 
 
 def tally(cells: Iterable[tuple[str, arb | None, bool]], zero: Fraction) -> Tally:
     """The tally of a column: printed text, ball, and whether the entry is near zero."""
     fewest: int | None = None
-    entries = correct = wrong = 0
+    entries = enclosed = correct = wrong = 0
     farthest = Fraction(0)
     for text, exact, near_zero in cells:
+        entries += bool(text)
         if not text or exact is None:
             continue
         judged = judge(text, exact, zero)
         farthest = max(farthest, judged.within)
-        entries += 1
+        enclosed += 1
         correct += judged.rounded
         wrong += judged.wrong
         if judged.digits is not None and not near_zero:
             fewest = judged.digits if fewest is None else min(fewest, judged.digits)
-    return Tally(fewest, entries, correct, wrong, rounded(farthest, ROUND_UP, 2))
+    return Tally(fewest, entries, correct, wrong, rounded(farthest, ROUND_UP, 2), enclosed)
 
 
 def outward(exact: arb, digits: int = 34) -> tuple[str, str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import flint
 import numpy
@@ -101,7 +100,7 @@ def _defects(problem: Problem, piece: Piece) -> list[arb]:
     rates = problem.rates(problem.parameters(), bands, Balls)
     found = []
     for rate, p in zip(rates, piece.polynomials, strict=True):
-        defect = Band(_band(rate, frame).polynomial * piece.unit - p.derivative(), frame).range
+        defect = Band(Band.of(rate, frame).polynomial * piece.unit - p.derivative(), frame).range
         if not defect.is_finite():
             raise NotProved("S1", "the defect could not be bounded")
         found.append(defect.abs_upper())
@@ -117,8 +116,8 @@ def _linearised(
     values, rows = [], []
     for rate in problem.rates(problem.parameters(), variables(tube), Balls):
         partials = getattr(rate, "partials", {})
-        values.append(_band(getattr(rate, "value", rate), frame) * piece.unit)
-        rows.append([_band(partials.get(j, zero), frame) * piece.unit for j in range(len(tube))])
+        values.append(Band.of(getattr(rate, "value", rate), frame) * piece.unit)
+        rows.append([Band.of(partials.get(j, zero), frame) * piece.unit for j in range(len(tube))])
     return values, rows
 
 
@@ -202,9 +201,3 @@ def _norm(matrix: list[list[arb]], weights: list[arb]) -> arb:
         sum((x * w for x, w in zip(row, weights, strict=True)), start=arb(0)) / weight
         for row, weight in zip(matrix, weights, strict=True)
     )
-
-
-def _band(entry: Any, frame: Frame) -> Band:
-    if isinstance(entry, Band):
-        return entry
-    return Band(entry if isinstance(entry, arb_poly) else arb_poly([entry]), frame)
