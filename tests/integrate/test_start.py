@@ -183,6 +183,16 @@ def test_a_lean_of_any_size_keeps_its_digits(
     assert spread() > 1e9
 
 
+def test_a_push_of_any_size_keeps_its_digits(reference: Scene) -> None:
+    """A top that stands still, and is pushed: the lean grows as a hyperbolic sine of time."""
+    falling = starting(replace(reference, until=Fraction(1)), theta="pi - 1e-30", omega_3="0")
+    one, other = (
+        integrate(starting(falling, theta=f"pi - 1e-{k}", theta_dot=f"1e-{k}")).state.kx * 10.0**k
+        for k in (20, 100)
+    )
+    assert one == pytest.approx(other, rel=1e-13)
+
+
 def test_contact_lost_later_is_told_when_it_is_ignored(rough: Scene) -> None:
     """The guarded run ends where g_n reaches 0; the other goes on and says that it was there."""
     scene = replace(rough, until=Fraction("0.66"))

@@ -100,7 +100,7 @@ def longest_step(
     """
     context = precision.context
     spin = context.sqrt(dot(vectors.L, vectors.L))
-    sideways = context.hypot(vectors.Lx, vectors.Ly) / spin if spin else 0
+    sideways = context.hypot(vectors.Lx, vectors.Ly) / max(1, spin)
     lean = max(context.hypot(*vectors.k[:2]), sideways, context.hypot(*vectors.v[:2]))
     if not 0 < lean < LEAN:
         return None
