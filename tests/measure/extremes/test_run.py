@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import subprocess
 from dataclasses import replace
 from typing import Any
+
+import pytest
 
 from tt_precise.measure.extremes.case import Case, Finding
 from tt_precise.measure.extremes.run import run_all
@@ -44,3 +47,17 @@ def test_what_goes_wrong_fails_alone() -> None:
     assert told[-1] == 1
     left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
     assert f"sleep {SLEEP}" not in left.stdout, "a case's child outlived it"
+
+
+def test_an_interruption_leaves_no_process_behind() -> None:
+    """Ctrl-C while a case runs: nobody stays to finish it."""
+
+    def interrupt(fraction: float) -> None:
+        raise KeyboardInterrupt
+
+    hanging = one("hangs", subprocess.run, family="another", args=["sleep", SLEEP])
+    with pytest.raises(KeyboardInterrupt):
+        run_all([well("first"), hanging], interrupt, jobs=2)
+    assert multiprocessing.active_children() == []
+    left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
+    assert f"sleep {SLEEP}" not in left.stdout
