@@ -25,7 +25,7 @@ from tt_precise.certify.verdict import NotProved
 
 Function = Callable[[Sequence[Any]], Any]
 MOST_HALVINGS = 30  # of a stretch, in the search for a part where F or F' has a sign
-NEWTON_STEPS = 12  # each adds about 15 digits
+NEWTON_STEPS = 100  # each adds about 15 digits, or a few where the slope is known roughly
 
 
 @dataclass(frozen=True)
