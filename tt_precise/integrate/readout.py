@@ -193,6 +193,12 @@ class Readout:
         for entry, value in zip(entries, self._float_start, strict=False):
             entry[rounded == 0] = value
         delay = numpy.array([float(t - r) for t, r in zip(times, rounded.tolist(), strict=True)])
+        return self.moved_arrays(tuple(entries), delay)
+
+    def moved_arrays(self, entries: tuple[Any, ...], delay: Any) -> tuple[Any, ...]:
+        """Entries at rounded times, as they are a ``delay`` of less than an ulp of time later."""
+        import numpy
+
         with numpy.errstate(all="ignore"):
             rates = extended_rates(
                 self.form, self.key.record, self._float_body, tuple(entries), numpy
@@ -243,15 +249,18 @@ class Readout:
 
     def evaluate_arrays(self, names: Sequence[str], times: Sequence[Any]) -> dict[str, Any]:
         """The same in double at guarded dimensionless ``times``; NaN where undefined."""
+        return self.columns_of(names, self.arrays(times))
+
+    def columns_of(self, names: Sequence[str], arrays: tuple[Any, ...]) -> dict[str, Any]:
+        """Named columns (SI) of entries in double, an array each; NaN where undefined."""
         import numpy
 
-        arrays = self.arrays(times)
         q = motion(self.form, self.key.record, self._float_body, arrays, numpy)
         columns = {}
         with numpy.errstate(all="ignore"):
             for name in names:
                 factor = float(self.start.units.of_dimension(self.dimension(name)))
-                columns[name] = self._entry(name, arrays, q) * factor * numpy.ones(len(times))
+                columns[name] = self._entry(name, arrays, q) * factor * numpy.ones(len(arrays[0]))
         return columns
 
     def dimension(self, name: str) -> Dimension:

@@ -137,7 +137,7 @@ def run(
         longest = longest_step(start.body, start.vectors, made.adaptive.order, key.precision)
         limits = {} if longest is None else {"max_delta_t": number(longest)}
         outcome, steps, outputs = _propagate(made, goals, dense, progress, key.precision, limits)
-        status = _status(outcome, made.terminal)
+        status = status_of(outcome, made.terminal)
         if status == "complete" and key.contact == "bilateral" and _pulled(key, start, made):
             status = "contact_ignored"
         if status != "failed":
@@ -238,7 +238,8 @@ def _time_before_failure(
     return last
 
 
-def _status(outcome: Any, terminal: tuple[str, ...]) -> Status:
+def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
+    """The status of a propagation that heyoka ended with ``outcome``."""
     import heyoka
 
     if outcome == heyoka.taylor_outcome.time_limit:

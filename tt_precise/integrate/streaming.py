@@ -1,0 +1,112 @@
+"""Samples of a long run in double, a block at a time: memory grows with neither steps nor samples.
+
+A ``Trajectory`` keeps the Taylor series of all its steps once it is asked for a state in between:
+1.5 kB a step, 25 GB for a day of the toy top.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy
+
+from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.readout import Course, Readout, Status
+from tt_precise.integrate.run import longest_step, status_of
+from tt_precise.integrate.start import beginning
+from tt_precise.integrate.system import Key, integrator
+from tt_precise.mechanics.formulations import integrated
+from tt_precise.numerals import to_mpmath
+from tt_precise.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    import pandas
+
+BLOCK = 16_384
+# heyoka hears of Ctrl-C between blocks only: so much of dimensionless time takes 1 s or less
+LONGEST_BLOCK = 1e5
+
+
+class Stream:
+    """An iterator over the samples of a scene: data frames of column ``t`` and the named columns.
+
+    As ``Trajectory.frame``, in double and in the Newton form. Sampled every ``sample_every`` of
+    the scene, the last multiple up to ``until`` included. Has to be exhausted before ``status``
+    says how it ended; like a trajectory, it gives nothing beyond the end of its model.
+
+    Attributes
+    ----------
+    status
+        As of a trajectory; None while there are more samples.
+    """
+
+    def __init__(self, scene: str | Scene, *names: str, block: int = BLOCK):
+        self.scene = load_scene(scene)
+        self.status: Status | None = None
+        precision = precision_named("double")
+        self._key = Key(
+            integrated(self.scene.model, "newton"), precision, (), (), 0.0, (), "unilateral"
+        )
+        self._start = beginning(self.scene, precision)
+        nothing = Course("complete", 0.0, 0.0, (), 0, 0, (), ())
+        self._readout = Readout(self._key, self._start, nothing)
+        self._names = names or self._readout.columns
+        for name in self._names:
+            self._readout.dimension(name)
+        step = float(to_mpmath(self.scene.sample_every, precision.context) / self._start.units.time)
+        self._block = max(1, min(block, int(LONGEST_BLOCK / step)))
+
+    def __iter__(self) -> Iterator[pandas.DataFrame]:
+        import pandas
+
+        count = int(self.scene.until / self.scene.sample_every) + 1
+        self.status = None
+        for first, rows in self._rows(count):
+            entries = tuple(rows.T)
+            numbers = numpy.arange(first, first + len(rows))
+            moved = self._readout.moved_arrays(entries, self._times(numbers)[1])
+            if not first:  # not moved: rates may be undefined there
+                moved = tuple(
+                    numpy.where(numbers == 0, x, m) for x, m in zip(entries, moved, strict=True)
+                )
+            columns = self._readout.columns_of(self._names, moved)
+            seconds = numbers * numpy.longdouble(self.scene.sample_every.numerator)
+            seconds = (seconds / self.scene.sample_every.denominator).astype(float)
+            yield pandas.DataFrame({"t": seconds, **columns})
+
+    def _rows(self, count: int) -> Iterator[tuple[int, Any]]:
+        start, number = self._start, self._key.precision.number
+        state = [
+            number(x) for x in self._key.formulation.start(start.body, start.vectors, start.euler)
+        ]
+        parameters = [
+            number(getattr(start.body, name)) for name in self._key.formulation.parameters
+        ]
+        with integrator(self._key) as made:
+            made.reset(state, parameters, 0.0)
+            longest = longest_step(
+                start.body, start.vectors, made.adaptive.order, self._key.precision
+            )
+            limits = {} if longest is None else {"max_delta_t": number(longest)}
+            for first in range(0, count, self._block):
+                times = self._times(numpy.arange(first, min(first + self._block, count)))[0]
+                # a grid has to begin at the time where the integrator is
+                grid = numpy.concatenate([[made.adaptive.time], times]) if first else times
+                outcome, *_, rows = made.adaptive.propagate_grid(grid, **limits)
+                rows = rows[int(first > 0) :]
+                yield first, rows[numpy.isfinite(rows).all(axis=1)]
+                status = status_of(outcome, made.terminal)
+                if status != "complete":
+                    self.status = status
+                    return
+        self.status = "complete"
+
+    def _times(self, numbers: Any) -> tuple[Any, Any]:
+        """Dimensionless times of samples: rounded to double, and what the rounding cut off."""
+        context, extended = self._key.precision.context, numpy.longdouble
+        step = to_mpmath(self.scene.sample_every, context) / self._start.units.time
+        high = float(step)
+        exact = numbers * (extended(high) + extended(float(step - high)))
+        rounded = exact.astype(float)
+        return rounded, (exact - rounded).astype(float)
