@@ -68,7 +68,8 @@ def test_numbers_are_those_of_the_trajectory(told: Told) -> None:
 
 def test_digits_choose_the_precision(told: Told) -> None:
     found = told(*SHORT, "--digits", "25")
-    assert found["precision"] == "quad"
+    assert (found["precision"], found["formulation"]) == ("quad", "newton")
+    assert 1e-34 < float(found["tolerance"]) < 1e-20
     assert found["digits"] >= 25
 
 
@@ -160,7 +161,9 @@ def test_what_a_person_reads(capsys: pytest.CaptureFixture[str]) -> None:
     assert err == ""
     lines = out.splitlines()
     assert re.fullmatch(
-        r"reference: complete at t = 0\.1 s \(double, newton, \d+ steps\)", lines[0]
+        r"reference: complete at t = 0\.1 s "
+        r"\(double, tolerance 1\.4e-17, newton, \d+ steps\)",
+        lines[0],
     )
     assert [line.split()[0] for line in lines[1:15]] == STATE
     assert re.search(r"^ +theta 9\.\d+e-2 +\+- \d\.\d+e-1\d$", out, re.MULTILINE)

@@ -109,3 +109,25 @@ def test_extended_is_refused_where_it_is_not_wider(monkeypatch: pytest.MonkeyPat
     with pytest.raises(InputError, match="expected quad"):
         precision_named("extended")
     assert finer(precision_named("double")).name == "quad"
+
+
+@each
+@pytest.mark.parametrize("text", ["1/3", "-2/7", "154.3", "1e-30", "-1e20"])
+def test_the_other_side_is_the_next_number_beyond_the_exact_one(
+    precision: Precision, text: str
+) -> None:
+    exact = precision.exact(Fraction(text))
+    rounded = precision.guarded(precision.number(exact))
+    other = precision.other_side(exact)
+    if rounded == exact:
+        assert other == exact
+    else:
+        assert min(rounded, other) < exact < max(rounded, other)
+        assert precision.guarded(precision.number(other)) == other
+        assert 0 < abs(other - rounded) <= precision.eps * abs(exact)
+
+
+def test_what_is_exact_has_no_other_side() -> None:
+    precision = precision_named("double")
+    for value in (0, 1, -3, 0.1):
+        assert precision.other_side(precision.context.mpf(value)) == value

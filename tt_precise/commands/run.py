@@ -21,8 +21,8 @@ UNFINISHED = 1
 @click.argument("scene")
 @click.option("--precision", type=click.Choice(["double", "extended", "quad", "mp"]))
 @click.option("--bits", type=int, help="Bits of the precision mp (200).")
-@click.option("--digits", type=int, help="Correct digits wanted, instead of a precision.")
-@click.option("--formulation", default="newton", show_default=True, help="newton or euler.")
+@click.option("--digits", type=int, help="Correct digits wanted: chooses all that is not given.")
+@click.option("--formulation", help="newton (unless --digits finds better) or euler.")
 @click.option("--contact", default="unilateral", show_default=True, help="Or bilateral: g_n<0 too.")
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--events", help="Events to record: names separated by commas, or all.")
@@ -35,7 +35,7 @@ def command(
     precision: str | None,
     bits: int | None,
     digits: int | None,
-    formulation: str,
+    formulation: str | None,
     contact: str,
     until: str | None,
     events: str | None,
@@ -111,6 +111,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
         "formulation": trajectory.formulation,
         "precision": trajectory.precision.name,
         "bits": trajectory.precision.bits,
+        "tolerance": short(trajectory.tolerance),
         "status": trajectory.status,
         "t_end": text(context.mpf(trajectory.t_end)),
         "steps": trajectory.steps,
@@ -152,7 +153,8 @@ def lines(trajectory: Trajectory) -> list[str]:
     errors = trajectory.error_estimate
     told = [
         f"{trajectory.scene.name}: {trajectory.status} at t = {float(trajectory.t_end)!r} s "
-        f"({trajectory.precision.name}, {trajectory.formulation}, {trajectory.steps} steps)",
+        f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
+        f"{trajectory.formulation}, {trajectory.steps} steps)",
         *(
             f"  {name:>9} {value or 'undefined':<{trajectory.precision.decimals + 8}}"
             + (f"  +- {short(errors[name])}" if name in errors else "")

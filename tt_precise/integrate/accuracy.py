@@ -1,12 +1,13 @@
-"""Errors stated by a finer computation, and the arithmetic chosen for wanted digits."""
+"""Errors stated by a finer computation, and the setting chosen for wanted digits."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.errors import InputError
-from tt_precise.integrate.precision import finer
+from tt_precise.integrate.precision import NAMES, finer
+from tt_precise.integrate.trade import settings, wide
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.progress import Progress
 
@@ -28,51 +29,78 @@ KINDS = (
     ("x", "y"),
 )
 
-# What each arithmetic is tried for, cheapest first: digits it reached at t = 8 s of the reference
-# scene, rounded down. The choice is verified by the estimate, so a wrong entry costs time only.
-LADDER = ((13, "double"), (16, "extended"), (30, "quad"))
 MOST_DIGITS = 3_000
-EXTRA_BITS = 40  # the reference scene loses 3 digits by its sensitivity; the rest is rounding
+# A judge in the same arithmetic has the same rounding errors, so the run must be coarser by this:
+# then it errs 100 times more than its judge (at 1e-12 in double, 2e-11 against 1e-14).
+COARSE = 1_000  # eps
+SPARE = 0.1  # digits; a judge that errs by a tenth of the run's error is off by half of this
+WIDENINGS = 4  # times that the bits of mp are raised, each time by what the last estimate missed
 
 
 def error_estimate(trajectory: Trajectory) -> dict[str, Any]:
-    """Absolute distance of each entry of the final state, and of ``t_end``, from a finer run.
+    """Absolute distance of each entry of the final state, and of ``t_end``, from its judges.
 
-    Infinite where the finer run ends in another way: then neither can be trusted.
+    The largest of the distances, and infinite where a judge ends in another way: then neither can
+    be trusted.
     """
-    from tt_precise.integrate.run import integrate
+    context = trajectory.precision.context
+    estimate: dict[str, Any] = {}
+    for judge in judges(trajectory):
+        same = judge.status == trajectory.status
+        better = {"t_end": judge.t_end, **judge.state.values}
+        for name, value in {"t_end": trajectory.t_end, **trajectory.state.values}.items():
+            if value is not None and better[name] is not None:
+                distance = context.mpf(value) - context.mpf(better[name])
+                found = abs(distance) if same else context.inf
+                estimate[name] = max(found, estimate.get(name, found))
+    return estimate
 
-    precision, context = trajectory.precision, trajectory.precision.context
+
+def judges(trajectory: Trajectory) -> Iterator[Trajectory]:
+    """The runs that ``trajectory`` is judged by.
+
+    One with at least 100 times smaller truncation errors. A coarse run is judged in its own
+    arithmetic, which costs less than going to a wider one; as both round the start and the body,
+    the judge rounds each number the other way. Where rounding is what spoils the run, its judge is
+    no better, and may happen to come out close to it: so a second one repeats the run itself,
+    rounded the other way.
+    """
+    from tt_precise.integrate.run import integrate, run
+    from tt_precise.integrate.start import rounded_otherwise
+    from tt_precise.integrate.trajectory import Trajectory
+
+    key, precision = trajectory.key, trajectory.precision
+    if key.tolerance >= COARSE * precision.eps:
+        start = rounded_otherwise(trajectory.start, precision)
+        for tolerance in (0.0, key.tolerance):
+            other = key._replace(tolerance=tolerance, events=())
+            yield Trajectory(trajectory.scene, other, start, run(other, start))
+        return
     better = finer(precision)
-    judge = integrate(
+    yield integrate(
         trajectory.scene,
         better.name,
         bits=better.bits if better.name == "mp" else None,
         formulation=trajectory.formulation,
         events=(),
-        record=trajectory.key.record,
-        options=dict(trajectory.key.options),
-        contact=trajectory.key.contact,
+        record=key.record,
+        options=dict(key.options),
+        contact=key.contact,
     )
-    found = {"t_end": trajectory.t_end, **trajectory.state.values}
-    better_found = {"t_end": judge.t_end, **judge.state.values}
-    pairs = {name: (value, better_found[name]) for name, value in found.items()}
-    same = judge.status == trajectory.status
-    return {
-        name: abs(context.mpf(value) - context.mpf(other)) if same else context.inf
-        for name, (value, other) in pairs.items()
-        if value is not None and other is not None
-    }
 
 
 def digits(trajectory: Trajectory) -> float:
-    """Significant digits of the worst entry, relative to the largest of its kind.
+    """Significant digits of the worst entry that ``error_estimate`` leaves."""
+    return worst_digits(trajectory, trajectory.error_estimate)
+
+
+def worst_digits(trajectory: Trajectory, errors: dict[str, Any]) -> float:
+    """Significant digits of the worst entry with these errors, beside the largest of its kind.
 
     A kind that is zero altogether is compared with 1 in dimensionless units. Never more than the
     precision holds, never less than 0.
     """
-    errors, values = trajectory.error_estimate, trajectory.state.values
-    context = trajectory.precision.context
+    values, context = trajectory.state.values, trajectory.precision.context
     most = float(trajectory.precision.bits * context.log10(2))
     found = [most]
     for kind in KINDS:
@@ -88,38 +116,45 @@ def integrate_to_digits(
     scene: str | Scene,
     wanted: int,
     *,
-    formulation: str,
+    formulation: str | None,
     events: Iterable[str] | None,
     record: Iterable[str] | None,
     contact: str,
     progress: Progress | None,
 ) -> Trajectory:
-    """The cheapest arithmetic on the ladder whose error estimate leaves ``wanted`` digits."""
+    """The cheapest setting of the measured trade whose own error estimate leaves ``wanted`` digits.
+
+    What a scene loses beyond the median one is known after its first run, and the next setting is
+    chosen with that.
+    """
     from tt_precise.integrate.run import integrate
 
     whole = isinstance(wanted, int) and not isinstance(wanted, bool)
     if not whole or not 1 <= wanted <= MOST_DIGITS:
         raise InputError(f"digits: got {wanted}, expected a whole number from 1 to {MOST_DIGITS}")
-    rungs: list[tuple[str, int | None]] = [
-        (name, None) for reach, name in LADDER if wanted <= reach and _available(name)
-    ]
-    bits = int(wanted * 3.3219281) + EXTRA_BITS
-    rungs += [("mp", bits), ("mp", bits + 2 * EXTRA_BITS)]
-    for name, rung_bits in rungs:
+    loss, widened, setting = 0.0, 0, None
+    rest = settings(formulation, frozenset(filter(_available, NAMES)))
+    while widened < WIDENINGS:
+        needed = wanted + SPARE + loss
+        rest = [one for one in rest if one.digits >= needed]
+        widened += not rest
+        setting = rest.pop(0) if rest else wide(needed + widened - 1, formulation)
         trajectory = integrate(
             scene,
-            name,
-            bits=rung_bits,
-            formulation=formulation,
+            setting.precision,
+            bits=setting.bits or None,
+            formulation=setting.formulation,
             events=events,
             record=record,
             contact=contact,
+            tolerance=setting.tolerance,
             progress=progress,
         )
         if trajectory.status == "failed":
             continue
-        if trajectory.digits >= wanted:
+        if trajectory.digits >= wanted + SPARE:
             return trajectory
+        loss = max(loss, setting.digits - trajectory.digits)
     if trajectory.status == "failed":
         raise InputError(
             f"digits: got {wanted}, but the integration of {trajectory.scene.name} fails after "

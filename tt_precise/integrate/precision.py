@@ -80,6 +80,18 @@ class Precision:
             return lambda value: kind(context.nstr(value, digits), self.bits)
         return lambda value: kind(context.nstr(value, digits))
 
+    def other_side(self, value: Any) -> Any:
+        """The number beside a guarded one that ``number`` does not round it to, also guarded.
+
+        The exact value lies between the two. A value that this precision holds stays as it is.
+        """
+        rounded = self.guarded(self.number(value))
+        if rounded == value:
+            return value
+        _, exponent = self.context.frexp(rounded)
+        gap = self.context.ldexp(1, exponent - self.bits)
+        return rounded + gap if rounded < value else rounded - gap
+
     @property
     def guarded(self) -> Callable[[Any], Any]:
         """Function taking a number of heyoka's type to the equal mpmath number."""

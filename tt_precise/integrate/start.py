@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from tt_precise.body import Parameters, Units
@@ -21,6 +21,9 @@ from tt_precise.scene import Scene
 LEAN = 2.0**-7  # a tolerance relative to the largest entry costs a greater lean 2 digits at most
 
 
+_ROUNDED = ("alpha", "I1", "I3", "mu")  # of a dimensionless body; the others are 1
+
+
 @dataclass(frozen=True)
 class Beginning:
     """Body, units and start of a scene in one precision: guarded mpmath numbers, dimensionless.
@@ -33,6 +36,23 @@ class Beginning:
     vectors: NewtonState
     euler: EulerState
     until: Any
+
+
+def rounded_otherwise(start: Beginning, precision: Precision) -> Beginning:
+    """The same start with every number on the other side of its rounding.
+
+    What a run from it differs by contains what the rounding of start and body does to a run.
+    """
+    body = replace(
+        start.body,
+        **{name: precision.other_side(getattr(start.body, name)) for name in _ROUNDED},
+    )
+    return replace(
+        start,
+        body=body,
+        vectors=NewtonState(*map(precision.other_side, start.vectors)),
+        euler=EulerState(*map(precision.other_side, start.euler)),
+    )
 
 
 def beginning(scene: Scene, precision: Precision, contact: str = "unilateral") -> Beginning:
@@ -86,9 +106,7 @@ def _require_contact(
         )
 
 
-def longest_step(
-    body: Parameters, vectors: NewtonState, order: int, precision: Precision
-) -> Any:
+def longest_step(body: Parameters, vectors: NewtonState, order: int, precision: Precision) -> Any:
     """Longest Taylor step that keeps the digits of a lean beside a pole; None for other starts.
 
     ``body`` and ``vectors`` are the dimensionless start.

@@ -12,7 +12,7 @@ from tt_precise.body import Dimension
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.readout import ARRIVED, Course, Readout, State, Status, as_fraction
 from tt_precise.integrate.start import Beginning
-from tt_precise.integrate.system import Key
+from tt_precise.integrate.system import Key, full_tolerance
 from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.numerals import to_mpmath
 from tt_precise.scene import Scene
@@ -66,6 +66,12 @@ class Trajectory:
     def formulation(self) -> str:
         """The coordinates integrated in: "newton" or "euler"."""
         return self.key.formulation.coordinates
+
+    @property
+    def tolerance(self) -> Any:
+        """heyoka's relative tolerance that was integrated with, an mpmath number."""
+        given = self.precision.context.mpf(self.key.tolerance)
+        return given or full_tolerance(self.precision)
 
     @cached_property
     def t_end(self) -> Any:
@@ -203,8 +209,9 @@ class Trajectory:
     def error_estimate(self) -> dict[str, Any]:
         """Estimated absolute error of each entry of ``state`` (SI) and of ``t_end`` (s).
 
-        The distance from a run in the next finer arithmetic, which has at least 1,000 times
-        smaller errors; that run is made when this is first asked for.
+        The distance from a run that has at least 100 times smaller errors: the same arithmetic at
+        its full accuracy where the tolerance is coarser, else the next finer arithmetic. It is
+        made when this is first asked for; see ``accuracy.judges``.
         """
         from tt_precise.integrate.accuracy import error_estimate
 

@@ -1,0 +1,79 @@
+"""The measured trade: the table of the package, and what is chosen from it."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tt_precise.errors import InputError
+from tt_precise.integrate import trade
+from tt_precise.integrate.precision import NAMES, precision_named
+from tt_precise.integrate.trade import Setting
+
+EVERY = frozenset(("double", "extended", "quad"))
+
+
+@pytest.fixture
+def two_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A table in which the cheaper run has the dearer judge."""
+    table = tmp_path / "trade.csv"
+    table.write_text(
+        "formulation,precision,tolerance,order,digits_worst,digits_median,cost,scenes\n"
+        "newton,quad,0,40,1,30,1000,9\n"
+        "newton,extended,0,23,1,15,8,9\n"
+        "newton,extended,1e-15,19,1,14,9,9\n"
+        "euler,extended,1e-15,19,1,14.5,99,9\n"
+    )
+    monkeypatch.setattr(trade, "TABLE", table)
+    trade.measured.cache_clear()
+    yield
+    trade.measured.cache_clear()
+
+
+def test_the_table_holds_what_can_be_integrated() -> None:
+    rows = trade.measured()
+    assert {row.precision for row in rows} == EVERY < set(NAMES)
+    for row in rows:
+        precision = precision_named(row.precision)
+        assert 0 <= row.digits < precision.bits * math.log10(2)
+        assert row.tolerance == 0 or float(precision.eps) < row.tolerance < 1
+        assert row.cost > 0
+    assert [row.cost for row in rows] == sorted(row.cost for row in rows)
+
+
+@pytest.mark.parametrize("formulation", [None, "newton", "euler"])
+def test_dearer_settings_have_more_digits(formulation: str | None) -> None:
+    chosen = trade.settings(formulation, EVERY)
+    digits, costs = [s.digits for s in chosen], [trade.judged_cost(s) for s in chosen]
+    assert digits == sorted(set(digits))
+    assert costs == sorted(costs)
+    assert {s.formulation for s in chosen} == {formulation or "newton"}
+
+
+def test_arithmetics_that_are_missing_are_not_chosen() -> None:
+    assert {s.precision for s in trade.settings(None, EVERY - {"extended"})} == {"double", "quad"}
+
+
+@pytest.mark.usefixtures("two_rows")
+def test_what_the_judges_cost_counts() -> None:
+    coarse, full, quad = trade.settings(None, EVERY)
+    assert (coarse.tolerance, full.tolerance, quad.precision) == (1e-15, 0, "quad")
+    assert [trade.judged_cost(s) for s in (coarse, full, quad)] == [26, 1008, math.inf]
+    (only,) = trade.settings("euler", EVERY)
+    assert only.digits == 14.5
+
+
+def test_mp_gets_bits_for_the_digits_and_for_what_a_scene_loses() -> None:
+    fifty, hundred = trade.wide(50, None), trade.wide(100, "euler")
+    assert 50 / math.log10(2) < fifty.bits < 60 / math.log10(2)
+    assert hundred.bits - fifty.bits == pytest.approx(50 / math.log10(2), abs=1)
+    assert (fifty.formulation, hundred.formulation) == ("newton", "euler")
+    assert isinstance(fifty, Setting)
+
+
+def test_a_formulation_that_does_not_exist_is_refused() -> None:
+    from tt_precise.integrate import integrate
+
+    with pytest.raises(InputError, match="formulation: got 'lagrange'"):
+        integrate("upright", digits=9, formulation="lagrange")

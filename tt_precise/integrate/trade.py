@@ -1,0 +1,85 @@
+"""What each setting of the integrator costs and delivers: the measured trade behind ``digits``.
+
+``trade.csv`` holds one row for each formulation, precision and tolerance; ``python -m
+tt_precise.measure.knob`` writes it from the golden scenes, nobody else does. Its numbers are only
+where a choice begins: whether a scene got its digits is decided by the estimate of that very run.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+TABLE = Path(__file__).with_name("trade.csv")
+DIGITS_PER_BIT = math.log10(2)
+FINER = {"double": "extended", "extended": "quad"}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One way to integrate. ``bits`` is 0 but for mp; ``tolerance`` 0 stands for the eps.
+
+    ``digits`` of the worst entry at the end, in the median golden scene; ``cost`` of the run on
+    the reference scene, relative to double at its full accuracy.
+    """
+
+    formulation: str
+    precision: str
+    bits: int
+    tolerance: float
+    digits: float
+    cost: float
+
+
+@cache
+def measured() -> tuple[Setting, ...]:
+    """The table, cheapest first."""
+    with TABLE.open(encoding="utf-8", newline="") as lines:
+        rows = [
+            Setting(
+                row["formulation"], row["precision"], 0, float(row["tolerance"]),
+                float(row["digits_median"]), float(row["cost"]),
+            )
+            for row in csv.DictReader(lines)
+        ]  # fmt: skip
+    return tuple(sorted(rows, key=lambda row: row.cost))
+
+
+def settings(formulation: str | None, available: frozenset[str]) -> list[Setting]:
+    """The settings worth using, cheapest first: each has more digits than all before it.
+
+    Only of one formulation if it is given, and of the ``available`` precisions. What the judges of
+    a run cost counts too.
+    """
+    worth: list[Setting] = []
+    for setting in sorted(measured(), key=judged_cost):
+        wanted = setting.precision in available and formulation in (None, setting.formulation)
+        if wanted and (not worth or setting.digits > worth[-1].digits):
+            worth.append(setting)
+    return worth
+
+
+def judged_cost(setting: Setting) -> float:
+    """What a run and its judges (``accuracy.judges``) cost; inf where the table does not say."""
+    judge = setting.precision if setting.tolerance else FINER.get(setting.precision)
+    full = [
+        row.cost
+        for row in measured()
+        if (row.formulation, row.precision, row.tolerance) == (setting.formulation, judge, 0)
+    ]
+    twice = 2 if setting.tolerance else 1
+    return twice * setting.cost + (full[0] if full else math.inf)
+
+
+def wide(digits: float, formulation: str | None) -> Setting:
+    """The setting of mp whose bits hold ``digits`` where the median scene loses what it does."""
+    lost = max(
+        113 * DIGITS_PER_BIT - row.digits
+        for row in measured()
+        if (row.precision, row.tolerance) == ("quad", 0)
+    )
+    bits = math.ceil((digits + lost) / DIGITS_PER_BIT)
+    return Setting(formulation or "newton", "mp", max(bits, 128), 0.0, digits, math.inf)
