@@ -59,27 +59,22 @@ def test_tables_and_figures_are_written_where_they_are_wanted(
         assert (tmp_path / name).stat().st_size > 100
 
 
-def test_a_peer_that_is_missing_is_skipped_with_a_line(
+def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     missing = methods.Method("SciPy DOP853, Python", ("nowhere",), lambda p, s: None, True)  # type: ignore[arg-type, return-value]
     monkeypatch.setitem(methods._registered, missing.name, missing)
+    at_pole = Case("heyoka", 0.0, scene="upright", coordinates="euler", until="0.03")
+    cases = (CASES[0], at_pole, CASES[2])
+    monkeypatch.setattr(plan, "quick", lambda: iter([Bout("small", cases, 1, 0.1)]))
     assert cli.main(["tradeoff", "--quick", "--json"]) == 0
     told = capsys.readouterr()
-    assert "skipped: SciPy DOP853, Python: needs nowhere (the extra peers)" in told.err
-    assert len(json.loads(told.out)["rows"]) == len(CASES) - 1
-
-
-def test_a_setting_that_fails_is_skipped_with_its_reason(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    at_pole = Case("heyoka", 0.0, scene="upright", coordinates="euler", until="0.03")
-    monkeypatch.setattr(plan, "quick", lambda: iter([Bout("small", (*CASES, at_pole), 1, 0.1)]))
-    assert cli.main(["tradeoff", "--quick", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert len(told["rows"]) == len(CASES)
-    assert len(told["skipped"]) == 1
-    assert told["skipped"][0].startswith("upright, heyoka")
+    line = "SciPy DOP853, Python: needs nowhere (the extra peers)"
+    assert f"skipped: {line}" in told.err
+    found = json.loads(told.out)
+    assert len(found["rows"]) == 1
+    assert found["skipped"][0].startswith("upright, heyoka")
+    assert found["skipped"][1] == line
 
 
 def test_a_folder_that_cannot_be_written_is_told_at_once(tmp_path: Path) -> None:

@@ -4,10 +4,18 @@ from pathlib import Path
 
 import numpy
 import pandas
+import pytest
 
 from tt_precise.measure.tradeoff.findings import GROWTH, TABLE
-from tt_precise.report.document import Figure, Table, Text
+from tt_precise.report.document import Figure, Section, Table, Text
 from tt_precise.report.sections import tradeoff
+
+
+@pytest.fixture(scope="module")
+def section(tmp_path_factory: pytest.TempPathFactory) -> Section:
+    folder = tmp_path_factory.mktemp("reports")
+    tables(folder)
+    return tradeoff.section(folder)
 
 
 def tables(folder: Path) -> None:
@@ -39,9 +47,7 @@ def test_without_a_table_it_says_how_to_make_one(tmp_path: Path) -> None:
     assert "tt-precise tradeoff" in block.text
 
 
-def test_findings_are_computed_from_the_table(tmp_path: Path) -> None:
-    tables(tmp_path)
-    section = tradeoff.section(tmp_path)
+def test_findings_are_computed_from_the_table(section: Section) -> None:
     assert section.results["any peer at 1e-09, newton"] == {"value": "25", "met": True}
     assert section.results["SIMD"] == {"value": None, "met": None}
     costs, _, found = (block for block in section.blocks if isinstance(block, Table))
@@ -50,9 +56,8 @@ def test_findings_are_computed_from_the_table(tmp_path: Path) -> None:
     assert verdicts["any peer at 1e-09, newton"] == "right"
 
 
-def test_figures_are_drawn_from_the_table(tmp_path: Path) -> None:
-    tables(tmp_path)
-    figures = [b for b in tradeoff.section(tmp_path).blocks if isinstance(b, Figure)]
+def test_figures_are_drawn_from_the_table(section: Section) -> None:
+    figures = [block for block in section.blocks if isinstance(block, Figure)]
     assert [figure.name for figure in figures] == [
         "work-precision", "hidden-by-conservation", "growth-of-errors",
     ]  # fmt: skip
