@@ -23,6 +23,7 @@ THETA, THETA_DOT, OMEGA_3 = "0.5", "-10", "20"  # rad, rad/s, rad/s
 AFTER_S = "0.1"  # well behind the passage, which is at 0.04 s
 ENERGY = "the energy of the frictionless top, a function of theta with L.z and L.k as constants"
 DISTANCES = tuple(range(1, 14))
+QUADRATURE_DIGITS = 30  # for a comparison in double
 LARGEST_DOUBLE = math.log10(2) * 1024  # its decimal exponent
 
 
@@ -188,8 +189,9 @@ def falling(theta: str, until: Any) -> Scene:
 @cache
 def _fall(theta: str, part: float) -> Any:
     """Seconds from ``theta`` down to this part of it, from theory."""
-    start, fn = exact_start(falling(theta, own_context(60).mpf(1)))
-    body = type(start.body)(*(fn.convert(x) for x in vars(start.body).values()))
+    start, _ = exact_start(falling(theta, own_context(60).mpf(1)))
+    fn = own_context(QUADRATURE_DIGITS)
+    body = type(start.body)(*(+fn.convert(x) for x in vars(start.body).values()))
     angle = fn.mpf(theta)
     return theory.fall_time(body, angle, part * angle, fn) * fn.convert(start.units.time)
 

@@ -66,7 +66,7 @@ def power_of_two(powers: str, off: str = "0") -> Finding:
     mass, length = mass * (1 + Fraction(off)), length * (1 + Fraction(off))
     run = integrate(rescaled(mass, length, time))
     errors = _errors(run, {"k": Fraction(1), "L": mass * length**2 / time, "v": length / time})
-    return same(max(errors), 0.0, max(errors))
+    return same(f"{max(errors):g} apart", "0 apart", max(errors))
 
 
 def _errors(run: Trajectory, units: dict[str, Fraction]) -> list[float]:
