@@ -41,29 +41,23 @@ def command(quick: bool, out: Path | None, knob: bool | None, as_json: bool) -> 
 
     folder = out or (None if quick else REPORTS)
     if folder:
-        from tt_precise.files import atomic_write
-
-        atomic_write(folder / ".writable", "")  # found out now, not after half an hour
+        _write(folder, {".writable": ""})  # found out now, not after half an hour
         (folder / ".writable").unlink()
     with progress_bar("methods and settings") as progress:
-        measured = measure(
-            plan.quick() if quick else plan.whole(), lambda line: click.echo(line, err=True),
-            progress,
-        )  # fmt: skip
+        bouts = plan.quick() if quick else plan.whole()
+        measured = measure(bouts, lambda text: click.echo(text, err=True), progress)
+    if folder:
+        _write(folder, {TABLE: _csv(measured.rows)})
     with progress_bar("long runs") as progress:
         long_runs = growth.table(growth.QUICK if quick else growth.WHOLE, progress)
+    if folder:
+        _write(folder, {GROWTH: _csv(long_runs)} | _figures(measured.rows, long_runs))
     if knob if knob is not None else not quick and out is None:
         from tt_precise.measure.knob import write
 
         with progress_bar("table behind --digits") as progress:
             write(progress)
     found = findings(measured.rows, long_runs)
-    if folder:
-        written = {TABLE: _csv(measured.rows), GROWTH: _csv(long_runs)}
-        written |= _figures(folder, measured.rows, long_runs)
-        for name, content in written.items():
-            atomic_write(folder / name, content)
-            click.echo(str(folder / name), err=True)
     if as_json:
         click.echo(json.dumps(_told(measured.rows, found, measured.skipped)))
     else:
@@ -86,10 +80,19 @@ def _csv(rows: pandas.DataFrame) -> str:
     return text
 
 
-def _figures(folder: Path, rows: pandas.DataFrame, long_runs: pandas.DataFrame) -> dict[str, str]:
+def _figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame) -> dict[str, str]:
     from tt_precise.report.sections.tradeoff import figures
 
     return {f"figures/{figure.name}.svg": figure.svg for figure in figures(rows, long_runs)}
+
+
+def _write(folder: Path, files: dict[str, str]) -> None:
+    from tt_precise.files import atomic_write
+
+    for name, content in files.items():
+        atomic_write(folder / name, content)
+        if content:
+            click.echo(str(folder / name), err=True)
 
 
 def _told(rows: pandas.DataFrame, found: list[Finding], skipped: tuple[str, ...]) -> dict[str, Any]:
