@@ -167,7 +167,7 @@ def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = Fals
 def _none_with_a_reason(told: Determination) -> Finding:
     if told.value is not None:
         return Finding(f"a threshold of {float(told.value):g}", False)
-    return Finding(f"none: {told.reason}", bool(told.reason))
+    return Finding(f"none: {told.reason.partition(';')[0]}", bool(told.reason))
 
 
 @case(
