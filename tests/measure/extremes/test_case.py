@@ -57,6 +57,7 @@ def test_within_and_same_and_together() -> None:
     both = together(within(1, 2), same("a", "b"))
     assert not both.right
     assert both.value == 1
+    assert together(same("a", "a"), within(3, 4)).value == 3
 
 
 def test_finite_refuses_nan_and_leaves_out_what_is_missing() -> None:

@@ -151,11 +151,12 @@ def same(got: Any, expected: Any, value: float | None = None, **data: Any) -> Fi
 
 
 def together(*findings: Finding) -> Finding:
-    """Several findings of one case: right if all are; the value is the first one's."""
+    """Several findings of one case: right if all are; the value is the first that there is."""
     words = "; ".join(finding.found for finding in findings)
     data = {name: x for finding in findings for name, x in finding.data.items()}
     right = all(finding.right for finding in findings)
-    return Finding(words, right, findings[0].value, data)
+    value = next((finding.value for finding in findings if finding.value is not None), None)
+    return Finding(words, right, value, data)
 
 
 def finite(values: Iterable[Any], what: str = "output") -> list[Any]:
