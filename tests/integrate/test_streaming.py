@@ -33,7 +33,6 @@ print(few, peak("1e-5"))
 def test_streams_what_a_trajectory_has(scene: str, block: int) -> None:
     short = variant(scene, until="0.5")
     stream = Stream(short, "kx", "Lz", "omega_3", block=block)
-    assert not stream.status
     found = pandas.concat(list(stream), ignore_index=True)
     expected = integrate(short).frame("kx", "Lz", "omega_3")
     assert stream.status == "complete"

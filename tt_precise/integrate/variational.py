@@ -93,6 +93,20 @@ class Sensitivity:
         return found / self.sizes
 
     @cached_property
+    def returning(self) -> float:
+        """What ``rounding`` is at the start, after a run to the last time and back."""
+        import numpy
+
+        back = numpy.eye(len(self.columns))  # d x(0)/d x(s)
+        total = 0.0
+        for now, size in enumerate(self.sizes):
+            if now:
+                back = back @ numpy.linalg.inv(self.transitions[now - 1])
+            growth = float(numpy.abs(back).sum(axis=1).max())
+            total += 2 * (growth * float(size)) ** 2
+        return float(total**0.5 / self.sizes[0])
+
+    @cached_property
     def sizes(self) -> Any:
         """The largest entry of each state, shape (n,)."""
         import numpy
