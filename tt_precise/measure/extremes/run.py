@@ -152,4 +152,8 @@ def _serve(connection: Any) -> None:
             one: Case = connection.recv()
         except EOFError:
             return
-        connection.send(one.outcome().finding)
+        # should the run be killed, its worker does not outlive it for ever, even in a case that hangs
+        signal.alarm(int(one.limit_s + 2 * START_S))
+        finding = one.outcome().finding
+        signal.alarm(0)
+        connection.send(finding)
