@@ -152,7 +152,7 @@ def _serve(connection: Any) -> None:
             one: Case = connection.recv()
         except EOFError:
             return
-        # should the run be killed, its worker does not outlive it for ever, even in a case that hangs
+        # should the run be killed, no worker outlives it for ever, even in a case that hangs
         signal.alarm(int(one.limit_s + 2 * START_S))
         finding = one.outcome().finding
         signal.alarm(0)
