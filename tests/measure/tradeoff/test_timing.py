@@ -6,18 +6,18 @@ from tt_precise.measure.tradeoff.timing import Times, interleaved
 def test_actions_are_timed_in_turn_each_beside_the_yardstick() -> None:
     calls: list[str] = []
     times = interleaved(
-        {"a": lambda: calls.append("a"), "b": lambda: calls.append("b")},
+        [lambda: calls.append("a"), lambda: calls.append("b")],
         lambda: calls.append("y"),
         rounds=3,
         budget_s=10.0,
     )
     assert "".join(calls) == "yayb" * 3
-    assert [len(one.seconds) for one in times.values()] == [3, 3]
+    assert [len(one.seconds) for one in times] == [3, 3]
 
 
 def test_what_is_too_slow_has_one_turn() -> None:
-    times = interleaved({"slow": lambda: sum(range(100_000))}, int, rounds=5, budget_s=1e-9)
-    assert len(times["slow"].seconds) == 1
+    (slow,) = interleaved([lambda: sum(range(100_000))], int, rounds=5, budget_s=1e-9)
+    assert len(slow.seconds) == 1
 
 
 def test_the_ratio_is_that_of_the_fastest() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
@@ -41,21 +41,20 @@ class Times:
 
 
 def interleaved(
-    actions: Mapping[str, Action],
+    actions: Sequence[Action],
     yardstick: Action,
     *,
     rounds: int,
     budget_s: float,
     progress: Progress = silent,
-) -> dict[str, Times]:
+) -> list[Times]:
     """Time every action in turn, ``rounds`` times, and each beside the yardstick.
 
     An action has at least one turn, and no further one that would bring it above ``budget_s``.
     """
-    times = {name: Times() for name in actions}
+    times = [Times() for _ in actions]
     for turn in range(rounds):
-        for place, (name, action) in enumerate(actions.items()):
-            mine = times[name]
+        for place, (action, mine) in enumerate(zip(actions, times, strict=True)):
             if turn and (turn + 1) * mine.median > budget_s:
                 continue
             mine.yardsticks.append(timed(yardstick))
