@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TOLERANCES = {
     "double": (1e-3, 1e-6, 1e-8, 1e-10, 1e-12, 0.0),
     "extended": (1e-15, 0.0),
-    "quad": (1e-18, 1e-21, 1e-24, 1e-27, 1e-30, 0.0),
+    "quad": (1e-18, 1e-24, 1e-30, 0.0),
 }
 # the Euler form costs the same multiple in every arithmetic; quad would take it half an hour
 EULER = ("double", "extended")

@@ -63,9 +63,15 @@ class Built(NamedTuple):
 def leads() -> Iterator[Lead]:
     """Everything that is tried; for each arithmetic, what is done today comes first."""
     yield Lead(TODAY, "k, L and s_dot in the state", kept=True)
-    yield Lead("v_A for s_dot in the state", "as before: twice the products", form="newton")
+    yield Lead(
+        "v_A for s_dot in the state",
+        "the published state, which was integrated before",
+        form="newton",
+    )
     yield Lead("Euler form", "the paper's; more and smaller steps", form="euler")
-    yield Lead("spin L.k as a ninth variable", "a second truth beside L and k", spin="variable")
+    yield Lead(
+        "spin L.k as a ninth variable", "little, for a second truth beside L and k", spin="variable"
+    )
     yield Lead("spin from Jellett's integral", "lambda would no longer test a run", spin="jellett")
     for turn in (0.3, 0.4, 0.5, 0.7):
         yield Lead(
@@ -75,8 +81,8 @@ def leads() -> Iterator[Lead]:
     for name, factors in {"L/4": (0.25, 1.0), "s_dot 8 times": (1.0, 8.0)}.items():
         yield Lead(f"scaled: {name}", "no more accuracy for the time", scale=factors)
     for option, why in {
-        "fast_math": "no measurable gain, other roundings on each compiler",
-        "high_accuracy": "the error is that of the start's rounding",
+        "fast_math": "a few percent; roundings then depend on the compiler",
+        "high_accuracy": "nothing that shows beside the rounding of the start",
         "force_avx512": "no gain without lanes",
         "slp_vectorize": "no gain",
         "compact_mode": "slower in double; compiles ten times faster",
