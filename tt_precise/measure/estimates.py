@@ -158,7 +158,7 @@ def summary(found: pandas.DataFrame) -> str:
             f"{len(found)} cases: {len(found) - len(kept)} raised, "
             f"{int((kept['right'] >= kept['wanted']).sum())} of {len(kept)} delivered.",
             f"The estimate exceeds the truth by {excess.max():.2f} digits at most; "
-            f"in the median it is {abs(excess.median()):.2f} off, at most {-excess.min():.2f} below.",
+            f"the median is {abs(excess.median()):.2f} off, the lowest {-excess.min():.2f} below.",
             f"{int((excess > OPTIMISM).sum())} estimates are more than {OPTIMISM:g} digit too "
             "optimistic.",
         ]
