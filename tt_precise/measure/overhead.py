@@ -13,7 +13,7 @@ ROUNDS = 41
 
 
 def measure(scene: str = "reference", rounds: int = ROUNDS) -> dict[str, float]:
-    """Seconds, best of ``rounds`` interleaved ones, for each way of integrating ``scene``."""
+    """Processor seconds, best of ``rounds`` taken in turn, for each way of integrating ``scene``."""
     from tt_precise.integrate import catalogue, integrate
     from tt_precise.scene import load_scene
 
@@ -27,9 +27,9 @@ def measure(scene: str = "reference", rounds: int = ROUNDS) -> dict[str, float]:
     best = dict.fromkeys(ways, float("inf"))
     for _ in range(rounds):
         for name, run in ways.items():
-            begin = time.perf_counter()
+            begin = time.process_time()
             run()
-            best[name] = min(best[name], time.perf_counter() - begin)
+            best[name] = min(best[name], time.process_time() - begin)
     return best
 
 
