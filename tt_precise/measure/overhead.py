@@ -13,7 +13,7 @@ ROUNDS = 41
 
 
 def measure(scene: str = "reference", rounds: int = ROUNDS) -> dict[str, float]:
-    """Processor seconds, best of ``rounds`` taken in turn, for each way of integrating ``scene``."""
+    """Processor seconds, best of ``rounds`` taken in turn, for each way to integrate ``scene``."""
     from tt_precise.integrate import catalogue, integrate
     from tt_precise.scene import load_scene
 
