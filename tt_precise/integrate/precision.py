@@ -7,9 +7,10 @@ decimal string for the types wider than double; on its way out it is exact.
 from __future__ import annotations
 
 import sys
+import threading
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import mpmath
@@ -51,10 +52,11 @@ class Precision:
 
     @cached_property
     def context(self) -> Any:
-        """An mpmath context of its own with ``GUARD_BITS`` more than this precision."""
-        context = mpmath.MPContext()
-        context.prec = self.bits + GUARD_BITS
-        return context
+        """An mpmath context with ``GUARD_BITS`` more than this precision, not to be changed.
+
+        Each thread has its own: mpmath's functions raise the precision of theirs for a while.
+        """
+        return _context(self.bits, threading.get_ident())
 
     @property
     def eps(self) -> Any:
@@ -137,6 +139,13 @@ def finer(precision: Precision) -> Precision:
     return precision_named("mp", precision.bits + 24)
 
 
+@lru_cache(maxsize=64)  # making one takes as long as a tenth of the reference run in double
+def _context(bits: int, thread: int) -> Any:
+    context = mpmath.MPContext()
+    context.prec = bits + GUARD_BITS
+    return context
+
+
 def _has_80_bit_floats() -> bool:
     import numpy
 
@@ -145,8 +154,7 @@ def _has_80_bit_floats() -> bool:
 
 def _read_back(text: str, bits: int, context: Any) -> Any:
     # heyoka prints a real with enough digits to recover it, by rounding to its own bits
-    with context.workprec(bits):
-        return context.mpf(text)
+    return context.make_mpf(mpmath.libmp.from_str(text, bits, "n"))
 
 
 def _sum_of_floats(value: Any, context: Any) -> Any:
