@@ -35,7 +35,7 @@ def command(quick: bool, out: Path | None, knob: bool | None, as_json: bool) -> 
     Peers that are not installed are skipped with a line on stderr.
     """
     from tt_precise.measure.tradeoff import growth, plan
-    from tt_precise.measure.tradeoff.findings import GROWTH, TABLE, findings
+    from tt_precise.measure.tradeoff.findings import GROWTH, TABLE, Tables, findings
     from tt_precise.measure.tradeoff.table import measure
     from tt_precise.progress import progress_bar
 
@@ -57,7 +57,7 @@ def command(quick: bool, out: Path | None, knob: bool | None, as_json: bool) -> 
 
         with progress_bar("table behind --digits") as progress:
             write(progress)
-    found = findings(measured.rows, long_runs)
+    found = findings(Tables(measured.rows, long_runs))
     if as_json:
         click.echo(json.dumps(_told(measured.rows, found, measured.skipped)))
     else:

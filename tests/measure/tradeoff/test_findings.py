@@ -6,9 +6,9 @@ from typing import Any
 import pandas
 import pytest
 
-from tt_precise.measure.tradeoff import extras, hidden, speed
+from tt_precise.measure.tradeoff import extras, hidden, speed, wishes
 from tt_precise.measure.tradeoff.finding import Finding
-from tt_precise.measure.tradeoff.findings import GROWTH, TABLE, findings, read
+from tt_precise.measure.tradeoff.findings import GROWTH, TABLE, Tables, findings, read
 
 DEFAULTS: dict[str, Any] = {
     "scene": "reference", "horizon_s": 8.0, "precision": "double", "bits": 53,
@@ -102,10 +102,24 @@ def test_what_conservation_hides() -> None:
     assert found["error over drift, median"] == pytest.approx(1e5)
 
 
+def test_what_the_knob_delivers() -> None:
+    estimates = pandas.DataFrame(
+        {
+            "status": ["complete", "complete", "contact_lost", "raised"],
+            "wanted": [9, 9, 9, 9],
+            "estimated": [10.0, 11.0, 10.0, None],
+            "right": [10.5, 8.5, 10.25, None],
+        }
+    )
+    found = values(wishes.findings(estimates))
+    assert found["digits wished for and not delivered"] == 1
+    assert found["estimates too optimistic"] == 1
+    assert found["pessimism of the estimates"] == pytest.approx(0.25)
+
+
 def test_a_table_survives_its_file(tmp_path: Path) -> None:
     CURVES.to_csv(tmp_path / TABLE, index=False)
-    rows, long_runs = read(tmp_path)
-    assert long_runs is None
-    assert rows is not None
-    assert values(findings(rows, None)) == pytest.approx(values(findings(CURVES, None)))
+    tables = read(tmp_path)
+    assert tables.long_runs is None
+    assert values(findings(tables)) == pytest.approx(values(findings(Tables(CURVES))))
     assert not (tmp_path / GROWTH).exists()

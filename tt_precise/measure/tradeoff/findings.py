@@ -3,22 +3,37 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from tt_precise.measure.tradeoff import extras, growth, hidden, speed
+from tt_precise.measure.tradeoff import extras, growth, hidden, speed, wishes
 from tt_precise.measure.tradeoff.finding import Finding
 
 if TYPE_CHECKING:
     import pandas
 
-TABLE, GROWTH = "tradeoff.csv", "tradeoff-growth.csv"
+TABLE, GROWTH, ESTIMATES = "tradeoff.csv", "tradeoff-growth.csv", "estimates.csv"
 BROUWER = 0.5
 
 
-def findings(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[Finding]:
-    """Everything that the two tables say."""
-    found = [*speed.findings(rows), *extras.findings(rows), *hidden.findings(rows)]
-    return found + (growing(long_runs) if long_runs is not None else [])
+class Tables(NamedTuple):
+    """What was measured; None where it was not."""
+
+    rows: pandas.DataFrame | None
+    long_runs: pandas.DataFrame | None = None
+    estimates: pandas.DataFrame | None = None
+
+
+def findings(tables: Tables) -> list[Finding]:
+    """Everything that the tables say."""
+    found: list[Finding] = []
+    if tables.rows is not None:
+        rows = tables.rows
+        found += [*speed.findings(rows), *extras.findings(rows), *hidden.findings(rows)]
+    if tables.long_runs is not None:
+        found += growing(tables.long_runs)
+    if tables.estimates is not None:
+        found += wishes.findings(tables.estimates)
+    return found
 
 
 def growing(rows: pandas.DataFrame) -> list[Finding]:
@@ -44,10 +59,9 @@ def growing(rows: pandas.DataFrame) -> list[Finding]:
     return found
 
 
-def read(folder: Path) -> tuple[pandas.DataFrame | None, pandas.DataFrame | None]:
-    """The two tables of a folder, None where there is none."""
+def read(folder: Path) -> Tables:
+    """The tables that lie in a folder."""
     import pandas
 
-    files = [folder / TABLE, folder / GROWTH]
-    first, second = (pandas.read_csv(file) if file.is_file() else None for file in files)
-    return first, second
+    files = [folder / name for name in (TABLE, GROWTH, ESTIMATES)]
+    return Tables(*(pandas.read_csv(file) if file.is_file() else None for file in files))

@@ -73,6 +73,12 @@ ALL = (
         "against their step size, until the peg or the ground contact ends the single contact.",
         "python -m tt_precise.measure.clients",
     ),
+    Measured(
+        "leads",
+        "Ways to make it faster",
+        "What was tried to make the integration cheaper, each beside today's, and what was kept.",
+        "python -m tt_precise.measure.leads",
+    ),
 )
 
 

@@ -25,10 +25,11 @@ COMMAND = "tt-precise tradeoff"
 
 def section(folder: Path) -> Section:
     """What the tables in ``folder`` say, or the command that would make them."""
-    rows, long_runs = read(folder)
+    tables = read(folder)
+    rows = tables.rows
     if rows is None:
         return Section(KEY, TITLE, [Text(f"Not measured yet: {COMMAND}.")])
-    found = findings(rows, long_runs)
+    found = findings(tables)
     blocks: list[Block] = [
         Text(
             f"Measured by {COMMAND}; not by the run that wrote this page. Every method integrates "
@@ -36,7 +37,7 @@ def section(folder: Path) -> Section:
             f"all settings stand in {TABLE}. Times are measured in turn, the fastest of several; "
             "ratios are medians of ratios to a bare heyoka loop timed just before."
         ),
-        *figures(rows, long_runs),
+        *figures(rows, tables.long_runs),
         _costs_table(rows, "newton", "Newton form"),
         _costs_table(rows, "euler", "Euler form"),
         _findings_table(found),
