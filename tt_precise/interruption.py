@@ -38,6 +38,7 @@ def heeded() -> Iterator[None]:
     try:
         yield
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
         for one in wanted:
             signal.signal(one, signal.SIG_DFL)
 

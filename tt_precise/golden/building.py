@@ -72,6 +72,12 @@ def build(
     """
     place = folder or store.home()
     wanted = {s.name: s for s in map(load_scene, shipped() if scenes is None else scenes)}
+    for name in wanted:
+        if not store.is_name(name):
+            raise InputError(
+                f"scene: got the file name {name[:60]!r}, expected letters, digits, - and _, "
+                "because a folder is called after it"
+            )
     built: dict[str, Built] = {}
     rungs = dict.fromkeys(wanted, 0)
     seconds = dict.fromkeys(wanted, 0.0)

@@ -7,6 +7,7 @@ import errno
 import fcntl
 import json
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +23,7 @@ SCENE, TRAJECTORY, EVENTS, MANIFEST = FILES = (
     "scene.toml", "trajectory.csv", "events.csv", "manifest.json",
 )  # fmt: skip
 PACKAGE = Path(__file__).resolve().parents[1]
+LONGEST_NAME = 100
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # linux/fcntl.h, linux/fs.h
 
 
@@ -49,6 +51,11 @@ def home() -> Path:
     """The folder of golden data: inside an installed package, beside it in a checkout."""
     installed = PACKAGE / "reference_data"
     return installed if installed.is_dir() else PACKAGE.parent / "reference_data"
+
+
+def is_name(name: str) -> bool:
+    """Whether ``name`` can be that of a scene's folder: no path, not hidden, printable."""
+    return len(name) <= LONGEST_NAME and re.fullmatch(r"\w[\w.-]*", name) is not None
 
 
 def scenes(folder: Path | None = None) -> list[str]:

@@ -97,7 +97,8 @@ def verify(
         There are no such data.
     """
     wanted = list(dict.fromkeys(store.scenes(folder) if scenes is None else scenes))
-    unknown = [name for name in wanted if not ((folder or store.home()) / name).is_dir()]
+    place = folder or store.home()
+    unknown = [name for name in wanted if not (store.is_name(name) and (place / name).is_dir())]
     if unknown:
         known = ", ".join(store.scenes(folder)) or "none yet; `tt-precise golden build` makes it"
         raise InputError(f"golden data: got {unknown[0][:60]!r}, expected one of: {known}")

@@ -137,7 +137,11 @@ def column_named(rows: pandas.DataFrame, name: str) -> str:
 
 def with_climb(rows: pandas.DataFrame) -> pandas.DataFrame:
     """The rows with climbing times in all three definitions."""
-    times = {f"climb_{one}": rows[f"t_end_{one}"] - rows[f"t_init_{one}"] for one in "ABC"}
+    times = {
+        f"climb_{one}": rows[f"t_end_{one}"] - rows[f"t_init_{one}"]
+        for one in "ABC"
+        if f"t_end_{one}" in rows and f"t_init_{one}" in rows
+    }
     return rows.assign(**times)
 
 
