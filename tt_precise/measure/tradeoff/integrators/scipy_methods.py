@@ -11,6 +11,7 @@ from tt_precise.measure.tradeoff.problem import Problem
 from tt_precise.measure.tradeoff.righthand import flat
 from tt_precise.mechanics.formulations import Formulation
 
+LEAST = 2.3e-14  # solve_ivp takes no smaller relative tolerance
 ODEINT_STEPS = 1_000_000  # at most between two outputs; its default, 500, does not reach 8 s
 
 
@@ -33,7 +34,10 @@ def _jitted(form: Formulation, parameters: tuple[float, ...]) -> Any:
 
 
 def solve_ivp(method: Any, compiled: bool, problem: Problem, settings: Settings) -> Solve:
-    """``scipy.integrate.solve_ivp`` with one number as relative and absolute tolerance."""
+    """``scipy.integrate.solve_ivp`` with one number as relative and absolute tolerance.
+
+    Below ``LEAST`` only the absolute one becomes smaller.
+    """
     import scipy.integrate
 
     function = right_hand_side(problem, settings, compiled)
@@ -41,7 +45,13 @@ def solve_ivp(method: Any, compiled: bool, problem: Problem, settings: Settings)
 
     def solve(times: Sequence[Any]) -> Run:
         found = scipy.integrate.solve_ivp(
-            function, (0.0, times[-1]), start, method, times, rtol=tolerance, atol=tolerance
+            function,
+            (0.0, times[-1]),
+            start,
+            method,
+            times,
+            rtol=max(tolerance, LEAST),
+            atol=tolerance,
         )
         if found.status != 0:
             raise ArithmeticError(f"{method}: {found.message}")
