@@ -16,7 +16,7 @@ import click
 
 from tt_precise import __version__
 from tt_precise.errors import InputError
-from tt_precise.interruption import Terminated, heeded
+from tt_precise.interruption import Terminated, end_within, heeded
 
 COMMANDS = {
     "run": "Integrate a scene.",
@@ -33,6 +33,7 @@ COMMANDS = {
 
 DONE, CHECK_FAILED, BAD_INPUT = 0, 1, 2
 INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells tell SIGINT, SIGPIPE, SIGTERM
+LEAVING_S = 2.0
 
 
 class _Lazy(click.Group):
@@ -99,6 +100,9 @@ def entry() -> None:
     except OSError:
         # told already; without this, Python would try again when it ends, and complain
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    # all is done and told, but Python joins the threads of process pools, one of which never ends
+    # if its workers were replaced while it was told to stop (CPython, max_tasks_per_child)
+    end_within(LEAVING_S, status)
     sys.exit(status)
 
 

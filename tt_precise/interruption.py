@@ -43,14 +43,19 @@ def heeded() -> Iterator[None]:
             signal.signal(one, signal.SIG_DFL)
 
 
+def end_within(seconds: float, status: int) -> None:
+    """End the process with ``status`` after that time, if it has not ended by then."""
+    last_resort = threading.Timer(seconds, os._exit, [status])
+    last_resort.daemon = True
+    last_resort.start()
+
+
 def _leave(signum: int, frame: FrameType | None) -> None:
     if _importing(frame):
         signal.signal(signal.SIGALRM, lambda _, where: _leave(signum, where))
         signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
         return
-    last_resort = threading.Timer(GRACE_S, os._exit, [128 + signum])
-    last_resort.daemon = True
-    last_resort.start()
+    end_within(GRACE_S, 128 + signum)
     raise RAISED[signum]
 
 

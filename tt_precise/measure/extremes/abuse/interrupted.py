@@ -115,10 +115,12 @@ def interrupted(writer: str, name: str, code: str = "") -> Finding:
             process.send_signal(signum)
             _, err = process.communicate(timeout=60)
             statuses.append(process.returncode)
-            tracebacks += "Traceback" in err
+            # after SIGKILL it is its workers, which lose their queues, that have the last word
+            tracebacks += "Traceback" in err and name != "SIGKILL"
             torn += _torn(folder)
             left += _left(process.pid)
-    fair = all(status in (SIGNALS[name], 0) for status in statuses)
+    # 0: it had finished; negative: it had, and was about to leave
+    fair = all(status in (SIGNALS[name], 0, -signum) for status in statuses)
     return together(
         Finding(f"statuses {statuses}", fair),
         same(torn, []), same(tracebacks, 0), same(left, 0),

@@ -1,0 +1,122 @@
+"""The readers of scenes and trajectories against anything: an InputError in one line, or success.
+
+Seeded and short by default; ``make fuzz`` takes as long as it is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import hypothesis
+import numpy
+import pytest
+from hypothesis import strategies as st
+
+import tt_precise as tt
+from tt_precise.errors import InputError
+from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.start import beginning
+from tt_precise.scene import Scene, load_scene, parse_scene
+
+TEXT = load_scene("reference").text
+SHORT = hypothesis.settings(max_examples=40, deadline=None, derandomize=True, database=None)
+LONG = hypothesis.settings(max_examples=30_000, deadline=None, derandomize=True, database=None)
+QUICK = hypothesis.HealthCheck.function_scoped_fixture
+
+NUMBERS = st.one_of(
+    st.sampled_from(["0", "-0", "1/0", "1e999", "1e-999", "nan", "inf", "0x1", "1_0", "", "pi"]),
+    st.fractions().map(str),
+    st.decimals(allow_nan=True).map(str),
+    st.text(max_size=12),
+)  # fmt: skip
+CELLS = st.one_of(NUMBERS, st.floats().map(repr), st.sampled_from(['"1"', '"', " 1 ", "1e5000"]))
+
+
+@st.composite
+def spoiled(draw: st.DrawFn) -> str:
+    """The reference scene with a value replaced, a line moved, or characters changed."""
+    lines = TEXT.splitlines()
+    for _ in range(draw(st.integers(1, 4))):
+        at = draw(st.integers(0, len(lines) - 1))
+        key, equals, _ = lines[at].partition("=")
+        kind = draw(st.sampled_from(["value", "bare", "drop", "double", "splice"]))
+        if kind == "value" and equals:
+            lines[at] = f'{key}= "{draw(NUMBERS)}"'
+        elif kind == "bare" and equals:
+            lines[at] = f"{key}= {draw(NUMBERS)}"
+        elif kind == "drop":
+            lines[at] = ""
+        elif kind == "double":
+            lines.insert(draw(st.integers(0, len(lines))), lines[at])
+        else:
+            cut = draw(st.integers(0, len(lines[at])))
+            lines[at] = lines[at][:cut] + draw(st.text(max_size=5)) + lines[at][cut:]
+    return "\n".join(lines)
+
+
+def one_line(error: InputError) -> None:
+    """What the command line makes of it is printable, in a line that one can read."""
+    told = " ".join(str(error).split())
+    assert told
+    assert len(told) < 1000
+
+
+def scene_or_error(text: str) -> Scene | None:
+    try:
+        scene = parse_scene(text, "fuzz", "fuzz.toml")
+        beginning(scene, precision_named("double"))
+    except InputError as error:
+        one_line(error)
+        return None
+    return scene
+
+
+@SHORT
+@hypothesis.given(spoiled())
+def test_scenes_short(text: str) -> None:
+    scene_or_error(text)
+
+
+@pytest.mark.fuzz
+@LONG
+@hypothesis.given(st.one_of(spoiled(), st.text(), st.binary().map(lambda b: b.decode("latin-1"))))
+def test_scenes_long(text: str) -> None:
+    scene_or_error(text)
+
+
+def test_the_fuzzer_meets_both_outcomes() -> None:
+    """The control: neither everything nor nothing is refused."""
+    assert scene_or_error(TEXT) is not None
+    assert scene_or_error(TEXT.replace("0.3", "1/0")) is None
+
+
+TABLES = st.lists(st.lists(CELLS, max_size=8), max_size=6)
+
+
+def table_or_error(path: Path, rows: list[list[str]]) -> None:
+    lines = ["t,kx,ky,kz,Lx,Ly,Lz", *(",".join(row) for row in rows)]
+    path.write_text("\n".join(lines), "utf-8", errors="replace")
+    try:
+        with numpy.errstate(all="ignore"):
+            tt.check.conservation(path, "reference")
+    except InputError as error:
+        one_line(error)
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Callable[[], Path]:
+    return lambda: tmp_path / "f.csv"
+
+
+@hypothesis.settings(SHORT, suppress_health_check=[QUICK])
+@hypothesis.given(TABLES)
+def test_tables_short(place: Callable[[], Path], rows: list[list[str]]) -> None:
+    table_or_error(place(), rows)
+
+
+@pytest.mark.fuzz
+@hypothesis.settings(LONG, suppress_health_check=[QUICK])
+@hypothesis.given(TABLES)
+def test_tables_long(place: Callable[[], Path], rows: list[list[str]]) -> None:
+    table_or_error(place(), rows)
