@@ -139,4 +139,5 @@ def _require(holds: bool, name: str, got: Fraction, expected: str) -> None:
 def _short(value: Fraction) -> str:
     text = str(value)
     decimal = repr(float(value)) if abs(value) < 10**300 else text
-    return decimal if Fraction(decimal) == value or len(text) > 24 else text
+    told = decimal if Fraction(decimal) == value or len(text) > 24 else text
+    return told if len(told) <= 60 else f"{told[:40]}... ({len(told)} characters)"

@@ -119,9 +119,11 @@ class Scene:
         for name in self.record:
             _one_of(name, RECORDABLE, "record")
         if self.until < 0:
-            raise InputError(f"until: got {self.until}, expected seconds, at least 0")
+            raise InputError(f"until: got {str(self.until)[:60]}, expected seconds, at least 0")
         if self.sample_every <= 0:
-            raise InputError(f"sample_every: got {self.sample_every}, expected seconds, above 0")
+            raise InputError(
+                f"sample_every: got {str(self.sample_every)[:60]}, expected seconds, above 0"
+            )
         if self.until / self.sample_every > MOST_SAMPLES:
             shown = float(min(self.sample_every, Fraction(10**300)))
             raise InputError(
