@@ -142,6 +142,8 @@ def test_a_bad_cell_is_named(
         (b"x" * 2_000_000, "no end of its first line"),
         (b"t,kx,ky,kz,Lx,Ly,Lz\n" + b"1" * 5_000_000, "line 2 is longer than 1000000 bytes"),
         (b"t,kx,ky,kz,Lx,Ly,Lz,kx\n", "column kx occurs twice"),
+        (b"t,kx,ky,kz,Lx,Ly,Lz\n0,a\rb,0\n", "line 2: new-line character seen"),
+        (b"t,kx\rky,kz\n", "line 1: new-line character seen"),
     ],
 )
 def test_a_bad_file_is_refused(tmp_path: Path, content: bytes, told: str) -> None:

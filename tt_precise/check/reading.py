@@ -129,7 +129,7 @@ class _TextTable(Table):
         for mark, name in ((";", "semicolons"), ("\t", "tabs")):
             if mark in text and "," not in text:
                 raise InputError(f"{where}: the header is separated by {name}, expected commas")
-        super().__init__(where, next(csv.reader([text])), rename)
+        super().__init__(where, self._split(text, 1), rename)
 
     def blocks(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
@@ -166,7 +166,7 @@ class _TextTable(Table):
             return self._lines(text, line)
 
         def cells(row: int, names: Sequence[str]) -> list[Any]:
-            split = next(csv.reader([lines()[row][1]]))
+            split = self._split(lines()[row][1], lines()[row][0])
             positions = [self.names.index(name) for name in names]
             return [split[i].strip() if i < len(split) else "" for i in positions]
 
@@ -183,6 +183,14 @@ class _TextTable(Table):
         columns = numpy.ascontiguousarray(parsed.T)
         return Block(dict(zip(wanted, columns, strict=True)), place, cells)
 
+    def _split(self, row: str, number: int) -> list[str]:
+        try:
+            return next(csv.reader([row]), [])
+        except csv.Error as error:  # a lone carriage return, most of all
+            raise InputError(
+                f"{self._file}: line {number}: {error}; expected cells between commas"
+            ) from None
+
     @staticmethod
     def _lines(text: str, line: int) -> list[tuple[int, str]]:
         rows = text.replace("\r\n", "\n").split("\n")
@@ -192,7 +200,7 @@ class _TextTable(Table):
         self, text: str, wanted: Sequence[str], indices: list[int], line: int, error: ValueError
     ) -> InputError:
         for number, row in self._lines(text, line):
-            split = next(csv.reader([row]))
+            split = self._split(row, number)
             for name, index in zip(wanted, indices, strict=True):
                 if index >= len(split):
                     return InputError(
