@@ -21,6 +21,9 @@ from tt_precise.mechanics.formulations import formulation
 from tt_precise.scene import load_scene
 
 EPS = 2.0**-52
+HOPELESS = (
+    1e3  # of the start's size: rounding errors that grow beyond it leave nothing of the start
+)
 STEPS_EACH_S = 170  # about; the theory is about their order of magnitude
 LONG = {"frictionless": ("lambda", "E", "L_z", "omega_3"), "rolling": ("lambda", "D", "E_tilde")}
 PRECISIONS = ("double", "extended", "quad", "mp")
@@ -71,7 +74,8 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Fi
 
 
 THERE_AND_BACK: dict[str, Any] = {
-    "expected": "the start again, to sqrt(2 sum over the steps of (condition back to 0 x eps)^2)",
+    "expected": "the start again, to sqrt(2 sum over the steps of (condition back to 0 x eps)^2), "
+    "or nothing of it where that is above 1000",
     "source": "variational equations; one rounding error of eps a step",
     "control": {"tolerance": 1e-9},
 }
@@ -108,6 +112,9 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Findin
     size = max(abs(guarded(x)) for x in first)
     allowed = how.returning * (steps / (len(how.times) - 1)) ** 0.5
     digits = max(0.0, float(working.context.log10(size / distance)))
+    if allowed * working.eps > HOPELESS:
+        # what comes back all the same has not been integrated
+        return Finding(f"{digits:.1f} digits come back, where none can", digits < 1, digits)
     least = max(0.0, -math.log10(float(allowed * working.eps)))
     return together(
         within(distance / size / working.eps / allowed, 1, "of what the condition allows"),
