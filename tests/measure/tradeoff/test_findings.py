@@ -35,6 +35,7 @@ CURVES = table(
     *(row("CyRK DOP853", 100.0**-n, 3 * 2.0**n, peer=True) for n in range(6)),
     *(row("SciPy DOP853, numba", 100.0**-n, 200 * 2.0**n, peer=True) for n in range(7)),
     row("heyoka", 1e-15, 128.0, tolerance=0.0),
+    row("heyoka", 1e-16, 0.1, tolerance=0.0, horizon_s=0.1),  # of the ladder of digits
 )
 
 
