@@ -92,7 +92,8 @@ def test_a_numeric_option_reaches_heyoka() -> None:
     assert numeric_options(KEY)["tol"] == 2.0**-56
     assert numeric_options(KEY._replace(options=(("tol", 0.5),)))["tol"] == 0.5
     quad = numeric_options(KEY._replace(precision=precision_named("quad")))
-    assert quad == {"compact_mode": True}
+    assert quad["compact_mode"] is True
+    assert quad["tol"] == precision_named("quad").fp_type(2) ** -112
 
 
 def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Scene) -> None:
