@@ -12,8 +12,9 @@ LISTED = Path(__file__).with_name("ids.txt").read_text("ascii").split()
 # modules whose claims integrate many starts or compile many events, half of the time of all
 SLOW = {
     "conservation", "contact", "contact_forces", "direct_climb", "energy_decreases",
-    "energy_transfer", "equations_of_motion", "gliding", "limits", "main_equation_curve", "motion_in_the_potential",
-    "printed_constants", "robustness", "spin", "summary", "synchronisation",
+    "energy_transfer", "equations_of_motion", "gliding", "limits", "main_equation_curve",
+    "motion_in_the_potential", "printed_constants", "robustness", "spin", "summary",
+    "synchronisation",
 }  # fmt: skip
 
 
