@@ -97,7 +97,7 @@ def quick() -> Iterator[Bout]:
     for name in ("heyoka", "CyRK DOP853"):
         cases += [Case(name, tolerance, coordinates="euler") for tolerance in COARSE]
     yield Bout("double", tuple(cases), 9, 0.5)
-    yield Bout("wide arithmetics", (Case("heyoka", 0.0, "quad"),), 1, 10.0)
+    yield Bout("wide arithmetics", tuple(Case("heyoka", t, "quad") for t in (1e-31, 0.0)), 1, 10.0)
     yield Bout("digits", tuple(_digits(LADDER[:4])), 1, 10.0)
 
 

@@ -34,7 +34,7 @@ def findings(estimates: pandas.DataFrame) -> list[Finding]:
         ),
         Finding(
             "pessimism of the estimates",
-            float(-excess.median()),
+            float((ran["right"] - ran["estimated"]).median()),
             "digits",
             f"median of right digits less estimated ones; {-excess.min():.2f} at most",
         ),
