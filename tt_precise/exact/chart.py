@@ -58,8 +58,12 @@ class Chart:
 
     def here(self, value: Any) -> Any:
         """``value`` at azimuth 0 in a leaning chart, as it is in others."""
+        return self.at_azimuth_0(value) if self.leaning else self.field(value)
+
+    def at_azimuth_0(self, value: Any) -> Any:
+        """``value`` where the axis leans along X."""
         element = self.field(value)
-        for name, number in self.azimuth.items() if self.leaning else ():
+        for name, number in self.azimuth.items():
             symbol = self.symbol[name].numer
             numerator, denominator = (
                 self.field(part.compose(symbol, number)) for part in (element.numer, element.denom)

@@ -3,8 +3,8 @@
 Each identity is one entry: a function that yields residuals, made by calling the functions of
 ``mechanics`` on the symbols of a chart. All parameters and the whole state are symbols, so a proof
 holds for every body and every state where nothing is divided by zero. Euler and vector form are
-compared through ``mechanics.conversion``. A leaning chart proves at azimuth 0, which the identity
-"equations turn with the frame" extends to every azimuth.
+compared through ``mechanics.conversion``. A leaning chart proves at azimuth 0, which the identities
+"equations turn with the frame" and "Euler angles turn with the frame" extend to every azimuth.
 """
 
 from __future__ import annotations
@@ -68,12 +68,20 @@ def identity(name: str, equation: str, kind: str = SYMBOLIC) -> Callable[[Residu
 
 
 @identity("Euler form = Newton form", "(1) to (6)")
-def _euler_is_newton(chart: EulerChart) -> Iterable[Any]:
+def _euler_is_newton(chart: LeaningEulerChart) -> Iterable[Any]:
     """The vectors of the Euler state change as the Newton equations say."""
     vectors = _vectors(chart)
     by_euler = euler.rates(chart.body, chart.state, chart)
-    by_newton = newton.rates(chart.body, vectors)
+    by_newton = newton.rates(chart.body, NewtonState(*map(chart.here, vectors)))
     return _differences((chart.along(one, by_euler) for one in vectors), by_newton)
+
+
+@identity("Euler angles turn with the frame", "section 1")
+def _azimuth(chart: EulerChart) -> Iterable[Any]:
+    """The vectors of an Euler state are those at azimuth 0, turned about z by phi."""
+    vectors = _vectors(chart)
+    leaning = NewtonState(*map(chart.at_azimuth_0, vectors))
+    return _differences(vectors, _turned(leaning, (chart.C, chart.S)))
 
 
 @identity("g_n Euler = g_n Newton", "(7)")
