@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import platform
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -49,9 +49,12 @@ def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]
             precision_runs()
             judgements = judging.result()
         except BaseException:
-            # an interruption reaches this thread only; without its workers the other one ends too
-            for child in multiprocessing.active_children():
-                child.terminate()
+            # an interruption reaches this thread only; without its workers the other one ends too,
+            # which may be about to start them
+            while not judging.done():
+                for child in multiprocessing.active_children():
+                    child.terminate()
+                wait([judging], timeout=0.1)
             raise
     report = assemble(judgements, command, folder)
     progress(0.95)
