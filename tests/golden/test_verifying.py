@@ -11,12 +11,12 @@ import pytest
 
 from tt_precise.errors import InputError
 from tt_precise.golden import manifest as manifests
-from tt_precise.golden import store
+from tt_precise.golden import store, verifying
 from tt_precise.golden.inspection import inspect
 from tt_precise.golden.recipe import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY
 from tt_precise.golden.table import Table
-from tt_precise.golden.verifying import FRESH_DIGITS, Verification, bits_needed, judge, verify
+from tt_precise.golden.verifying import FRESH_DIGITS, bits_needed, judge, verify
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small
@@ -246,9 +246,16 @@ def test_rows_that_break_jellett_are_found_without_a_computation(small: Small) -
     assert "worst in line 4" in problems(small)
 
 
-@pytest.mark.parametrize(("found", "bits"), [(28.0, None), (24.0, 130), (5.0, None), (None, None)])
-def test_a_sensitive_scene_gets_the_bits_it_needs(found: float | None, bits: int | None) -> None:
-    assert bits_needed(Verification("some", 34, found)) == bits
+@pytest.mark.parametrize(
+    ("digits", "bits", "needed"),
+    [(28.0, 113, 113), (30.0, 113, 107), (24.0, 113, 127), (8.1, 53, 120)],
+)
+def test_a_sensitive_scene_gets_the_bits_it_needs(digits: float, bits: int, needed: int) -> None:
+    assert bits_needed(digits, bits) == needed
+
+
+def test_bits_are_not_raised_beyond_those_of_the_data() -> None:
+    assert bits_needed(5.0, 113) is None
 
 
 def test_data_of_another_start_are_no_matter_of_bits(small: Small) -> None:
@@ -261,7 +268,7 @@ def test_data_of_another_start_are_no_matter_of_bits(small: Small) -> None:
     assert found.verdict == "fail"
     assert found.digits_found is not None
     assert found.digits_found < 9
-    assert bits_needed(found) is None
+    assert bits_needed(found.digits_found, fresh[0].bits) is None
 
 
 def test_verify_computes_in_worker_processes(small: Small) -> None:
@@ -272,6 +279,17 @@ def test_verify_computes_in_worker_processes(small: Small) -> None:
     assert found.digits_found >= FRESH_DIGITS
     assert found.double_digits is not None
     assert found.double_digits > 11
+
+
+def test_what_quad_is_too_coarse_for_takes_more_bits(
+    small: Small, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verifying, "FRESH_DIGITS", 32.5)
+    (found,) = verify(folder=small.folder, workers=1)
+    assert found.verdict == "pass"
+    assert found.digits_found is not None
+    assert found.digits_found >= 32.5
+    assert found.fresh.startswith("newton 1")
 
 
 def test_unknown_scenes_are_refused(small: Small) -> None:

@@ -14,7 +14,7 @@ import pandas
 from tt_precise.body import Units
 from tt_precise.errors import InputError
 from tt_precise.golden import store
-from tt_precise.golden.digits import EXACT, scale_of
+from tt_precise.golden.digits import COARSE, EXACT, digits_left, scale_of
 from tt_precise.golden.recipe import DIGITS
 from tt_precise.golden.store import Stored
 from tt_precise.golden.table import Table
@@ -31,6 +31,8 @@ NEAR_ZERO = Decimal("1e-3")
 
 # Rows belong to a golden time that they miss by less; a time printed with 9 digits is meant.
 TIME_TOLERANCE = Decimal("1e-9")
+
+INFINITE = Decimal("Infinity")
 
 RULE = (
     "significant digits relative to the golden entry, or to 1e-3 of the largest entry of its "
@@ -161,15 +163,24 @@ def correct_digits(value: Any, cell: str, size: Decimal) -> float:
     NaN where the golden entry is undefined. A value that is missing or not finite where there is
     one has none.
     """
-    if not cell:
-        return math.nan
+    return right_digits(relative_error(value, cell, size)) if cell else math.nan
+
+
+def relative_error(value: Any, cell: str, size: Decimal) -> Decimal:
+    """What ``value`` differs from the golden ``cell`` by, in terms of ``size``.
+
+    Infinite if it is missing or not finite.
+    """
     given = _decimal(value)
     if given is None:
-        return 0.0
-    error = abs(EXACT.subtract(given, Decimal(cell)))
-    if not error:
-        return float(DIGITS)
-    return min(float(DIGITS), max(0.0, float((size / error).log10())))
+        return INFINITE
+    error = EXACT.subtract(given, Decimal(cell)).copy_abs()
+    return COARSE.divide(error, size) if size else error and INFINITE
+
+
+def right_digits(error: Decimal) -> float:
+    """The digits that a relative error leaves, between 0 and 34."""
+    return min(float(DIGITS), max(0.0, digits_left(error))) if error else float(DIGITS)
 
 
 def _matched(times: list[Any], golden: Table) -> list[tuple[int, int]]:

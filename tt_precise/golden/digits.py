@@ -24,6 +24,7 @@ RULE = (
     "the scale. An empty cell is undefined (Euler angles at a pole)."
 )
 EXACT = Context(prec=400)  # wide enough that no difference of computed values is rounded
+COARSE = Context(prec=9)  # for a count of digits
 PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
 ZERO = "0"
 
@@ -69,7 +70,12 @@ def agreement(first: Decimal, other: Decimal) -> float:
         return math.inf
     if not first:
         return -math.inf
-    return float((abs(first) / difference).log10())
+    return digits_left(COARSE.divide(difference, abs(first)))
+
+
+def digits_left(relative_error: Decimal) -> float:
+    """Significant digits that a relative error, which is not zero, leaves."""
+    return -float(COARSE.log10(relative_error))
 
 
 def digits_of(text: str) -> int:

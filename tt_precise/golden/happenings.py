@@ -14,10 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS
-from tt_precise.integrate.readout import VECTOR_COLUMNS
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import to_mpmath
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory
@@ -62,8 +58,6 @@ class _Changes:
     def __init__(self, trajectory: Trajectory):
         self.trajectory = trajectory
         self.context = trajectory.precision.context
-        body = trajectory.scene.body
-        self.body = body.numbers(lambda value: to_mpmath(value, self.context))
         unit = trajectory.start.units.time
         self.width = unit * self.context.ldexp(1, -trajectory.precision.bits // ROOT_ORDER)
 
@@ -73,7 +67,4 @@ class _Changes:
         return bool(self._value(name, before) * self._value(name, after) < 0)
 
     def _value(self, name: str, time: Any) -> Any:
-        state = self.trajectory.at(time)
-        vectors = NewtonState(*(state.values[column] for column in VECTOR_COLUMNS))
-        q = Motion(self.body, vectors, self.context, self.trajectory.scene.model)
-        return EVENTS[name].function(q)
+        return EVENTS[name].function(self.trajectory.motion(time))

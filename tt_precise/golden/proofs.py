@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Context, Decimal, Inexact, InvalidOperation
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -33,6 +33,10 @@ _NEEDED = {
     "proved_events", "proved_until_s", "rounded", "same_events", "scene", "scene_sha256",
     "undecided_events", ENCLOSURE, EVENTS, TRAJECTORY, SELF_HASH,
 }  # fmt: skip
+
+
+# 34 digits beside a radius of any size; numbers too far apart for it are no proof's
+_WIDE = Context(prec=2000, traps=[InvalidOperation, Inexact])
 
 
 class Interval(NamedTuple):
@@ -244,12 +248,12 @@ def _excluded(printed: Table, enclosure: Table) -> Iterator[str]:
 def _meet(cell: str, middle: str, radius: str, scale: Decimal) -> bool:
     """Whether what rounds to the printed text, and the enclosure, have numbers in common."""
     try:
-        printed = Decimal(cell)
+        printed, centre, reach = Decimal(cell), Decimal(middle), Decimal(radius)
         exponent = printed.as_tuple().exponent
         if not isinstance(exponent, int):  # NaN or infinite
             return False
-        slack = Fraction(10) ** exponent / 2 if printed else Fraction(scale.scaleb(-DIGITS))
-        ball = Interval.around(middle, radius)
-    except (InvalidOperation, OverflowError, ValueError):
+        slack = Decimal(5).scaleb(exponent - 1) if printed else scale.scaleb(-DIGITS)
+        beyond = _WIDE.subtract(_WIDE.subtract(printed, centre).copy_abs(), slack)
+        return _WIDE.compare(beyond, reach) <= 0
+    except (InvalidOperation, Inexact, OverflowError, ValueError):
         return False
-    return ball.low - slack <= Fraction(printed) <= ball.high + slack

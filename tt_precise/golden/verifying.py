@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
-from tt_precise.golden.comparing import correct_digits, scales_of
+from tt_precise.golden.comparing import relative_error, right_digits, scales_of
 from tt_precise.golden.inspection import inspect
 from tt_precise.golden.publication import ordered_events
 from tt_precise.golden.recipe import LADDER, Run, Task
@@ -23,7 +23,7 @@ from tt_precise.progress import Progress, silent
 
 FRESH_DIGITS = 28  # a fresh computation has to find at least so many
 DIGITS_PER_BIT = math.log10(2)
-QUAD, QUAD_BITS, DOUBLE_BITS = "newton quad", 113, 53
+QUAD_BITS = 113
 
 # Digits of a fresh computation count relative to the size of the component at that time, its
 # largest golden entry within so many rows: a zero passed on the way does not decide, and a
@@ -32,13 +32,14 @@ QUAD, QUAD_BITS, DOUBLE_BITS = "newton quad", 113, 53
 NEIGHBOURS = 20
 DECAYED = Decimal("1e-10")
 
-# Where quad finds fewer digits, the scene is too sensitive for it and is computed again with as
-# many bits as that takes; no more than golden data are made with.
-MARGIN = 1
+# A scene loses the same digits in every arithmetic, its sensitivity. Where double or quad itself
+# shows that quad cannot have 28 left, the scene is computed with as many bits as that takes; no
+# more than golden data are made with.
+SPARE_BITS = 4
 MOST_BITS = LADDER[0][-1]
 
-# A scene loses the same digits in every arithmetic (its sensitivity); beyond that, rounding
-# errors and the libraries of another machine move double by less than these.
+# Beyond a scene's sensitivity, rounding errors and the libraries of another machine move double by
+# less than these.
 DOUBLE_MARGIN = 2.5
 
 
@@ -108,19 +109,28 @@ def verify(
     def inspected(name: str) -> tuple[Stored | None, list[str]]:
         return inspect(name, folder)
 
+    doubles: dict[str, Run] = {}
+
     def finish(name: str, runs: list[Run]) -> list[Task]:
         stored, problems = inspected(name)
         if stored is None:
             return []
-        found[name] = judge(stored, problems, runs)
-        bits = bits_needed(found[name])
-        if runs[0].label == QUAD and bits:
-            return [Task(name, stored.scene_text, "mp", bits, "newton"), _double(stored)]
-        return []
+        (run,) = runs
+        if name not in doubles:
+            doubles[name] = run
+            # what double has in common with damaged data says nothing about the scene
+            rough = None if problems else _worst_in_double(stored, run)
+            return [_fine(stored, rough and bits_needed(rough.digits, run.bits))]
+        found[name] = judge(stored, problems, [run, doubles[name]])
+        digits = found[name].digits_found
+        if digits is None or digits >= FRESH_DIGITS:
+            return []
+        bits = bits_needed(digits, run.bits)
+        return [_fine(stored, bits)] if bits else []
 
     # the workers compute while the files are inspected, here
     plans = {
-        name: [Task(name, stored.scene_text, "quad", None, "newton"), _double(stored)]
+        name: [_double(stored)]
         for name, stored in ((name, _readable(name, folder)) for name in wanted)
         if stored
     }
@@ -132,14 +142,13 @@ def verify(
     return [replace(found[name], digits_proved=_proved(name, folder)) for name in wanted]
 
 
-def bits_needed(verification: Verification) -> int | None:
-    """With how many bits to compute again; None if the digits found are enough, or hopeless."""
-    digits = verification.digits_found
-    if digits is None or digits >= FRESH_DIGITS:
-        return None
-    lost = QUAD_BITS * DIGITS_PER_BIT - digits
-    bits = math.ceil((FRESH_DIGITS + MARGIN + lost) / DIGITS_PER_BIT)
-    return bits if bits <= MOST_BITS else None
+def bits_needed(digits: float, bits: int) -> int | None:
+    """With how many bits a fresh computation has 28 digits left; None if that is hopeless.
+
+    ``digits`` are what one with ``bits`` had in common with the data.
+    """
+    needed = bits + math.ceil((FRESH_DIGITS - digits) / DIGITS_PER_BIT)
+    return needed if needed + SPARE_BITS <= MOST_BITS else None
 
 
 def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verification:
@@ -157,14 +166,10 @@ def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verif
         if one.digits < FRESH_DIGITS
     ]
     digits = min((one.digits for one in worst), default=None)
-    rough = min(
-        _compared(stored, TRAJECTORY, double.trajectory, []),
-        key=lambda one: one.digits,
-        default=None,
-    )
+    rough = _worst_in_double(stored, double)
     if digits is not None and rough is not None:
         lost = finer.bits * DIGITS_PER_BIT - digits
-        expected = DOUBLE_BITS * DIGITS_PER_BIT - lost - DOUBLE_MARGIN
+        expected = double.bits * DIGITS_PER_BIT - lost - DOUBLE_MARGIN
         if rough.digits < expected:
             found.append(
                 f"{rough}: double agrees to {rough.digits:.1f} digits, expected {expected:.1f}, "
@@ -198,6 +203,18 @@ def _proved(name: str, folder: Path | None) -> int | None:
     return record.digits if record else None
 
 
+def _worst_in_double(stored: Stored, double: Run) -> Worst | None:
+    found = _compared(stored, TRAJECTORY, double.trajectory, [])
+    return min(found, key=lambda one: one.digits, default=None)
+
+
+def _fine(stored: Stored, bits: int | None) -> Task:
+    """The fresh computation: in quad, or, where that has too few bits, in ``mp``."""
+    if bits is None or bits <= QUAD_BITS:
+        return Task(stored.name, stored.scene_text, "quad", None, "newton")
+    return Task(stored.name, stored.scene_text, "mp", bits + SPARE_BITS, "newton")
+
+
 def _double(stored: Stored) -> Task:
     return Task(stored.name, stored.scene_text, "double", None, "newton", events=False)
 
@@ -225,12 +242,11 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
             continue
         cells = golden.column(name)
         sizes = _sizes(cells, scales[name]) if name != "t" else [abs(Decimal(t)) for t in cells]
-        triples = zip(fresh.column(name), cells, sizes, strict=False)
-        digits = [correct_digits(*triple) for triple in triples]
-        told = [row for row in range(len(digits)) if not math.isnan(digits[row])]
-        if told:
-            row = min(told, key=digits.__getitem__)
-            worst.append(Worst(file, row, name, digits[row]))
+        triples = enumerate(zip(fresh.column(name), cells, sizes, strict=False))
+        errors = {row: relative_error(*triple) for row, triple in triples if cells[row]}
+        if errors:
+            row = max(errors, key=errors.__getitem__)
+            worst.append(Worst(file, row, name, right_digits(errors[row])))
     return worst
 
 

@@ -158,15 +158,15 @@ def _read_back(text: str, bits: int, context: Any) -> Any:
 
 
 def _sum_of_floats(value: Any, context: Any) -> Any:
-    kind = type(value)
-    if value != value or abs(value) == kind("inf"):
-        return context.mpf(float(value))  # NaN or an infinity
-    # doubles have fewer exponents; powers of two bring the number, and its last bit, among them
-    shift = 0
-    while abs(value) > 2.0**SCALE:
-        value, shift = value * kind(2.0**-SCALE), shift + SCALE
-    while 0 < abs(value) < 2.0**-SCALE:
-        value, shift = value * kind(2.0**SCALE), shift - SCALE
+    kind, shift = type(value), 0
+    if not 2.0**-SCALE <= abs(float(value)) <= 2.0**SCALE:
+        if value != value or abs(value) == kind("inf"):
+            return context.mpf(float(value))  # NaN or an infinity
+        # doubles have fewer exponents; powers of two bring the number, and its last bit, among them
+        while abs(value) > 2.0**SCALE:
+            value, shift = value * kind(2.0**-SCALE), shift + SCALE
+        while 0 < abs(value) < 2.0**-SCALE:
+            value, shift = value * kind(2.0**SCALE), shift - SCALE
     total = context.mpf(0)
     while value != 0:
         leading = float(value)

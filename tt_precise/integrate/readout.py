@@ -285,11 +285,18 @@ class Readout:
         except ZeroDivisionError:  # the direction of lean, and what needs it, ends at the poles
             return None
 
-    def state(self, time: Any, row: tuple[Any, ...]) -> State:
-        """The ``State`` (SI) of one row at a guarded dimensionless time."""
-        columns = self.evaluate(self.columns, [row])
-        values = {name: self.leaving(value) for name, (value,) in columns.items()}
-        return State(self.leaving(time * self.start.units.time), values, self.precision)
+    def states(self, times: Sequence[Any], rows: Sequence[tuple[Any, ...]]) -> list[State]:
+        """The ``State`` (SI) of each row, at guarded dimensionless times."""
+        columns = self.evaluate(self.columns, rows)
+        unit, leaving = self.start.units.time, self.leaving
+        return [
+            State(
+                leaving(time * unit),
+                dict(zip(columns, map(leaving, row), strict=True)),
+                self.precision,
+            )
+            for time, row in zip(times, zip(*columns.values(), strict=True), strict=True)
+        ]
 
     def leaving(self, value: Any) -> Any:
         """A number as users get it: a float in double, else the guarded mpmath number."""

@@ -14,6 +14,7 @@ from tt_precise.integrate.readout import ARRIVED, Course, Readout, State, Status
 from tt_precise.integrate.start import Beginning
 from tt_precise.integrate.system import Key, full_tolerance
 from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.numerals import to_mpmath
 from tt_precise.scene import Scene
 
@@ -81,7 +82,8 @@ class Trajectory:
     @cached_property
     def state(self) -> State:
         """The state at ``t_end``."""
-        return self._readout.state(self._readout.end_time, self._readout.end_row)
+        readout = self._readout
+        return readout.states([readout.end_time], [readout.end_row])[0]
 
     def at(self, t: str | int | float | Fraction | Any) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
@@ -92,7 +94,17 @@ class Trajectory:
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
         time = self._readout.dimensionless_time(t)
-        return self._readout.state(time, self._readout.rows([time])[0])
+        return self._readout.states([time], self._readout.rows([time]))[0]
+
+    def motion(self, t: str | int | float | Fraction | Any) -> Motion:
+        """What every quantity is computed from at time ``t`` (s), dimensionless (m = R = g = 1).
+
+        Raises
+        ------
+        InputError
+            ``t`` lies outside [0, t_end].
+        """
+        return self._readout.motion(self._readout.rows([self._readout.dimensionless_time(t)])[0])
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
@@ -146,12 +158,14 @@ class Trajectory:
         import pandas
 
         guarded = self.precision.guarded
-        rows = []
-        for hit in sorted(self._readout.course.hits, key=lambda hit: hit.time):
-            state = self._readout.state(guarded(hit.time), tuple(map(guarded, hit.state)))
-            rows.append(
-                {"name": hit.name, "t": state.t, "direction": hit.direction, **state.values}
-            )
+        hits = sorted(self._readout.course.hits, key=lambda hit: hit.time)
+        states = self._readout.states(
+            [guarded(hit.time) for hit in hits], [tuple(map(guarded, hit.state)) for hit in hits]
+        )
+        rows = [
+            {"name": hit.name, "t": state.t, "direction": hit.direction, **state.values}
+            for hit, state in zip(hits, states, strict=True)
+        ]
         names = ["name", "t", "direction", *self._readout.columns]
         return pandas.DataFrame(rows, columns=names)
 
