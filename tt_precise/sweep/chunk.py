@@ -30,11 +30,14 @@ from tt_precise.sweep.columns import (
     DEFINITIONS,
     NU_FALLS,
     NU_RISES,
+    SMALLEST_FORCE,
+    Part,
     detectors,
     part_named,
     turning_events,
 )
 from tt_precise.sweep.lanes import Arrival, Build, Departure, lanes
+from tt_precise.sweep.lowest import lowest_states
 from tt_precise.sweep.specification import PARAMETERS, Plan
 
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
@@ -139,7 +142,8 @@ def _refused(form: Formulation, begun: Begun, contact: str) -> Arrival | None:
         return None
     state = numpy.array(begun.state(form))
     none = numpy.empty(0, dtype=int)
-    return Arrival(status, 0.0, state, 0, none, none, numpy.empty(0), numpy.empty((0, len(state))))
+    states = numpy.empty((0, len(state)))
+    return Arrival(status, 0.0, state, 0, none, none, numpy.empty(0), states, ())
 
 
 class _Landed:
@@ -260,6 +264,18 @@ class _Landed:
         chosen = self._events(*names)
         return chosen, self._motion(self.states[chosen], self.owner[chosen])
 
+    def _at_extrema(self, part: Part) -> tuple[Any, Motion]:
+        """Rows and motions among which an extreme value is, if it lies between start and end."""
+        if part == SMALLEST_FORCE:
+            owner = numpy.repeat(
+                numpy.arange(self.rows), [len(one.lowest) for one in self.arrivals]
+            )
+            steps = [step for one in self.arrivals for step in one.lowest]
+            states = lowest_states(steps, self.form.columns.index("kz"))
+            return owner, self._motion(states.reshape(-1, len(self.form.columns)), owner)
+        chosen, q = self._at_events(*turning_events(part.quantity))
+        return self.owner[chosen], q
+
     def _part(self, part: str, quantity: str) -> Any:
         """The start, end, smallest or largest value of a quantity in each row."""
         wanted = QUANTITIES[quantity]
@@ -270,10 +286,10 @@ class _Landed:
             if part in ("start", "end"):
                 found = start if part == "start" else end
             else:
-                chosen, q = self._at_events(*turning_events(quantity))
+                owner, q = self._at_extrema(Part(part, quantity))
                 smaller = numpy.fmin if part == "min" else numpy.fmax
                 found = smaller(start, end)
-                smaller.at(found, self.owner[chosen], wanted.evaluate(q) * numpy.ones(len(chosen)))
+                smaller.at(found, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
         unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.begun])
         return found * unit
 

@@ -74,6 +74,9 @@ class Detector:
         return bool(self.rising) - bool(self.falling)
 
 
+SMALLEST_FORCE = Part("min", "g_n")  # every row has it, read off the series of the steps
+
+
 def part_named(name: str) -> Part | None:
     """The part of a quantity that a column name asks for, if it is of that kind."""
     part, _, quantity = name.partition("_")
@@ -102,7 +105,7 @@ def check_names(record: tuple[str, ...], model: str) -> None:
 def parts(record: tuple[str, ...]) -> tuple[Part, ...]:
     """All parts of quantities that the rows need, the smallest g_n first."""
     asked = (part_named(name) for name in record)
-    return (Part("min", "g_n"), *(part for part in asked if part))
+    return (SMALLEST_FORCE, *(part for part in asked if part))
 
 
 def extremum(quantity: str) -> str:
@@ -130,7 +133,11 @@ def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
         found.append(Detector(events[0], rising, falling))
     if {"nu_crossing_init", "nu_crossing_end"} & set(record):
         found.append(Detector(event_named("nu_crossing", model), NU_RISES, NU_FALLS))
-    extreme = [part for part in parts(record) if part.extreme and part.quantity != "theta"]
+    extreme = [
+        part
+        for part in parts(record)
+        if part.extreme and part.quantity != "theta" and part != SMALLEST_FORCE
+    ]
     for quantity in dict.fromkeys(part.quantity for part in extreme):
         asked = {part.part for part in extreme if part.quantity == quantity}
         name = extremum(quantity)

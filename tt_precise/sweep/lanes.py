@@ -28,6 +28,7 @@ from tt_precise.integrate.system import (
 )
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.sweep.columns import Detector
+from tt_precise.sweep.lowest import Step, may_be_lowest, reaches, states_in
 
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
 STEPS_KEPT = 192  # of which the series are held, until the events in them are evaluated
@@ -61,7 +62,8 @@ class Arrival(NamedTuple):
     ``status`` is "complete", "contact_lost", "singular_contact" or "failed"; ``state`` is that at
     ``time``, NaN if it failed. The events: ``detector`` (its position), ``direction`` (+1 where
     the function rises), ``times``, and ``states`` of shape (events, entries), NaN where the
-    detector is not ``stateful``.
+    detector is not ``stateful``. ``lowest`` are the steps in one of which the normal
+    force is smallest.
     """
 
     status: str
@@ -72,6 +74,7 @@ class Arrival(NamedTuple):
     direction: Any
     times: Any
     states: Any
+    lowest: Sequence[Step]
 
 
 _idle: dict[Build, list[Lanes]] = {}
@@ -130,6 +133,9 @@ class Lanes:
         self.order = int(self._batch.order)
         self._steps = numpy.zeros(width, dtype=int)
         self._parts: list[list[Any]] = [[] for _ in range(width)]
+        self._height = form.columns.index("kz")
+        self._highest = numpy.full(width, -math.inf)  # the largest so far in each lane
+        self._lowest: list[list[tuple[float, Step]]] = [[] for _ in range(width)]
         # views of heyoka's own memory, which stays where it is
         self._tc, self._time, self._last_h = self._batch.tc, self._batch.time, self._batch.last_h
         self._series = numpy.empty((STEPS_KEPT, *self._tc.shape))
@@ -187,6 +193,8 @@ class Lanes:
         self._since[lane] = 0.0
         self._steps[lane] = 0
         self._parts[lane] = []
+        self._highest[lane] = -math.inf
+        self._lowest[lane] = []
 
     def _advance(self) -> list[Any]:
 
@@ -210,7 +218,12 @@ class Lanes:
         return True
 
     def _share_out(self) -> None:
-        """Give the events since the last time to their lanes, with the states there."""
+        """Give the events since the last time to their lanes, and the smallest normal force."""
+        taken = slice(self._kept)
+        found = may_be_lowest(self._series[taken, self._height], self._widths[taken], self._highest)
+        for step, lane, ceiling in zip(*(one.tolist() for one in found), strict=True):
+            kept = Step(self._widths[step, lane], self._series[step, :, :, lane].copy())
+            self._lowest[lane].append((ceiling, kept))
         if self._hits:
             lane, position, time, sign = numpy.array(self._hits).reshape(-1, 4).T
             lane = lane.astype(int)
@@ -219,7 +232,9 @@ class Lanes:
             lane, position, time, sign = (one[order] for one in (lane, position, time, sign))
             state = numpy.full((len(lane), self._tc.shape[0]), numpy.nan)
             wanted = self._stateful[position.astype(int)]
-            state[wanted] = self._states(step[wanted], lane[wanted], time[wanted])
+            step, on, time_in = step[wanted], lane[wanted], time[wanted]
+            begun = self._ends[step, on] - self._widths[step, on]
+            state[wanted] = states_in(self._series[step, :, :, on], time_in - begun)
             first = numpy.searchsorted(lane, numpy.arange(len(self._aboard) + 1))
             for one in range(len(first) - 1):
                 mine = slice(first[one], first[one + 1])
@@ -229,15 +244,6 @@ class Lanes:
         self._hits.clear()
         self._counts.clear()
         self._kept = 0
-
-    def _states(self, step: Any, lane: Any, time: Any) -> Any:
-        """States at times inside steps, from the Taylor series of those steps (Horner)."""
-        since = (time - (self._ends[step, lane] - self._widths[step, lane]))[:, None]
-        state = self._series[step, :, -1, lane]
-        for power in range(self._batch.order - 1, -1, -1):
-            state *= since
-            state += self._series[step, :, power, lane]
-        return state
 
     def _ended(self, lane: int, outcome: Any) -> str:
 
@@ -266,4 +272,5 @@ class Lanes:
             direction.astype(int),
             times,
             states,
+            [step for ceiling, step in self._lowest[lane] if reaches(ceiling, self._highest[lane])],
         )

@@ -1,0 +1,120 @@
+"""The smallest normal force of a step: no peak is missed, and none depends on its company."""
+
+from typing import Any
+
+import numpy
+import pytest
+
+from tt_precise.sweep import lowest
+from tt_precise.sweep.lowest import Step, lowest_states, may_be_lowest, reaches
+
+ORDER = 21
+WIDTHS = numpy.array([0.1, 0.5, 2.0])
+
+
+def heights(*curvatures: Any) -> Any:
+    """Series whose second derivatives on [0, 1] have these coefficients, a row of each."""
+    found = numpy.zeros((len(curvatures), ORDER + 1))
+    for row, given in enumerate(curvatures):
+        power = numpy.arange(len(given))
+        found[row, 2 : 2 + len(given)] = numpy.array(given) / ((power + 1) * (power + 2))
+    return found
+
+
+def steps(series: Any, width: float = 1.0) -> list[Step]:
+    """Steps with k.z alone, as the second of two entries; the first is the time since."""
+    scale = width ** -numpy.arange(ORDER + 1.0)
+    time = numpy.eye(ORDER + 1)[1]
+    return [Step(width, numpy.stack([time, row * scale])) for row in series]
+
+
+def peaks(series: Any) -> Any:
+    return lowest_states(steps(series), 1)[:, 0]
+
+
+def by_roots(given: Any) -> float:
+    """The largest value on [0, 1], by NumPy's roots of the derivative."""
+    polynomial = numpy.polynomial.Polynomial(given)
+    roots = polynomial.deriv().roots()
+    inside = roots.real[(abs(roots.imag) < 1e-6) & (roots.real > 0) & (roots.real < 1)]
+    return float(max(polynomial(x) for x in (0.0, 1.0, *inside)))
+
+
+def test_random_polynomials_are_largest_where_their_roots_say() -> None:
+    draws = numpy.random.default_rng(1)
+    given = draws.normal(size=(300, 19)) * draws.choice([0.1, 1, 10], size=(300, 19))
+    for row, place in zip(given, peaks(heights(*given)), strict=True):
+        value = numpy.polynomial.Polynomial(row)(place)
+        assert value == pytest.approx(by_roots(row), rel=1e-13, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("curvature", "place"),
+    [
+        ([1.0], 0),
+        ([0.0], 0),
+        ([0, 1.0], 1),
+        ([0, -1.0], 0),
+        ([0, 1, -1.0], 0.5),
+        ([-0.09, 0.6, -1.0], 0.3),
+        # two peaks, x (1 - x) ((x - 1/2)^2 + tilt x): the higher one is found on either side
+        (numpy.polymul([-1, 1, 0], [1, -1.1, 0.25])[::-1], None),
+        (numpy.polymul([-1, 1, 0], [1, -0.9, 0.25])[::-1], None),
+    ],
+)
+def test_peaks_of_known_polynomials(curvature: Any, place: float | None) -> None:
+    (found,) = peaks(heights(curvature))
+    if place is not None:
+        assert found == pytest.approx(place, abs=1e-7)  # the root of eps
+    value = numpy.polynomial.Polynomial(curvature)(found)
+    assert value == pytest.approx(by_roots(curvature), rel=1e-14)
+
+
+def test_without_halving_a_peak_is_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lowest, "HALVINGS", 0)
+    assert peaks(heights([0, 1, -1.0]))[0] in (0, 1)
+
+
+def test_company_does_not_change_a_bit() -> None:
+    given = heights(*numpy.random.default_rng(2).normal(size=(40, 19)))
+    together = lowest_states(steps(given, 0.3), 1)
+    alone = [lowest_states(steps(given[row : row + 1], 0.3), 1)[0] for row in range(40)]
+    assert numpy.array_equal(together, numpy.array(alone))
+
+
+def test_no_steps_have_no_states() -> None:
+    assert lowest_states([], 1).size == 0
+
+
+def test_only_steps_that_may_be_the_lowest_are_kept() -> None:
+    low, peak, high = [0.0, 0.1], [0, 4, -4.0], [0.5, 0.2]  # largest: 0.1, 1 in the middle, 0.7
+    series = heights(low, peak, high)[:, :, None]
+    highest = numpy.array([-numpy.inf])
+    step, lane, ceiling = may_be_lowest(series, numpy.ones((3, 1)), highest)
+    assert highest == pytest.approx(0.7)  # at an end; the peak is looked for later
+    assert list(step) == [1, 2]
+    assert list(lane) == [0, 0]
+    assert ceiling[0] >= 1
+    assert not reaches(ceiling[1], 1.0)
+
+
+def test_steps_that_were_not_taken_do_not_count() -> None:
+    series = heights([5.0], [numpy.nan], [1.0])[:, :, None]
+    highest = numpy.array([-numpy.inf])
+    step, _, _ = may_be_lowest(series, numpy.array([[0.0], [1.0], [1.0]]), highest)
+    assert list(step) == [2]
+    assert highest == [1.0]
+
+
+def test_lanes_are_separate() -> None:
+    series = numpy.stack([heights([2.0], [1.0]), heights([1.0], [3.0])], axis=2)
+    highest = numpy.full(2, -numpy.inf)
+    step, lane, _ = may_be_lowest(series, numpy.ones((2, 2)), highest)
+    assert list(highest) == [2, 3]
+    assert sorted(zip(lane.tolist(), step.tolist(), strict=True)) == [(0, 0), (1, 1)]
+
+
+def test_widths_scale_the_series() -> None:
+    for width in WIDTHS:
+        ((time, _),) = lowest_states(steps(heights([0, 1, -1.0]), width), 1)
+        assert time == pytest.approx(width / 2, rel=1e-7)
