@@ -48,7 +48,7 @@ class Judgement:
                 {"reading": name, "verdict": str(verdict), "measured": measured}
                 for name, verdict, measured in finding.readings
             ],
-            "proved": bool(finding.proved),  # NumPy has a bool of its own
+            "proved": finding.proved,
         }
 
 

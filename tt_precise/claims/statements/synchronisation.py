@@ -259,7 +259,8 @@ def quotient_after(
     climb = series.climb(scene)
     last = evidence.settled(lambda run: run.inversion.C.t_init, scene)
     zeros = [t for t in evidence.times_of("phi_dot_zero", scene)["t"] if climb.has(float(t))]
-    inside = series.columns(["phi_dot"], [climb.begin + climb.length / 2], scene)["phi_dot"][0]
+    middle = climb.begin + climb.length / 2
+    inside = float(series.columns(["phi_dot"], [middle], scene)["phi_dot"][0])
     at_last, known = about(printed, last, "s"), enclosed(scene)
     proved = (
         settles(at_last, partial(about, printed), known.moment("C", "t_init"))
