@@ -106,6 +106,14 @@ def test_steps_that_were_not_taken_do_not_count() -> None:
     assert highest == [1.0]
 
 
+@pytest.mark.parametrize("steps", [1, 2])
+def test_the_series_stay_as_they_are(steps: int) -> None:
+    series = numpy.random.default_rng(3).normal(size=(steps, ORDER + 1, 1))
+    before = series.copy()
+    may_be_lowest(series, numpy.full((steps, 1), 0.5), numpy.array([-numpy.inf]))
+    assert numpy.array_equal(series, before)
+
+
 def test_lanes_are_separate() -> None:
     series = numpy.stack([heights([2.0], [1.0]), heights([1.0], [3.0])], axis=2)
     highest = numpy.full(2, -numpy.inf)

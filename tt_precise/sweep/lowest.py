@@ -47,15 +47,19 @@ def may_be_lowest(heights: Any, widths: Any, highest: Any) -> tuple[Any, Any, An
     -------
     Step, lane, and what the second derivative stays below: three arrays.
     """
-    size = heights.shape[1] - 2
+    steps, terms, lanes = heights.shape
+    # a row for each power, so that all is done in long rows
+    curvature = heights[:, 2:].transpose(1, 0, 2).copy().reshape(terms - 2, -1)
+    power = numpy.ones(steps * lanes)
     with numpy.errstate(all="ignore"):
-        curvature = numpy.moveaxis(heights[:, 2:], 1, 2) * _twice_derived(size)
-        curvature *= widths[:, :, None] ** numpy.arange(size)
-        taken = (widths != 0) & numpy.isfinite(curvature).all(axis=2)
-    curvature[~taken] = 0
-    bernstein = curvature @ _to_bernstein(size)
-    ceiling = bernstein.max(axis=2)
-    ends = numpy.maximum(bernstein[:, :, 0], bernstein[:, :, -1])
+        curvature *= _twice_derived(terms - 2)[:, None]
+        for row in curvature[1:]:
+            power *= widths.ravel()
+            row *= power
+        taken = (widths != 0) & numpy.isfinite(curvature.sum(axis=0)).reshape(widths.shape)
+        bernstein = _to_bernstein(terms - 2).T @ curvature
+    ceiling = bernstein.max(axis=0).reshape(widths.shape)
+    ends = numpy.maximum(bernstein[0], bernstein[-1]).reshape(widths.shape)
     numpy.maximum(highest, numpy.where(taken, ends, -numpy.inf).max(axis=0), out=highest)
     step, lane = numpy.nonzero(taken & reaches(ceiling, highest))
     return step, lane, ceiling[step, lane]
