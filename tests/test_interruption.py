@@ -61,6 +61,46 @@ def test_a_signal_in_an_import_waits_for_its_end(tmp_path: Path, signum: int, na
     assert ended(process) == (7, f"{name}\n", "")
 
 
+START = """
+import multiprocessing, os, signal
+from multiprocessing import util
+spawn = util.spawnv_passfds
+def interrupted(*given):
+    child = spawn(*given)
+    {interrupt}
+    return child
+util.spawnv_passfds = interrupted
+process = multiprocessing.get_context("spawn").Process(target=print, args=("served",))
+print("here", flush=True)
+try:
+    process.start()
+except BaseException:
+    print("orders lost", flush=True)
+    raise
+finally:
+    time.sleep(2)
+"""
+INTERRUPT = "os.kill(os.getpid(), signal.SIGINT)"
+
+
+def start_of_a_worker(interrupt: str) -> str:
+    return START.format(interrupt=interrupt).replace("\n", "\n        ")
+
+
+def test_a_signal_in_the_start_of_a_worker_waits_for_its_end() -> None:
+    status, out, err = ended(started(start_of_a_worker(INTERRUPT)))
+    assert (status, err) == (7, "")
+    assert sorted(out.split()) == ["KeyboardInterrupt", "served"]
+
+
+def test_the_start_of_a_worker_that_does_not_wait_loses_its_orders() -> None:
+    """The control: the test before, with an exception at once."""
+    status, out, _ = ended(started(start_of_a_worker("raise KeyboardInterrupt")))
+    assert status == 7
+    assert "orders lost" in out
+    assert "served" not in out
+
+
 def test_outside_an_import_what_swallows_would_swallow(tmp_path: Path) -> None:
     """The control: the module of the test before, not imported but run."""
     (tmp_path / "swallows.py").write_text(SWALLOWS)

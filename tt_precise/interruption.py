@@ -12,6 +12,8 @@ from types import FrameType
 AGAIN_S = 0.05
 # for tidying up; worker processes that are hit as well, or half started, can keep it from ending
 GRACE_S = 10.0
+# code that is not left half done
+WHOLE = ("<frozen importlib._bootstrap>", f"multiprocessing{os.sep}popen_spawn_posix.py")
 
 
 class Terminated(BaseException):
@@ -29,7 +31,8 @@ def heeded() -> Iterator[None]:
     """Within it SIGINT and SIGTERM raise; after it they end the process at once, in silence.
 
     Within an import they wait until it is done: packages with optional parts, heyoka among them,
-    take an exception there for a missing part, and go on or fail later in an odd place. A signal
+    take an exception there for a missing part, and go on or fail later in an odd place. So they do
+    while a worker process is started, which would be left behind with half of its orders. A signal
     that the parent has set to be ignored (nohup) stays ignored.
     """
     wanted = [one for one in RAISED if signal.getsignal(one) is not signal.SIG_IGN]
@@ -51,7 +54,7 @@ def end_within(seconds: float, status: int) -> None:
 
 
 def _leave(signum: int, frame: FrameType | None) -> None:
-    if _importing(frame):
+    if _within_whole(frame):
         signal.signal(signal.SIGALRM, lambda _, where: _leave(signum, where))
         signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
         return
@@ -59,9 +62,9 @@ def _leave(signum: int, frame: FrameType | None) -> None:
     raise RAISED[signum]
 
 
-def _importing(frame: FrameType | None) -> bool:
+def _within_whole(frame: FrameType | None) -> bool:
     while frame is not None:
-        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+        if frame.f_code.co_filename.endswith(WHOLE):
             return True
         frame = frame.f_back
     return False
