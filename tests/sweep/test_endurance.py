@@ -79,7 +79,7 @@ def test_two_cores_and_a_cluster_scale() -> None:
 
 
 def test_a_hundred_thousand_starts(tmp_path: Path) -> None:
-    """0 to 8 s each, under 1 GiB in all processes together; the time is told, as machines differ."""
+    """0 to 8 s each, under 1 GiB in all processes together. The time is told: machines differ."""
     with watched_memory() as peak:
         swept = sweep(reference_kind(100_000), out=tmp_path / "sweep", workers=2, one_in=0)
     how = swept.summary["how"]
