@@ -6,7 +6,7 @@ import numpy
 import pytest
 
 from tt_precise.sweep import lowest
-from tt_precise.sweep.lowest import Step, lowest_states, may_be_lowest, reaches
+from tt_precise.sweep.lowest import KEPT, Step, lowest_states, lowest_steps, may_be_lowest, reaches
 
 ORDER = 21
 WIDTHS = numpy.array([0.1, 0.5, 2.0])
@@ -29,7 +29,7 @@ def steps(series: Any, width: float = 1.0) -> list[Step]:
 
 
 def peaks(series: Any) -> Any:
-    return lowest_states(steps(series), 1)[:, 0]
+    return lowest_states(steps(series), numpy.arange(len(series)), 1)[0][:, 0]
 
 
 def by_roots(given: Any) -> float:
@@ -77,13 +77,25 @@ def test_without_halving_a_peak_is_missed(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_company_does_not_change_a_bit() -> None:
     given = heights(*numpy.random.default_rng(2).normal(size=(40, 19)))
-    together = lowest_states(steps(given, 0.3), 1)
-    alone = [lowest_states(steps(given[row : row + 1], 0.3), 1)[0] for row in range(40)]
+    owner = numpy.arange(40)
+    together, _ = lowest_states(steps(given, 0.3), owner, 1)
+    alone = [lowest_states(steps(given[[row]], 0.3), owner[:1], 1)[0][0] for row in owner]
     assert numpy.array_equal(together, numpy.array(alone))
 
 
 def test_no_steps_have_no_states() -> None:
-    assert lowest_states([], 1).size == 0
+    assert lowest_states([], numpy.arange(0), 1)[0].size == 0
+
+
+def test_of_many_equal_peaks_the_highest_few_are_kept() -> None:
+    tops = numpy.random.default_rng(4).permutation(50)
+    given = steps(heights(*[[0.0, 4 * top, -4.0 * top] for top in tops]))
+    highest = [one for one, top in zip(given, tops, strict=True) if top >= 50 - KEPT]
+    assert [id(one) for one in lowest_steps(given, 1)] == [id(one) for one in highest]
+    owner = numpy.arange(50) // 25
+    states, owners = lowest_states(given, owner, 1)
+    assert list(owners) == [0] * KEPT + [1] * KEPT
+    assert numpy.allclose(states[:, 0], 0.5, atol=1e-7)
 
 
 def test_only_steps_that_may_be_the_lowest_are_kept() -> None:
@@ -124,5 +136,5 @@ def test_lanes_are_separate() -> None:
 
 def test_widths_scale_the_series() -> None:
     for width in WIDTHS:
-        ((time, _),) = lowest_states(steps(heights([0, 1, -1.0]), width), 1)
+        ((time, _),), _ = lowest_states(steps(heights([0, 1, -1.0]), width), numpy.zeros(1), 1)
         assert time == pytest.approx(width / 2, rel=1e-7)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import platform
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from datetime import UTC, datetime
 from importlib import metadata
@@ -42,11 +43,12 @@ OPENING = (
 
 def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]:
     """Compute the report and write it into ``folder``; returns the files written."""
-    # the claims run in worker processes of their own while this one integrates
+    # the claims run in worker processes of their own while this one does all the rest
     with ThreadPoolExecutor(1) as pool:
         judging = pool.submit(judge_all, None, lambda part: progress(0.8 * part), 2)
         try:
             precision_runs()
+            measurements = evidence(folder)
             judgements = judging.result()
         except BaseException:
             # an interruption reaches this thread only; without its workers the other one ends too,
@@ -56,16 +58,14 @@ def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]
                     child.terminate()
                 wait([judging], timeout=0.1)
             raise
-    report = assemble(judgements, command, folder)
+    report = assemble(judgements, measurements, command)
     progress(0.95)
     return write(report, folder)
 
 
-def assemble(judgements: list[Judgement], command: str, folder: Path) -> Report:
-    """The report as a document."""
-    sections = [
-        headline.section(judgements),
-        claims.errata(judgements),
+def evidence(folder: Path) -> list[Section]:
+    """The sections that no judgement of a claim is part of."""
+    return [
         conservation.section(),
         Section("figures", "The reference solution", all_figures()),
         thresholds.section(),
@@ -74,6 +74,15 @@ def assemble(judgements: list[Judgement], command: str, folder: Path) -> Report:
         tradeoff.section(folder),
         extremes.section(folder),
         *measured.sections(folder),
+    ]
+
+
+def assemble(judgements: list[Judgement], measurements: Sequence[Section], command: str) -> Report:
+    """The report as a document."""
+    sections = [
+        headline.section(judgements),
+        claims.errata(judgements),
+        *measurements,
         claims.all_claims(judgements),
     ]
     return Report("The Tippe Top, verified", OPENING, sections, provenance(command))

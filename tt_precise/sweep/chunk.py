@@ -271,7 +271,7 @@ class _Landed:
                 numpy.arange(self.rows), [len(one.lowest) for one in self.arrivals]
             )
             steps = [step for one in self.arrivals for step in one.lowest]
-            states = lowest_states(steps, self.form.columns.index("kz"))
+            states, owner = lowest_states(steps, owner, self.form.columns.index("kz"))
             return owner, self._motion(states.reshape(-1, len(self.form.columns)), owner)
         chosen, q = self._at_events(*turning_events(part.quantity))
         return self.owner[chosen], q

@@ -28,13 +28,14 @@ from tt_precise.integrate.system import (
 )
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.sweep.columns import Detector
-from tt_precise.sweep.lowest import Step, may_be_lowest, reaches, states_in
+from tt_precise.sweep.lowest import Step, lowest_steps, may_be_lowest, reaches, states_in
 
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
 STEPS_KEPT = 192  # of which the series are held, until the events in them are evaluated
 # heyoka takes the step from the largest of state and event functions: scaled down, these do not
 # shorten it, and a trajectory takes the same steps whatever is looked for along it
 EVENT_SCALE = 2.0**-10
+LOWEST_KEPT = 256  # steps of a lane whose series are held, one of which has the smallest force
 STEPS_AT_MOST = 5_000_000  # of one trajectory, which then counts as failed
 
 
@@ -224,6 +225,10 @@ class Lanes:
         for step, lane, ceiling in zip(*(one.tolist() for one in found), strict=True):
             kept = Step(self._widths[step, lane], self._series[step, :, :, lane].copy())
             self._lowest[lane].append((ceiling, kept))
+        for lane, kept_steps in enumerate(self._lowest):
+            if len(kept_steps) > LOWEST_KEPT:  # a periodic motion has as many as periods
+                steps = lowest_steps(self._may_be_lowest(lane), self._height)
+                self._lowest[lane] = [(math.inf, step) for step in steps]
         if self._hits:
             lane, position, time, sign = numpy.array(self._hits).reshape(-1, 4).T
             lane = lane.astype(int)
@@ -244,6 +249,10 @@ class Lanes:
         self._hits.clear()
         self._counts.clear()
         self._kept = 0
+
+    def _may_be_lowest(self, lane: int) -> list[Step]:
+        highest = self._highest[lane]
+        return [step for ceiling, step in self._lowest[lane] if reaches(ceiling, highest)]
 
     def _ended(self, lane: int, outcome: Any) -> str:
 
@@ -272,5 +281,5 @@ class Lanes:
             direction.astype(int),
             times,
             states,
-            [step for ceiling, step in self._lowest[lane] if reaches(ceiling, self._highest[lane])],
+            self._may_be_lowest(lane),
         )

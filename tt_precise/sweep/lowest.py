@@ -21,6 +21,7 @@ HALVINGS = 26  # a parabola loses 2^-52 of its height so near to its peak
 # sums that are rounded otherwise in other company, move it by less. The states decide.
 SLACK = 1e-9
 ROUNDING = 2.0**-50
+KEPT = 8  # of equal peaks, which a periodic motion has without end
 
 
 class Step(NamedTuple):
@@ -70,22 +71,35 @@ def reaches(ceiling: Any, highest: Any) -> Any:
     return ceiling >= highest - SLACK * numpy.abs(highest)
 
 
-def lowest_states(steps: Sequence[Step], height: int) -> Any:
-    """The state in each of some steps in which g_n is smallest there.
+def lowest_states(steps: Sequence[Step], owner: Any, height: int) -> tuple[Any, Any]:
+    """The states where g_n is smallest within each step, of the ``KEPT`` lowest of each owner.
 
-    ``height`` is the position of k.z among the entries. Shape (steps, entries); each row comes
-    from its own step alone, to the last bit. Empty without steps.
+    ``height`` is the position of k.z among the entries. Returns states, shape (states, entries),
+    and their owners; a state comes from its own step alone, to the last bit.
     """
     if not steps:
-        return numpy.empty(0)
-    widths, series = (
-        numpy.array([one.width for one in steps]),
-        numpy.array([one.series for one in steps]),
-    )
+        return numpy.empty(0), owner
+    series, since, chosen = _lowest(steps, owner, height)
+    return states_in(series[chosen], since[chosen]), owner[chosen]
+
+
+def lowest_steps(steps: Sequence[Step], height: int) -> list[Step]:
+    """The ``KEPT`` of the steps in which g_n is smallest, in their order."""
+    _, _, chosen = _lowest(steps, numpy.zeros(len(steps), dtype=int), height)
+    return [steps[position] for position in chosen.tolist()]
+
+
+def _lowest(steps: Sequence[Step], owner: Any, height: int) -> tuple[Any, Any, Any]:
+    """Series of the steps, times of their peaks, and positions of the highest of each owner."""
+    widths = numpy.array([one.width for one in steps])
+    series = numpy.array([one.series for one in steps])
     size = series.shape[2] - 2
     curvature = series[:, height, 2:] * _twice_derived(size)
     curvature *= numpy.vander(widths, size, increasing=True)
-    return states_in(series, _peaks(curvature) * widths)
+    place, peak = _peaks(curvature)
+    order = numpy.lexsort((-peak, owner))
+    rank = numpy.arange(len(order)) - numpy.searchsorted(owner[order], owner[order])
+    return series, place * widths, numpy.sort(order[rank < KEPT])
 
 
 def states_in(series: Any, since: Any) -> Any:
@@ -102,8 +116,8 @@ def states_in(series: Any, since: Any) -> Any:
     return state
 
 
-def _peaks(polynomials: Any) -> Any:
-    """Where on [0, 1] each polynomial (a row of coefficients) is largest."""
+def _peaks(polynomials: Any) -> tuple[Any, Any]:
+    """Where on [0, 1] each polynomial (a row of coefficients) is largest, and how large."""
     count, size = polynomials.shape
     # sums of whole columns, because a matrix product rounds a row as the others' number suggests
     bernstein = numpy.zeros((count, size))
@@ -122,7 +136,7 @@ def _peaks(polynomials: Any) -> Any:
         _raise(height, place, owner, upper[:, 0], left + width)
         owner, left = numpy.tile(owner, 2), numpy.concatenate((left, left + width))
         bernstein = numpy.concatenate((lower, upper))
-    return place
+    return place, height
 
 
 def _raise(height: Any, place: Any, owner: Any, values: Any, places: Any) -> None:
