@@ -4,7 +4,8 @@ Every row has ``FIXED``. Further ones are asked for by name: ``climb_A``, ``clim
 (climbing time t_end - t_init), ``t_equator`` (theta first rises through pi/2), ``lambda_ratio``
 (lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses nu_x around the
 climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
-are events of the integration together with both ends, never samples.
+are events of the integration together with both ends, never samples; the smallest g_n is read off
+the series of the steps (``lowest``).
 """
 
 from __future__ import annotations
