@@ -21,7 +21,7 @@ from tt_precise.scene import Scene, load_scene, parse_scene
 
 TEXT = load_scene("reference").text
 SHORT = hypothesis.settings(max_examples=40, deadline=None, derandomize=True, database=None)
-LONG = hypothesis.settings(max_examples=20_000, deadline=None, derandomize=True, database=None)
+LONG = hypothesis.settings(max_examples=30_000, deadline=None, derandomize=True, database=None)
 QUICK = hypothesis.HealthCheck.function_scoped_fixture
 
 NUMBERS = st.one_of(

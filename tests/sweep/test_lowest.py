@@ -126,6 +126,15 @@ def test_the_series_stay_as_they_are(steps: int) -> None:
     assert numpy.array_equal(series, before)
 
 
+def test_what_overflows_does_not_count() -> None:
+    """Each coefficient is finite, their sum is not."""
+    series = heights([1e308] * 19, [1.0])[:, :, None]
+    highest = numpy.array([-numpy.inf])
+    step, _, _ = may_be_lowest(series, numpy.ones((2, 1)), highest)
+    assert list(step) == [1]
+    assert highest == [1.0]
+
+
 def test_lanes_are_separate() -> None:
     series = numpy.stack([heights([2.0], [1.0]), heights([1.0], [3.0])], axis=2)
     highest = numpy.full(2, -numpy.inf)

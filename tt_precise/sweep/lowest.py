@@ -57,8 +57,8 @@ def may_be_lowest(heights: Any, widths: Any, highest: Any) -> tuple[Any, Any, An
         for row in curvature[1:]:
             power *= widths.ravel()
             row *= power
-        taken = (widths != 0) & numpy.isfinite(curvature.sum(axis=0)).reshape(widths.shape)
         bernstein = _to_bernstein(terms - 2).T @ curvature
+    taken = (widths != 0) & numpy.isfinite(bernstein).all(axis=0).reshape(widths.shape)
     ceiling = bernstein.max(axis=0).reshape(widths.shape)
     ends = numpy.maximum(bernstein[0], bernstein[-1]).reshape(widths.shape)
     numpy.maximum(highest, numpy.where(taken, ends, -numpy.inf).max(axis=0), out=highest)

@@ -21,9 +21,8 @@ from tt_precise.mechanics.formulations import formulation
 from tt_precise.scene import load_scene
 
 EPS = 2.0**-52
-HOPELESS = (
-    1e3  # of the start's size: rounding errors that grow beyond it leave nothing of the start
-)
+# of the start's size: rounding errors that grow beyond it leave nothing of the start
+HOPELESS = 1e3
 STEPS_EACH_S = 170  # about; the theory is about their order of magnitude
 LONG = {"frictionless": ("lambda", "E", "L_z", "omega_3"), "rolling": ("lambda", "D", "E_tilde")}
 PRECISIONS = ("double", "extended", "quad", "mp")
