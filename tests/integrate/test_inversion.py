@@ -1,6 +1,7 @@
 """Initiation and ending time of the climb, in the definitions A, B and C."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -8,22 +9,30 @@ import mpmath
 import pytest
 
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.inversion import Climb, Marks, Turn, from_marks
+from tt_precise.integrate.inversion import Climb, Marks, Turns, from_marks
 from tt_precise.scene import Scene, load_scene
 
 NONE = Climb(None, None)
 
+MINIMA = [(1, 0.1, -5), (3, 0.2, 5), (5, 0.1, -5), (7, 0.3, 5), (11, 1.5, 5)]
+MAXIMA = [
+    (2, 0.4, -5),
+    (10.5, 1.6, -5),
+    (13, math.pi - 0.3, 5),
+    (15, math.pi - 0.1, -5),
+    (17, math.pi - 0.2, 5),
+]
+
+
+def turns(rows: Sequence[tuple[float, float, float]]) -> Turns:
+    return Turns(*zip(*rows, strict=True))
+
+
 # A climb with everything on either side: theta reaches pi/2 at t = 10.
 MARKS = Marks(
     equator=[10, 12],
-    minima=[Turn(1, 0.1, -5), Turn(3, 0.2, 5), Turn(5, 0.1, -5), Turn(7, 0.3, 5), Turn(11, 1.5, 5)],
-    maxima=[
-        Turn(2, 0.4, -5),
-        Turn(10.5, 1.6, -5),
-        Turn(13, math.pi - 0.3, 5),
-        Turn(15, math.pi - 0.1, -5),
-        Turn(17, math.pi - 0.2, 5),
-    ],
+    minima=turns(MINIMA),
+    maxima=turns(MAXIMA),
     phi_dot_zero=[2, 4, 6, 14, 16],
     aligned=[1, 6.5],
     opposed=[3, 14.5, 18],
@@ -42,8 +51,8 @@ def test_the_definitions_on_a_climb_made_by_hand() -> None:
 
 
 def test_a_later_negative_perigee_moves_definition_a() -> None:
-    turned = [*MARKS.minima[:3], Turn(7, 0.3, -5), Turn(9, 0.1, 5), MARKS.minima[4]]
-    found = from_marks(replace(MARKS, minima=turned), math.pi)
+    turned = [*MINIMA[:3], (7, 0.3, -5), (9, 0.1, 5), MINIMA[4]]
+    found = from_marks(replace(MARKS, minima=turns(turned)), math.pi)
     assert found.A.t_init == pytest.approx(8.5, rel=1e-15)
 
 
@@ -54,14 +63,14 @@ def test_no_climb_has_no_times() -> None:
 
 
 def test_a_climb_under_way_from_the_start_begins_at_zero() -> None:
-    forward = [turn for turn in MARKS.minima if turn.phi_dot > 0]
+    forward = turns([turn for turn in MINIMA if turn[2] > 0])
     found = from_marks(replace(MARKS, minima=forward, aligned=[], phi_dot_zero=[14, 16]), math.pi)
     assert (found.A.t_init, found.B.t_init, found.C.t_init) == (0, 0, 0)
 
 
 def test_an_end_behind_the_horizon_is_none() -> None:
     found = from_marks(
-        replace(MARKS, maxima=MARKS.maxima[:3], opposed=[3], phi_dot_zero=[2, 4, 6]), math.pi
+        replace(MARKS, maxima=turns(MAXIMA[:3]), opposed=[3], phi_dot_zero=[2, 4, 6]), math.pi
     )
     assert (found.A.t_end, found.B.t_end, found.C.t_end) == (None, None, None)
 

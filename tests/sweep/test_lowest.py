@@ -7,6 +7,7 @@ import pytest
 
 from tt_precise.sweep import lowest
 from tt_precise.sweep.lowest import KEPT, Step, lowest_states, lowest_steps, may_be_lowest, reaches
+from tt_precise.sweep.series import bounds, stretches
 
 ORDER = 21
 WIDTHS = numpy.array([0.1, 0.5, 2.0])
@@ -98,11 +99,16 @@ def test_of_many_equal_peaks_the_highest_few_are_kept() -> None:
     assert numpy.allclose(states[:, 0], 0.5, atol=1e-7)
 
 
+def may_be(series: Any, widths: Any, owner: Any, highest: Any) -> Any:
+    columns = stretches(series, widths)
+    return may_be_lowest(bounds(columns), widths, owner, highest)
+
+
 def test_only_steps_that_may_be_the_lowest_are_kept() -> None:
     low, peak, high = [0.0, 0.1], [0, 4, -4.0], [0.5, 0.2]  # largest: 0.1, 1 in the middle, 0.7
     series = heights(low, peak, high)[:, :, None]
     highest = numpy.array([-numpy.inf])
-    step, lane, ceiling = may_be_lowest(series, numpy.ones((3, 1)), highest)
+    step, lane, ceiling = may_be(series, numpy.ones((3, 1)), numpy.zeros((3, 1), int), highest)
     assert highest == pytest.approx(0.7)  # at an end; the peak is looked for later
     assert list(step) == [1, 2]
     assert list(lane) == [0, 0]
@@ -113,34 +119,28 @@ def test_only_steps_that_may_be_the_lowest_are_kept() -> None:
 def test_steps_that_were_not_taken_do_not_count() -> None:
     series = heights([5.0], [numpy.nan], [1.0])[:, :, None]
     highest = numpy.array([-numpy.inf])
-    step, _, _ = may_be_lowest(series, numpy.array([[0.0], [1.0], [1.0]]), highest)
+    widths = numpy.array([[0.0], [1.0], [1.0]])
+    step, _, _ = may_be(series, widths, numpy.zeros((3, 1), int), highest)
     assert list(step) == [2]
     assert highest == [1.0]
-
-
-@pytest.mark.parametrize("steps", [1, 2])
-def test_the_series_stay_as_they_are(steps: int) -> None:
-    series = numpy.random.default_rng(3).normal(size=(steps, ORDER + 1, 1))
-    before = series.copy()
-    may_be_lowest(series, numpy.full((steps, 1), 0.5), numpy.array([-numpy.inf]))
-    assert numpy.array_equal(series, before)
 
 
 def test_what_overflows_does_not_count() -> None:
     """Each coefficient is finite, their sum is not."""
     series = heights([1e308] * 19, [1.0])[:, :, None]
     highest = numpy.array([-numpy.inf])
-    step, _, _ = may_be_lowest(series, numpy.ones((2, 1)), highest)
+    step, _, _ = may_be(series, numpy.ones((2, 1)), numpy.zeros((2, 1), int), highest)
     assert list(step) == [1]
     assert highest == [1.0]
 
 
-def test_lanes_are_separate() -> None:
+def test_owners_are_separate() -> None:
+    """Two lanes; in the second one another flight begins."""
     series = numpy.stack([heights([2.0], [1.0]), heights([1.0], [3.0])], axis=2)
-    highest = numpy.full(2, -numpy.inf)
-    step, lane, _ = may_be_lowest(series, numpy.ones((2, 2)), highest)
-    assert list(highest) == [2, 3]
-    assert sorted(zip(lane.tolist(), step.tolist(), strict=True)) == [(0, 0), (1, 1)]
+    highest = numpy.full(3, -numpy.inf)
+    step, lane, _ = may_be(series, numpy.ones((2, 2)), numpy.array([[0, 1], [0, 2]]), highest)
+    assert list(highest) == [2, 1, 3]
+    assert sorted(zip(lane.tolist(), step.tolist(), strict=True)) == [(0, 0), (1, 0), (1, 1)]
 
 
 def test_widths_scale_the_series() -> None:

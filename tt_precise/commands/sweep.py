@@ -48,7 +48,7 @@ def command() -> None:
 @click.option("--csv", "as_csv", is_flag=True, help="Also rows.csv in that folder.")
 @click.option("--workers", type=int, help="Processes; by default one for each core.")
 @click.option("--dask", metavar="ADDRESS", help="A dask.distributed scheduler, for a cluster.")
-@click.option("--batch", type=int, help="SIMD lanes; by default what the processor has.")
+@click.option("--batch", type=int, help="SIMD lanes; by default two vectors of the processor.")
 @click.option("--chunk", type=int, help="Rows of a task and of a file.")
 @click.option("--honesty", type=int, default=1000, show_default=True, help="One row in so many.")
 @click.option("--json", "as_json", is_flag=True, help="The summary, one JSON object, on stdout.")

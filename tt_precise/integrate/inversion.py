@@ -19,7 +19,6 @@ top does not climb or the horizon ends too early, is None. A top that spins the 
 from __future__ import annotations
 
 import bisect
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -50,12 +49,12 @@ class Climb:
         return self.t_end - self.t_init
 
 
-class Turn(NamedTuple):
-    """A turning point of theta: its time, theta and phi_dot there."""
+class Turns(NamedTuple):
+    """Turning points of theta, in order of time: their times, theta and phi_dot there."""
 
-    t: Any
-    theta: Any
-    phi_dot: Any
+    t: Sequence[Any]
+    theta: Sequence[Any]
+    phi_dot: Sequence[Any]
 
 
 @dataclass(frozen=True)
@@ -66,8 +65,8 @@ class Marks:
     """
 
     equator: Sequence[Any]
-    minima: Sequence[Turn]
-    maxima: Sequence[Turn]
+    minima: Turns
+    maxima: Turns
     phi_dot_zero: Sequence[Any]
     aligned: Sequence[Any]
     opposed: Sequence[Any]
@@ -117,9 +116,9 @@ def from_events(events: pandas.DataFrame, pi: Any, *, mirrored: bool = False) ->
     def times(name: str) -> list[Any]:
         return list(events["t"][events["name"] == name])
 
-    def turns(name: str) -> list[Turn]:
+    def turns(name: str) -> Turns:
         rows = events[events["name"] == name]
-        return list(map(Turn, rows["t"], rows["theta"], sign * rows["phi_dot"]))
+        return Turns(list(rows["t"]), list(rows["theta"]), list(sign * rows["phi_dot"]))
 
     rising = (events["name"] == "equator") & (events["direction"] < 0)
     marks = Marks(
@@ -148,28 +147,24 @@ def from_marks(marks: Marks, pi: Any) -> InversionTimes:
     )
 
 
-def _perigee(minima: Sequence[Turn], climb: Any) -> Any:
-    signed = [
-        (turn.t, turn.theta if turn.phi_dot > 0 else -turn.theta)
-        for turn in minima
-        if turn.t < climb
-    ]
-    negative = [i for i, (_, b) in enumerate(signed) if b < 0]
-    if not negative:
-        return 0 * climb
-    last = negative[-1]
-    return _line_zero(signed[last], signed[last + 1]) if last + 1 < len(signed) else None
+def _perigee(minima: Turns, climb: Any) -> Any:
+    following = None
+    for i in reversed(range(bisect.bisect_left(minima.t, climb))):
+        b = minima.theta[i] if minima.phi_dot[i] > 0 else -minima.theta[i]
+        if b < 0:
+            return None if following is None else _line_zero((minima.t[i], b), following)
+        following = (minima.t[i], b)
+    return 0 * climb
 
 
-def _apogee(maxima: Sequence[Turn], climb: Any, pi: Any) -> Any:
-    signed = [
-        (turn.t, (pi - turn.theta) if turn.phi_dot > 0 else -(pi - turn.theta))
-        for turn in maxima
-        if turn.t > climb and turn.theta > float(pi) / 2
-    ]
-    for left, right in itertools.pairwise(signed):
-        if left[1] > 0 > right[1]:
-            return _line_zero(left, right)
+def _apogee(maxima: Turns, climb: Any, pi: Any) -> Any:
+    before = None
+    for i in range(bisect.bisect_right(maxima.t, climb), len(maxima.t)):
+        if maxima.theta[i] > float(pi) / 2:
+            b = pi - maxima.theta[i] if maxima.phi_dot[i] > 0 else -(pi - maxima.theta[i])
+            if before is not None and before[1] > 0 > b:
+                return _line_zero(before, (maxima.t[i], b))
+            before = (maxima.t[i], b)
     return None
 
 

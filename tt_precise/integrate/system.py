@@ -152,8 +152,7 @@ def symbolic_body(form: Formulation) -> Parameters:
     """The dimensionless body with heyoka's open parameters: one compilation serves every body."""
     import heyoka
 
-    pars = {name: heyoka.par[i] for i, name in enumerate(form.parameters)}
-    return Parameters(**{"m": 1, "R": 1, "g": 1, "mu": 0, **pars})
+    return form.body([heyoka.par[i] for i in range(len(form.parameters))])
 
 
 def terminal_functions(form: Formulation, q: Motion, theta: Any) -> dict[str, Any]:

@@ -49,6 +49,11 @@ class Formulation:
         """Which parameters of a dimensionless body its equations contain."""
         return ("alpha", "I1", "I3", "mu") if self.model == "gliding" else ("alpha", "I1", "I3")
 
+    def body(self, values: Any) -> Parameters:
+        """The dimensionless body whose ``parameters`` have these values."""
+        given = dict(zip(self.parameters, values, strict=True))
+        return Parameters(**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
+
     def motion(self, body: Parameters, state: Any, fn: Any, phi: Any = 0) -> Motion:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
         if self.State is CentreState:

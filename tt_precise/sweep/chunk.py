@@ -6,6 +6,7 @@ in its chunk.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
@@ -16,7 +17,7 @@ import numpy
 
 from tt_precise.body import Parameters, Units
 from tt_precise.integrate.events import EXTREMUM, Event
-from tt_precise.integrate.inversion import InversionTimes, Marks, Turn, from_marks
+from tt_precise.integrate.inversion import InversionTimes, Marks, Turns, from_marks
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.start import longest_step
 from tt_precise.mechanics import newton, rolling, thresholds
@@ -37,10 +38,10 @@ from tt_precise.sweep.columns import (
     turning_events,
 )
 from tt_precise.sweep.lanes import Arrival, Build, Departure, lanes
+from tt_precise.sweep.logbook import EARLY, Events
 from tt_precise.sweep.lowest import lowest_states
 from tt_precise.sweep.specification import PARAMETERS, Plan
 
-EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
 SAME = 2.0**-53
 DOUBLE = precision_named("double")
 
@@ -67,14 +68,15 @@ def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
     form = integrated(plan.scene.model, "newton")
     begun = _begin(plan, values)
     build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
-    arrivals: list[Arrival | None] = [_refused(form, one, plan.contact) for one in begun]
-    flying = [row for row, arrival in enumerate(arrivals) if arrival is None]
+    landed = [_refused(form, one, plan.contact) for one in begun]
+    flying = [row for row, arrival in enumerate(landed) if arrival is None]
     with lanes(build) as lent:
-        departures = [_departure(form, begun[row], lent.order) for row in flying]
-        for number, arrival in lent.fly(departures):
-            arrivals[flying[number]] = arrival
-    landed = [arrival for arrival in arrivals if arrival is not None]
-    return _Landed(plan, form, build, begun, landed).columns()
+        flown = lent.fly([_departure(form, begun[row], lent.order) for row in flying])
+    for row, arrival in zip(flying, flown.arrivals, strict=True):
+        landed[row] = arrival
+    events = flown.events._replace(flight=numpy.array(flying, dtype=int)[flown.events.flight])
+    arrivals = [arrival for arrival in landed if arrival is not None]
+    return _Landed(plan, form, build, begun, arrivals, events).columns()
 
 
 def _begin(plan: Plan, values: Any) -> list[Begun]:
@@ -140,10 +142,7 @@ def _refused(form: Formulation, begun: Begun, contact: str) -> Arrival | None:
         status = "contact_lost"
     else:
         return None
-    state = numpy.array(begun.state(form))
-    none = numpy.empty(0, dtype=int)
-    states = numpy.empty((0, len(state)))
-    return Arrival(status, 0.0, state, 0, none, none, numpy.empty(0), states, ())
+    return Arrival(status, 0.0, numpy.array(begun.state(form)), 0, ())
 
 
 class _Landed:
@@ -156,18 +155,14 @@ class _Landed:
         build: Build,
         begun: Sequence[Begun],
         arrivals: Sequence[Arrival],
+        events: Events,
     ):
 
         self.plan, self.form, self.begun, self.arrivals = plan, form, begun, arrivals
         self.detectors = build.detectors
         self.rows = len(begun)
-        count = [len(one.times) for one in arrivals]
-        self.owner = numpy.repeat(numpy.arange(self.rows), count)
-        self.times = numpy.concatenate([one.times for one in arrivals])
-        self.states = numpy.concatenate([one.states for one in arrivals])
-        detector = numpy.concatenate([one.detector for one in arrivals])
-        rising = numpy.concatenate([one.direction for one in arrivals]) > 0
-        self.kind = 2 * detector + rising
+        self.owner, self.times, self.states = events.flight, events.time, events.state
+        self.kind = 2 * events.detector + (events.direction > 0)
         self._drop_starts([one.event for one in build.detectors])
 
     def columns(self) -> dict[str, Any]:
@@ -251,18 +246,27 @@ class _Landed:
         states = numpy.array([one.state for one in self.arrivals])
         return self._motion(states, numpy.arange(self.rows))
 
-    def _events(self, *names: str) -> Any:
-        """Positions of the events that have one of these names."""
+    def _kinds(self, *names: str) -> Any:
+        """Which kinds of events have one of these names."""
         wanted = numpy.zeros(2 * len(self.detectors), dtype=bool)
         for position, one in enumerate(self.detectors):
             wanted[2 * position] = one.falling in names
             wanted[2 * position + 1] = one.rising in names
-        return numpy.flatnonzero(wanted[self.kind])
+        return wanted
+
+    def _events(self, *names: str) -> Any:
+        """Positions of the events that have one of these names."""
+        return numpy.flatnonzero(self._kinds(*names)[self.kind])
 
     def _at_events(self, *names: str) -> tuple[Any, Motion]:
         """Positions of the events that have one of these names, and the motion there."""
         chosen = self._events(*names)
         return chosen, self._motion(self.states[chosen], self.owner[chosen])
+
+    @cached_property
+    def _turning_points(self) -> tuple[Any, Motion]:
+
+        return self._at_events("theta_min", "theta_max")
 
     def _at_extrema(self, part: Part) -> tuple[Any, Motion]:
         """Rows and motions among which an extreme value is, if it lies between start and end."""
@@ -296,48 +300,43 @@ class _Landed:
     def _drift(self) -> Any:
 
         start, end = jellett(self._start_motion), jellett(self._end_motion)
-        chosen, q = self._at_events("theta_min", "theta_max")
+        chosen, q = self._turning_points
+        owner = self.owner[chosen]
         with numpy.errstate(all="ignore"):
             found = numpy.abs(end - start) / numpy.abs(start)
-            owner = self.owner[chosen]
-            numpy.fmax.at(
-                found, owner, numpy.abs(jellett(q) - start[owner]) / numpy.abs(start[owner])
-            )
+            change = numpy.abs(jellett(q) - start[owner]) / numpy.abs(start[owner])
+            numpy.fmax.at(found, owner, change)
         return found
 
     def _inversion_times(self) -> list[InversionTimes]:
 
-        sign = numpy.sign(jellett(self._start_motion))
+        chosen, q = self._turning_points
+        kind, owner = self.kind[chosen], self.owner[chosen]
+        with numpy.errstate(all="ignore"):
+            theta = QUANTITIES["theta"].evaluate(q)
+            mirrored = numpy.sign(jellett(self._start_motion))[owner]
+            phi_dot = QUANTITIES["phi_dot"].evaluate(q) * mirrored
+
+        def turns(name: str) -> list[Turns]:
+            mine = self._kinds(name)[kind]
+            columns = (column[mine] for column in (self.times[chosen], theta, phi_dot))
+            return list(map(Turns, *(self._by_row(column, owner[mine]) for column in columns)))
 
         def times(name: str) -> list[list[Any]]:
-            chosen = self._events(name)
-            return self._by_row(self.times[chosen].tolist(), chosen)
-
-        equator = times("equator")
-        climb = numpy.array([one[0] if one else numpy.nan for one in equator])
-
-        def turns(name: str, before: bool) -> list[list[Any]]:
-            chosen = self._events(name)
-            late = self.times[chosen] > climb[self.owner[chosen]]
-            # only those that the definitions look at: objects are slow
-            chosen = chosen[~late if before else late]
-            q = self._motion(self.states[chosen], self.owner[chosen])
-            with numpy.errstate(all="ignore"):
-                theta = QUANTITIES["theta"].evaluate(q)
-                phi_dot = QUANTITIES["phi_dot"].evaluate(q) * sign[self.owner[chosen]]
-            columns = (self.times[chosen].tolist(), theta.tolist(), phi_dot.tolist())
-            return self._by_row(list(map(Turn, *columns)), chosen)
+            mine = self._events(name)
+            return self._by_row(self.times[mine], self.owner[mine])
 
         columns = (
-            equator, turns("theta_min", True), turns("theta_max", False), times("phi_dot_zero"),
+            times("equator"), turns("theta_min"), turns("theta_max"), times("phi_dot_zero"),
             times("Lk_equals_Lz"), times("Lk_equals_minus_Lz"),
         )  # fmt: skip
         return [from_marks(Marks(*row), math.pi) for row in zip(*columns, strict=True)]
 
-    def _by_row(self, items: list[Any], chosen: Any) -> list[list[Any]]:
+    def _by_row(self, column: Any, owner: Any) -> list[list[Any]]:
 
-        cut = numpy.searchsorted(self.owner[chosen], numpy.arange(self.rows + 1)).tolist()
-        return [items[cut[row] : cut[row + 1]] for row in range(self.rows)]
+        cuts = numpy.searchsorted(owner, numpy.arange(self.rows + 1)).tolist()
+        items = column.tolist()  # numbers of NumPy's are slow
+        return [items[start:end] for start, end in itertools.pairwise(cuts)]
 
     def _drop_starts(self, events: Sequence[Event]) -> None:
         """Leave out events that are the start itself; whether heyoka finds them is rounding."""

@@ -4,8 +4,8 @@ Every row has ``FIXED``. Further ones are asked for by name: ``climb_A``, ``clim
 (climbing time t_end - t_init), ``t_equator`` (theta first rises through pi/2), ``lambda_ratio``
 (lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses nu_x around the
 climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
-are events of the integration together with both ends, never samples; the smallest g_n is read off
-the series of the steps (``lowest``).
+are events of the integration together with both ends, never samples; the smallest g_n and the
+turning points of theta are read off the series of the steps (``lowest``, ``turning``).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tt_precise.errors import InputError
-from tt_precise.integrate.events import EXTREMUM, Event, event_named
+from tt_precise.integrate.events import EXTREMUM, Event, axis_fall, event_named
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.mechanics.quantities import QUANTITIES
 
@@ -24,7 +24,8 @@ FIXED = {
     "outcome": "inverts, does_not_invert, contact_lost, singular_contact or failed",
     **dict.fromkeys(TIMES, "initiation or ending time of the climb in one definition, s"),
     "min_g_n": "smallest normal force from the start to t_stop, N",
-    "jellett_drift": "largest relative change of lambda, at turning points and at t_stop",
+    "jellett_drift": "largest relative change of lambda: at t_stop, at minima of theta before the "
+    "climb, at maxima after it",
     "steps": "Taylor steps",
     "t_stop": "where the trajectory ends, s",
 }
@@ -55,19 +56,26 @@ class Part:
 
 @dataclass(frozen=True)
 class Detector:
-    """One event function that is compiled in, for all the events that share it.
+    """One event function that is looked for, for all the events that share it.
 
     ``rising`` and ``falling`` name the event at a zero in that direction, "" where none is asked.
+    ``every`` is False where only those are needed that initiation and ending times depend on.
     """
 
     event: Event
     rising: str
     falling: str
+    every: bool = True
 
     @property
     def stateful(self) -> bool:
         """Whether the states at its events are needed, not only the times."""
         return self.event.name.startswith((EXTREMUM, "theta_"))
+
+    @property
+    def turning(self) -> bool:
+        """Whether it is where theta turns, which is read off the series of the steps."""
+        return self.event.function is axis_fall
 
     @property
     def direction(self) -> int:
@@ -120,7 +128,7 @@ def turning_events(quantity: str) -> tuple[str, ...]:
 
 
 def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
-    """The event functions to compile in; theta's extrema are its turning points."""
+    """The event functions to look for; theta's extrema are its turning points."""
     found: list[Detector] = []
     wanted: dict[Any, list[Event]] = {}
     for name in NEEDED:
@@ -131,7 +139,10 @@ def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
         falling = next((event.name for event in events if event.direction <= 0), "")
         if events[0].name == "equator":  # the climb: cos theta falls
             rising = ""
-        found.append(Detector(events[0], rising, falling))
+        every = events[0].function is not axis_fall or any(
+            part.extreme and part.quantity == "theta" for part in parts(record)
+        )
+        found.append(Detector(events[0], rising, falling, every))
     if {"nu_crossing_init", "nu_crossing_end"} & set(record):
         found.append(Detector(event_named("nu_crossing", model), NU_RISES, NU_FALLS))
     extreme = [

@@ -1,0 +1,206 @@
+"""The last steps of all lanes: their series are held until what happened in them is read off."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy
+
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.sweep.columns import Detector
+from tt_precise.sweep.lowest import Step, lowest_steps, may_be_lowest, reaches
+from tt_precise.sweep.series import Bounds, bounds, states_in, stretches, zeros
+
+ROOM = 384  # steps
+EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
+LOWEST_KEPT = 256  # steps of a flight, one of which has the smallest force
+
+
+class Events(NamedTuple):
+    """Events, a row each: an array for each column.
+
+    ``flight`` and ``detector`` are positions, ``direction`` is +1 where the function rises and -1
+    where it falls, ``time`` is dimensionless as is ``state``, shape (events, entries), NaN where
+    the detector is not ``stateful``.
+    """
+
+    flight: Any
+    detector: Any
+    direction: Any
+    time: Any
+    state: Any
+
+
+class Logbook:
+    """Takes down the steps of a batch integrator, and reads them.
+
+    ``hits`` is where events found by heyoka are noted: lane, detector, time and direction of each,
+    flat, because objects are slow.
+    """
+
+    def __init__(
+        self, batch: Any, form: Formulation, detectors: Sequence[Detector], hits: list[float]
+    ):
+
+        self._batch, self._form, self._hits = batch, form, hits
+        self._stateful = numpy.array([one.stateful for one in detectors])
+        self._turning = [one.turning for one in detectors].index(True)
+        self._every = detectors[self._turning].every
+        self._equator = [one.event.name for one in detectors].index("equator")
+        self._height = form.columns.index("kz")
+        # views of heyoka's own memory, which stays where it is
+        self._tc, self._time, self._last_h = batch.tc, batch.time, batch.last_h
+        width = len(self._time)
+        self._series = numpy.empty((ROOM, *self._tc.shape))
+        self._ends = numpy.empty((ROOM, width))
+        self._widths = numpy.empty((ROOM, width))
+        self._flights = numpy.empty((ROOM, width), dtype=int)
+        self._closing = numpy.full((ROOM, width), math.nan)  # rates of k.z where flights end
+        self._rates = numpy.full(width, math.nan)  # of k.z where the steps begin; NaN at starts
+        self._counts: list[int] = []
+        self.steps = 0  # how many there are now
+
+    def open(self, flights: int) -> None:
+        """Begin with so many flights."""
+        self.steps = 0
+        self._rates[:] = math.nan
+        self._hits.clear()
+        self._counts.clear()
+        # the last one of these is for empty lanes
+        self.taken = numpy.zeros(flights + 1, dtype=int)  # steps of each flight
+        self._climb = numpy.full(flights + 1, math.inf)  # theta first rises through pi/2
+        self._highest = numpy.full(flights + 1, -math.inf)  # the largest curvature
+        self._lowest: dict[int, list[tuple[float, Step]]] = defaultdict(list)
+        none = numpy.empty(0, dtype=int)
+        size = self._tc.shape[0]
+        self._found = [Events(none, none, none, numpy.empty(0), numpy.empty((0, size)))]
+
+    def take_down(self, _: Any) -> bool:
+        """Take down the last step of the integrator, which calls this after each."""
+        step = self.steps
+        self._series[step] = self._tc
+        self._ends[step] = self._time
+        self._widths[step] = self._last_h
+        self._counts.append(len(self._hits))
+        self.steps = step + 1
+        return True
+
+    def sign(self, since: int, flights: Any) -> None:
+        """Say whose the steps from ``since`` on are, -1 for empty lanes."""
+        self._flights[since : self.steps] = flights
+
+    def begun(self, lane: int) -> float:
+        """When the last step of ``lane`` began, which is not the first one of its flight."""
+        step = self.steps - 2
+        return float(self._ends[step, lane]) if step >= 0 else float(self._since[lane])
+
+    def close(self, lanes: Sequence[int]) -> None:
+        """Note that the flights in these lanes end here."""
+        self._closing[self.steps - 1, lanes] = self._height_rates()[lanes]
+
+    def read(self) -> None:
+        """Read off what happened in the steps, and give them up."""
+        series, widths = self._series[: self.steps], self._widths[: self.steps]
+        columns = stretches(series[:, self._height], widths)
+        whose = self._flights[: self.steps][widths != 0]
+        self.taken += numpy.bincount(whose, minlength=len(self.taken))
+        rates, closing = self._height_rates(), self._closing[: self.steps]
+        first, last = columns[-2:]
+        # where one step ends the next begins, so that no turn between them is lost or found twice
+        first[0] = numpy.where(numpy.isnan(self._rates), first[0], self._rates)
+        last[:-1], last[-1] = first[1:], rates
+        last[:] = numpy.where(numpy.isnan(closing), last, closing)
+        read = bounds(columns)
+        self._find_lowest(read)
+        noted = self._noted()
+        climbs = noted.detector == self._equator
+        numpy.minimum.at(self._climb, noted.flight[climbs], noted.time[climbs])
+        self._found += [noted, self._turns(read, columns)]
+        self._since, self._rates = self._ends[self.steps - 1].copy(), rates
+        closing[:] = math.nan
+        self._hits.clear()
+        self._counts.clear()
+        self.steps = 0
+
+    def events(self) -> Events:
+        """All events of the flights, in their order."""
+        events = Events(*(numpy.concatenate(column) for column in zip(*self._found, strict=True)))
+        order = numpy.argsort(events.flight, kind="stable")
+        order = order[events.flight[order] >= 0]
+        return Events(*(column[order] for column in events))
+
+    def lowest(self, flight: int) -> list[Step]:
+        """The steps of a flight in one of which the normal force is smallest."""
+        highest = self._highest[flight]
+        return [step for ceiling, step in self._lowest[flight] if reaches(ceiling, highest)]
+
+    def _height_rates(self) -> Any:
+        """Rates of k.z where the lanes are now."""
+        now = self._motion(self._batch.state)
+        return newton.axis_rate(now.body, now.state)[2]
+
+    def _motion(self, states: Any) -> Motion:
+        """Axis and angular momentum of states whose entries are first."""
+        kx, ky, kz, Lx, Ly, Lz = states[:6]
+        body = self._form.body(self._batch.pars)
+        return Motion(body, NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), numpy)
+
+    def _find_lowest(self, read: Bounds) -> None:
+
+        flights = self._flights[: self.steps]
+        found = may_be_lowest(read, self._widths[: self.steps], flights, self._highest)
+        step, lane, ceiling = found
+        for flight, above, width, series in zip(
+            flights[step, lane].tolist(),
+            ceiling.tolist(),
+            self._widths[step, lane].tolist(),
+            self._series[step, :, :, lane],
+            strict=True,
+        ):
+            self._lowest[flight].append((above, Step(width, series.copy())))
+        for flight in set(flights[step, lane].tolist()):
+            if len(self._lowest[flight]) > LOWEST_KEPT:  # a periodic motion has as many as periods
+                steps = lowest_steps(self.lowest(flight), self._height)
+                self._lowest[flight] = [(math.inf, step) for step in steps]
+
+    def _turns(self, read: Bounds, columns: Any) -> Events:
+        """The turning points of theta: cos theta = k.z turns where its rate changes sign.
+
+        Unless all are asked for, minima before the climb and maxima after it. As an event of
+        heyoka, which finds hundreds of them in a row of a sweep, that costs as much as all other
+        events together.
+        """
+        may = numpy.flatnonzero((read.changes > 0) & (columns[-3] != 0) & read.finite)
+        flat = columns.reshape(len(columns), -1)
+        owner, since, rising = zeros(flat.take(may, axis=1), read.changes.ravel()[may])
+        step, lane = numpy.divmod(may[owner], len(self._time))
+        time = self._ends[step, lane] - self._widths[step, lane] + since
+        # where k.z begins to fall theta begins to rise: a minimum, as the event's function falls
+        if not self._every:
+            climb = self._climb[self._flights[step, lane]]
+            wanted = ((time > climb) == rising) | (climb < EARLY)
+            step, lane, time, since, rising = (
+                one[wanted] for one in (step, lane, time, since, rising)
+            )
+        state = states_in(self._series[step, :, :, lane], since)
+        detector = numpy.full(len(lane), self._turning)
+        return Events(self._flights[step, lane], detector, 2 * rising - 1, time, state)
+
+    def _noted(self) -> Events:
+        """What heyoka has found."""
+        lane, detector, time, direction = numpy.array(self._hits).reshape(-1, 4).T
+        lane, detector, direction = (one.astype(int) for one in (lane, detector, direction))
+        step = numpy.searchsorted(self._counts, 4 * numpy.arange(len(lane)), side="right")
+        state = numpy.full((len(lane), self._tc.shape[0]), numpy.nan)
+        wanted = numpy.flatnonzero(self._stateful[detector])
+        if len(wanted):
+            at, on = step[wanted], lane[wanted]
+            begun = self._ends[at, on] - self._widths[at, on]
+            state[wanted] = states_in(self._series[at, :, :, on], time[wanted] - begun)
+        return Events(self._flights[step, lane], detector, direction, time, state)
