@@ -8,6 +8,7 @@ from where they are, so that no lane waits, and what happens in one does not tou
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -114,7 +115,7 @@ class Lanes:
         if build.contact == "bilateral":
             del terminal["contact_lost"]
         self._terminal = tuple(terminal)
-        hits: list[float] = []
+        hits = array("d")
         size, parameters = len(form.columns), len(form.parameters)
         self._batch = heyoka.taylor_adaptive_batch(
             list(zip(variables, rates, strict=True)),
@@ -182,8 +183,10 @@ class Lanes:
         self._goals[lane] = 0.0 if number < 0 else start.until
         self._longest[lane] = start.longest
         # not set_time, which would cut the low parts of the other lanes' times
-        high, low = (numpy.nan_to_num(part) for part in self._batch.dtime)
+        high, low = (part.copy() for part in self._batch.dtime)
         high[lane] = low[lane] = 0.0
+        if not numpy.isfinite(high).all():
+            high, low = numpy.nan_to_num(high), numpy.nan_to_num(low)
         self._batch.set_dtime(high, low)
         self._batch.reset_cooldowns(lane)
         self._age[lane] = 0
@@ -222,7 +225,7 @@ class Lanes:
         return status, float(self._time[lane]), state.copy()
 
 
-def _noting(hits: list[float], position: int) -> Any:
+def _noting(hits: array[float], position: int) -> Any:
     # a function, because heyoka copies callables deeply, but functions with what they refer to
     def note(_: Any, time: float, sign: int, lane: int) -> None:
         if sign:  # 0: the function vanishes identically, so nothing changes sign

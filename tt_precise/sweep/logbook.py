@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections import defaultdict
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -45,7 +46,7 @@ class Logbook:
     """
 
     def __init__(
-        self, batch: Any, form: Formulation, detectors: Sequence[Detector], hits: list[float]
+        self, batch: Any, form: Formulation, detectors: Sequence[Detector], hits: array[float]
     ):
 
         self._batch, self._form, self._hits = batch, form, hits
@@ -70,7 +71,7 @@ class Logbook:
         """Begin with so many flights."""
         self.steps = 0
         self._rates[:] = math.nan
-        self._hits.clear()
+        del self._hits[:]
         self._counts.clear()
         # the last one of these is for empty lanes
         self.taken = numpy.zeros(flights + 1, dtype=int)  # steps of each flight
@@ -124,7 +125,7 @@ class Logbook:
         self._found += [noted, self._turns(read, columns)]
         self._since, self._rates = self._ends[self.steps - 1].copy(), rates
         closing[:] = math.nan
-        self._hits.clear()
+        del self._hits[:]
         self._counts.clear()
         self.steps = 0
 
@@ -176,21 +177,25 @@ class Logbook:
         heyoka, which finds hundreds of them in a row of a sweep, that costs as much as all other
         events together.
         """
-        may = numpy.flatnonzero((read.changes > 0) & (columns[-3] != 0) & read.finite)
+        flights, ends = self._flights[: self.steps], self._ends[: self.steps]
+        begun = ends - columns[-3]
+        may = (read.changes > 0) & (columns[-3] != 0) & read.finite
+        climb = self._climb[flights]
+        every = self._every | (climb < EARLY)
+        rises = columns[-2] < 0
+        # before the zeros are looked for; a step with several ones is decided by these
+        may &= every | (read.changes > 1) | numpy.where(rises, ends > climb, begun < climb)
+        at = numpy.flatnonzero(may)
         flat = columns.reshape(len(columns), -1)
-        owner, since, rising = zeros(flat.take(may, axis=1), read.changes.ravel()[may])
-        step, lane = numpy.divmod(may[owner], len(self._time))
-        time = self._ends[step, lane] - self._widths[step, lane] + since
+        owner, since, rising = zeros(flat.take(at, axis=1), read.changes.ravel()[at])
+        step, lane = numpy.divmod(at[owner], len(self._time))
+        time = begun[step, lane] + since
         # where k.z begins to fall theta begins to rise: a minimum, as the event's function falls
-        if not self._every:
-            climb = self._climb[self._flights[step, lane]]
-            wanted = ((time > climb) == rising) | (climb < EARLY)
-            step, lane, time, since, rising = (
-                one[wanted] for one in (step, lane, time, since, rising)
-            )
+        wanted = every[step, lane] | ((time > climb[step, lane]) == rising)
+        step, lane, time, since, rising = (one[wanted] for one in (step, lane, time, since, rising))
         state = states_in(self._series[step, :, :, lane], since)
         detector = numpy.full(len(lane), self._turning)
-        return Events(self._flights[step, lane], detector, 2 * rising - 1, time, state)
+        return Events(flights[step, lane], detector, 2 * rising - 1, time, state)
 
     def _noted(self) -> Events:
         """What heyoka has found."""
