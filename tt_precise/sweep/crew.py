@@ -82,9 +82,16 @@ def crew_of(workers: int) -> Crew:
     def hire() -> Executor:
         # spawned, because a fork would copy the threads of LLVM and TBB in a broken state
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(workers, mp_context=context, initializer=serve_quietly)
+        hired = ProcessPoolExecutor(workers, mp_context=context, initializer=serve_quietly)
+        for _ in range(workers):  # they get ready while the first starts are drawn
+            hired.submit(_get_ready)
+        return hired
 
     return Crew(hire(), lambda: workers, hire)
+
+
+def _get_ready() -> None:
+    import tt_precise.sweep.chunk  # noqa: F401
 
 
 def crew_on_dask(address: str) -> tuple[Crew, Callable[[], None]]:

@@ -177,25 +177,26 @@ class Logbook:
         heyoka, which finds hundreds of them in a row of a sweep, that costs as much as all other
         events together.
         """
-        flights, ends = self._flights[: self.steps], self._ends[: self.steps]
-        begun = ends - columns[-3]
-        may = (read.changes > 0) & (columns[-3] != 0) & read.finite
-        climb = self._climb[flights]
-        every = self._every | (climb < EARLY)
-        rises = columns[-2] < 0
-        # before the zeros are looked for; a step with several ones is decided by these
-        may &= every | (read.changes > 1) | numpy.where(rises, ends > climb, begun < climb)
-        at = numpy.flatnonzero(may)
+        at = numpy.flatnonzero((read.changes > 0) & (columns[-3] != 0) & read.finite)
         flat = columns.reshape(len(columns), -1)
-        owner, since, rising = zeros(flat.take(at, axis=1), read.changes.ravel()[at])
-        step, lane = numpy.divmod(at[owner], len(self._time))
-        time = begun[step, lane] + since
+        end, flight, changes = (
+            one.ravel()[at] for one in (self._ends, self._flights, read.changes)
+        )
+        begun, climb = end - flat[-3, at], self._climb[flight]
+        # before the zeros are looked for; a step with several ones is decided by these
+        every = self._every | (climb < EARLY)
+        may = every | (changes > 1) | numpy.where(flat[-2, at] < 0, end > climb, begun < climb)
+        at, begun, flight = at[may], begun[may], flight[may]
+        climb, every, changes = climb[may], every[may], changes[may]
+        owner, since, rising = zeros(flat.take(at, axis=1), changes)
+        time = begun[owner] + since
         # where k.z begins to fall theta begins to rise: a minimum, as the event's function falls
-        wanted = every[step, lane] | ((time > climb[step, lane]) == rising)
-        step, lane, time, since, rising = (one[wanted] for one in (step, lane, time, since, rising))
+        wanted = every[owner] | ((time > climb[owner]) == rising)
+        owner, time, since, rising = (one[wanted] for one in (owner, time, since, rising))
+        step, lane = numpy.divmod(at[owner], len(self._time))
         state = states_in(self._series[step, :, :, lane], since)
         detector = numpy.full(len(lane), self._turning)
-        return Events(flights[step, lane], detector, 2 * rising - 1, time, state)
+        return Events(flight[owner], detector, 2 * rising - 1, time, state)
 
     def _noted(self) -> Events:
         """What heyoka has found."""
