@@ -63,6 +63,7 @@ class Logbook:
         self._widths = numpy.empty((ROOM, width))
         self._flights = numpy.empty((ROOM, width), dtype=int)
         self._closing = numpy.full((ROOM, width), math.nan)  # rates of k.z where flights end
+        self._since = numpy.zeros(width)  # when the steps begin
         self._rates = numpy.full(width, math.nan)  # of k.z where the steps begin; NaN at starts
         self._counts: list[int] = []
         self.steps = 0  # how many there are now
