@@ -117,7 +117,7 @@ def test_a_hundred_thousand_starts(tmp_path: Path) -> None:
     print(f"  {faster:.2f} times scalar integrations on one core")
     assert swept.summary["rows"] == 100_000
     assert peak[0] < GIB
-    assert faster >= 3 * 1.8  # the two bars of the tests above
+    assert faster >= 8  # 3 times 1.8 of the tests above would do; found 10 to 15
 
 
 def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.sweep.columns import Detector
 from tt_precise.sweep.lowest import Step, lowest_steps, may_be_lowest, reaches
-from tt_precise.sweep.series import Bounds, bounds, states_in, stretches, zeros
+from tt_precise.sweep.series import END, START, WIDTH, Bounds, bounds, states_in, stretches, zeros
 
 ROOM = 384  # steps
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
@@ -113,7 +113,7 @@ class Logbook:
         whose = self._flights[: self.steps][widths != 0]
         self.taken += numpy.bincount(whose, minlength=len(self.taken))
         rates, closing = self._height_rates(), self._closing[: self.steps]
-        first, last = columns[-2:]
+        first, last = columns[START], columns[END]
         # where one step ends the next begins, so that no turn between them is lost or found twice
         first[0] = numpy.where(numpy.isnan(self._rates), first[0], self._rates)
         last[:-1], last[-1] = first[1:], rates
@@ -178,15 +178,15 @@ class Logbook:
         heyoka, which finds hundreds of them in a row of a sweep, that costs as much as all other
         events together.
         """
-        at = numpy.flatnonzero((read.changes > 0) & (columns[-3] != 0) & read.finite)
+        at = numpy.flatnonzero((read.changes > 0) & (columns[WIDTH] != 0) & read.finite)
         flat = columns.reshape(len(columns), -1)
         end, flight, changes = (
             one.ravel()[at] for one in (self._ends, self._flights, read.changes)
         )
-        begun, climb = end - flat[-3, at], self._climb[flight]
+        begun, climb = end - flat[WIDTH, at], self._climb[flight]
         # before the zeros are looked for; a step with several ones is decided by these
         every = self._every | (climb < EARLY)
-        may = every | (changes > 1) | numpy.where(flat[-2, at] < 0, end > climb, begun < climb)
+        may = every | (changes > 1) | numpy.where(flat[START, at] < 0, end > climb, begun < climb)
         at, begun, flight = at[may], begun[may], flight[may]
         climb, every, changes = climb[may], every[may], changes[may]
         owner, since, rising = zeros(flat.take(at, axis=1), changes)

@@ -15,8 +15,8 @@ import numpy
 
 from tt_precise.sweep.series import HALVINGS, Bounds, bernstein_of, halves, states_in
 
-# A step is kept if its peak may come so close to the largest: the remainder of the series, and
-# sums that are rounded otherwise in other company, move it by less. The states decide.
+# A step is kept if its peak may come so close to the largest: the remainder of the series moves
+# it by less. The states decide.
 SLACK = 1e-9
 ROUNDING = 2.0**-50
 KEPT = 8  # of equal peaks, which a periodic motion has without end

@@ -21,6 +21,7 @@ HALVINGS = 26  # a parabola loses 2^-52 of its height so near to its peak
 NEWTON_STEPS = 6  # at a time, from a secant: enough for all but a few turning points in 1,000
 SETTLED = 2.0**-30  # of a step: after so small a step of Newton's a zero is known
 ALONE = {"batch_parallel": False}  # the other cores have sweeps of their own
+WIDTH, START, END = -3, -2, -1  # the last rows of ``stretches``
 ITERATIONS = 10  # of so many steps: bisections alone would take 52
 
 
@@ -65,9 +66,9 @@ def stretches(heights: Any, widths: Any) -> Any:
     """
     steps, terms, lanes = heights.shape
     columns = numpy.empty((terms + 2, steps, lanes))
-    columns[:-3] = heights[:, 1:].transpose(1, 0, 2)
-    columns[-3] = widths
-    columns[-2] = columns[-1] = columns[0]
+    columns[:WIDTH] = heights[:, 1:].transpose(1, 0, 2)
+    columns[WIDTH] = widths
+    columns[START] = columns[END] = columns[0]
     return columns
 
 
@@ -106,7 +107,7 @@ def zeros(columns: Any, changes: Any) -> tuple[Any, Any, Any]:
     each step. What is found in one does not depend on the others, to the last bit.
     """
     count = columns.shape[1]
-    owner, first, last = numpy.arange(count), columns[-2], columns[-1]
+    owner, first, last = numpy.arange(count), columns[START], columns[END]
     rising, left, right = first < 0, numpy.zeros(count), numpy.ones(count)
     with numpy.errstate(all="ignore"):
         start = first / (first - last)
@@ -124,15 +125,15 @@ def zeros(columns: Any, changes: Any) -> tuple[Any, Any, Any]:
         )  # fmt: skip
         owner = owner[order]
         columns = columns[:, owner]
-    place = _between(columns[:-2], 2.0 * rising - 1, left, right, start)
-    return owner, place * columns[-3], rising
+    place = _between(columns[:START], 2.0 * rising - 1, left, right, start)
+    return owner, place * columns[WIDTH], rising
 
 
 def _brackets(columns: Any) -> tuple[Any, Any, Any, Any]:
     """Parts of steps with one zero of the rate each: which, from, to, whether it rises."""
-    power = numpy.arange(len(columns) - 3)[:, None]
-    bernstein = bernstein_of((columns[:-3] * (power + 1.0) * columns[-3] ** power).T)
-    bernstein[:, 0], bernstein[:, -1] = columns[-2:]
+    power = numpy.arange(len(columns[:WIDTH]))[:, None]
+    bernstein = bernstein_of((columns[:WIDTH] * (power + 1.0) * columns[WIDTH] ** power).T)
+    bernstein[:, 0], bernstein[:, -1] = columns[START], columns[END]
     owner, left, width = numpy.arange(len(bernstein)), numpy.zeros(len(bernstein)), 1.0
     found = []
     for halving in range(HALVINGS + 1):
