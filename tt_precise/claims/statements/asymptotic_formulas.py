@@ -7,10 +7,10 @@ from itertools import pairwise
 
 from tt_precise.body import Parameters
 from tt_precise.claims import evidence
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.potential import minimum
 from tt_precise.claims.measured import decimal
-from tt_precise.claims.potential import minimum
 from tt_precise.claims.verdicts import Check, Finding, all_of, statement
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds

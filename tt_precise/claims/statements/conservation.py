@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence.paper_odeint import paper_odeint, state_errors
 from tt_precise.claims.measured import decimal
-from tt_precise.claims.own_way import own_way, state_errors
 from tt_precise.claims.verdicts import Finding, all_of, at_most_order
 
 
@@ -19,7 +19,7 @@ from tt_precise.claims.verdicts import Finding, all_of, at_most_order
 )
 def jellett_drift(printed: str = "1e-6", scene: str = "reference") -> Finding:
     """The computed solution keeps Jellett's integral to about 1e-6 of its value."""
-    own, off = own_way(scene), state_errors(scene)
+    own, off = paper_odeint(scene), state_errors(scene)
     checks = {"odeint": at_most_order(printed, own.jellett_drift)}
     for precision in ("double", "quad"):
         drift = evidence.trajectory(scene, precision).drift["jellett"]

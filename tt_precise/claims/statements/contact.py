@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.enclosed import enclosed
+from tt_precise.claims.evidence.proved import proofs_of
 from tt_precise.claims.measured import decimal, fraction_of, measured_text
 from tt_precise.claims.verdicts import Finding, judged, statement
 
@@ -25,7 +25,7 @@ def normal_force_stays_positive(scene: evidence.SceneLike = "reference") -> Find
         printed="g_n > 0",
         measured=f"least g_n {measured_text(least)} N, {ended}",
     )
-    known = enclosed(scene)
+    known = proofs_of(scene)
     proved = check.holds and known.g_n_positive
     return judged(
         check,

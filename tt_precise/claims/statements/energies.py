@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.enclosed import digits, enclosed, settles
+from tt_precise.claims.evidence.proved import digits, proofs_of, settles
 from tt_precise.claims.verdicts import Check, Finding, judged, readings, rounds_to
 from tt_precise.golden.proofs import Interval
 
@@ -46,7 +46,7 @@ def potential_energy_at_the_start(printed: str = AT_0_S, scene: str = "reference
 def ratio_of_potential_energies(printed: str = "1.8534", scene: str = "reference") -> Finding:
     """E_pot(8 s)/E_pot(0) of the reference solution."""
     check = rounds_to(printed, evidence.settled(_ratio, scene))
-    proved = settles(check, lambda ratio: rounds_to(printed, ratio), _enclosed_ratio(scene))
+    proved = settles(check, lambda ratio: rounds_to(printed, ratio), _proved_ratio(scene))
     return readings(
         {
             "ratio of the energies": check,
@@ -78,9 +78,7 @@ def difference_of_the_ratios(printed: str = "0.2", scene: str = "reference") -> 
         return 100 * (1 - ratio * 7 / 13)
 
     check = rounds_to(printed, evidence.settled(lambda run: off(_ratio(run)), scene), "%")
-    proved = settles(
-        check, lambda ratio: rounds_to(printed, off(ratio), "%"), _enclosed_ratio(scene)
-    )
+    proved = settles(check, lambda ratio: rounds_to(printed, off(ratio), "%"), _proved_ratio(scene))
     rounded = 100 * (1 - Fraction(AT_8_S) / Fraction(AT_0_S) / theory)
     return readings(
         {
@@ -97,20 +95,20 @@ def _energy(printed: str, t: str, note: str, scene: str) -> Finding:
     def check(energy: Any) -> Check:
         return rounds_to(printed, energy, "J")
 
-    found, known = check(evidence.at("E_pot", t, scene)), enclosed(scene)
+    found, known = check(evidence.at("E_pot", t, scene)), proofs_of(scene)
     proved = settles(found, check, known.potential_energy(t))
     told = known.told(proved, f"this energy {digits([known.potential_energy(t)])}")
     return judged(found, note + told, proved=proved)
 
 
-def _enclosed_ratio(scene: str) -> Interval | None:
-    first, last = (enclosed(scene).potential_energy(t) for t in ("0", "8"))
+def _proved_ratio(scene: str) -> Interval | None:
+    first, last = (proofs_of(scene).potential_energy(t) for t in ("0", "8"))
     return Interval(last.low / first.high, last.high / first.low) if first and last else None
 
 
 def _told_ratio(proved: bool, scene: str) -> str:
-    theorem = f"the ratio of the solution's energies {digits([_enclosed_ratio(scene)])}"
-    return enclosed(scene).told(proved, theorem)
+    theorem = f"the ratio of the solution's energies {digits([_proved_ratio(scene)])}"
+    return proofs_of(scene).told(proved, theorem)
 
 
 def _ratio(run: Trajectory) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.enclosed import enclosed
+from tt_precise.claims.evidence.proved import proofs_of
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, all_of, statement
 
@@ -22,7 +22,7 @@ def energy_decreases(quantity: str = "E", scene: evidence.SceneLike = "reference
     fastest = float(evidence.turning_values(f"{quantity}_dot", scene)["value"].max())
     values = evidence.sampled(scene, (quantity,))[quantity]
     steps = int((values.diff().iloc[1:] >= 0).sum())
-    known = enclosed(scene)
+    known = proofs_of(scene)
     holds = fastest <= 0 and steps == 0
     proved = quantity == "E" and holds and known.energy_falls
     return all_of(

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from tt_precise.claims import evidence
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.verdicts import (
     Check,
     Finding,

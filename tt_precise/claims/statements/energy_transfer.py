@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
+from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import decimal, measured_text
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.verdicts import Finding, all_of, statement
 from tt_precise.mechanics import euler, newton
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.verdicts import Finding, all_of, statement
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.quantities import Motion

@@ -7,9 +7,9 @@ from itertools import pairwise
 from typing import Any
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
+from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import Settled, decimal, fraction_of, measured_text
 from tt_precise.claims.verdicts import Finding, about, all_of, in_range, readings, statement
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
 from tt_precise.mechanics.vectors import cross, dot, scaled
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.enclosed import digits, enclosed, settles
+from tt_precise.claims.evidence.proved import digits, proofs_of, settles
 from tt_precise.claims.measured import Settled, decimal, fraction_of
 from tt_precise.claims.verdicts import Check, Finding, about, readings
 from tt_precise.golden.proofs import Interval
@@ -41,7 +41,7 @@ def initiation_time(printed: str = START, scene: str = "reference") -> Finding:
     return _found(
         printed,
         times,
-        _enclosed("t_init", scene),
+        _proved("t_init", scene),
         f"The three definitions of the initiation time differ by {spread} s, less than the printed "
         "digit resolves.",
         scene,
@@ -63,7 +63,7 @@ def ending_time(printed: str = END, scene: str = "reference") -> Finding:
     return _found(
         printed,
         times,
-        {**_enclosed("t_end", scene), TOP: _highest(scene)},
+        {**_proved("t_end", scene), TOP: _highest(scene)},
         f"The nearest of them is off by {decimal(off, 2)} s. Section 2.1 itself says 7.86 s in two "
         "other places.",
         scene,
@@ -83,7 +83,7 @@ def climbing_time(printed: str = "4.7", scene: str = "reference") -> Finding:
     return _found(
         printed,
         _in_all_definitions("duration", scene),
-        _enclosed("duration", scene),
+        _proved("duration", scene),
         f"The paper prints no number for T_inv; its two times give {END} - {START} = "
         f"{decimal(Fraction(END) - Fraction(START), 3)} s.",
         scene,
@@ -97,8 +97,8 @@ def _in_all_definitions(which: str, scene: str) -> dict[str, Settled]:
     return {reading: timed(name) for name, reading in DEFINITIONS.items()}
 
 
-def _enclosed(which: str, scene: str) -> dict[str, Interval | None]:
-    known = enclosed(scene)
+def _proved(which: str, scene: str) -> dict[str, Interval | None]:
+    known = proofs_of(scene)
     return {reading: known.moment(name, which) for name, reading in DEFINITIONS.items()}
 
 
@@ -114,13 +114,13 @@ def _found(
 
     checks = {reading: check(time) for reading, time in times.items()}
     proved = all(settles(checks[one], check, intervals[one]) for one in checks)
-    told = enclosed(scene).told(proved, f"each of these times {digits(intervals.values())}")
+    told = proofs_of(scene).told(proved, f"each of these times {digits(intervals.values())}")
     return readings(checks, note + told, proved=proved)
 
 
 def _highest(scene: str) -> Interval | None:
     """The proved time of the maximum of theta that is surely the highest."""
-    tops = enclosed(scene).events("theta_max")
+    tops = proofs_of(scene).events("theta_max")
     if not tops:
         return None
     highest = max(tops, key=lambda top: top["theta"])

@@ -6,8 +6,8 @@ from fractions import Fraction
 from itertools import pairwise
 
 from tt_precise.claims import evidence
-from tt_precise.claims.backwards import past
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence.backwards import past
 from tt_precise.claims.measured import Settled, decimal, measured_text
 from tt_precise.claims.verdicts import Check, Finding, all_of, judged, statement
 from tt_precise.exact.arithmetic import own_context, rounding_to

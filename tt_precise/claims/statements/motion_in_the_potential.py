@@ -9,8 +9,8 @@ from typing import Any
 from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence.potential import minima, minimum, swing
 from tt_precise.claims.measured import decimal
-from tt_precise.claims.potential import minima, minimum, swing
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds

@@ -8,10 +8,10 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
 from tt_precise.claims.claim import claim
-from tt_precise.claims.enclosed import count, enclosed
 from tt_precise.claims.evidence import SceneLike
+from tt_precise.claims.evidence import reference_series as series
+from tt_precise.claims.evidence.proved import count, proofs_of
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
 
@@ -46,7 +46,7 @@ def oscillation(scene: SceneLike = "reference") -> Finding:
     inside = turns[(turns["theta"] > near) & (turns["theta"] < far)]
     times = [0.0, *turns["t"]]
     gap, begin = max((float(b - a), float(a)) for a, b in pairwise(times))
-    known = enclosed(scene)
+    known = proofs_of(scene)
     proved_turns = known.events("theta_min", "theta_max")
     surely = (
         None

@@ -18,6 +18,7 @@ from tt_precise.claims.verdicts import (
     readings,
     rounds_to,
 )
+from tt_precise.integrate import Trajectory
 from tt_precise.scene import load_scene
 
 START = "closed form in the start values"
@@ -153,6 +154,6 @@ def spin_at_the_start(printed: str = "155", scene: SceneLike = "reference") -> F
     )
 
 
-def _translational_share(run: evidence.Trajectory) -> object:
+def _translational_share(run: Trajectory) -> object:
     begin = run.frame("E_trans", "E_pot", times=["0"])
     return begin["E_trans"].iloc[0] / begin["E_pot"].iloc[0]

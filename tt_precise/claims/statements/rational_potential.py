@@ -6,8 +6,8 @@ from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Check, Finding, misprint, statement
 from tt_precise.mechanics.quantities import d

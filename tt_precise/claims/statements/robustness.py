@@ -8,9 +8,9 @@ from itertools import pairwise
 from typing import Any
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
+from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import Finding, all_of, judged, statement

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence.paper_odeint import paper_odeint
 from tt_precise.claims.measured import decimal
-from tt_precise.claims.own_way import own_way
 from tt_precise.claims.verdicts import Finding, wording
 from tt_precise.scene import load_scene
 
@@ -57,7 +57,7 @@ def slow_spin() -> Finding:
 )
 def software() -> Finding:
     """The simulations were made with SciPy under Python 2.7."""
-    own = own_way()
+    own = paper_odeint()
     return wording(
         "Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA "
         "as then, with default tolerances on eqs (2) to (7) keeps lambda to "

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from tt_precise.claims import evidence
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, all_of, approximate, judged, readings, statement
 from tt_precise.mechanics import euler

@@ -7,10 +7,10 @@ from itertools import pairwise
 from typing import Any
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
 from tt_precise.claims.claim import claim
-from tt_precise.claims.enclosed import digits, enclosed, settles
 from tt_precise.claims.evidence import SceneLike
+from tt_precise.claims.evidence import reference_series as series
+from tt_precise.claims.evidence.proved import digits, proofs_of, settles
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import (
@@ -47,7 +47,7 @@ def final_spin(printed: str = "-85", scene: SceneLike = "reference") -> Finding:
     def checks(spin: Any) -> list[Check]:
         return [rounds_to(printed, spin, "rad/s"), within(printed, spin, "2.5", "rad/s")]
 
-    found, known = evidence.at("omega_3", "8", scene), enclosed(scene)
+    found, known = evidence.at("omega_3", "8", scene), proofs_of(scene)
     interval = known.at("omega_3", "8")
     exact, near = checks(found)
     proved = settles(exact, lambda spin: checks(spin)[0], interval) and settles(
@@ -204,7 +204,7 @@ def spin_changes_sign(name: str = "omega_3", scene: SceneLike = "reference") -> 
         printed="changes sign during the climb",
         measured=f"{len(found)} change{'' if len(found) == 1 else 's'} of sign{at}",
     )
-    known = enclosed(scene)
+    known = proofs_of(scene)
     zeros = known.events("omega_3_zero") if name == "omega_3" else None
     begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
     proved = bool(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from tt_precise.claims import evidence
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
-from tt_precise.claims.enclosed import enclosed
+from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.proved import proofs_of
+from tt_precise.claims.evidence.steady_motions import cases, growth, tumbles
 from tt_precise.claims.measured import decimal
-from tt_precise.claims.steady_motions import cases, growth, tumbles
 from tt_precise.claims.verdicts import (
     Check,
     Finding,
@@ -218,7 +218,7 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
     falling = run.status == "contact_lost" and float(ahead.iloc[0]) > 1e-6 > float(ahead.iloc[1])
     lambda_ = evidence.thresholds_of(scene).quantities
     ratio = lambda_["lambda"].value / lambda_["lambda_thres"].value
-    known = enclosed(LEAVES)
+    known = proofs_of(LEAVES)
     lost = known.contact_lost
     proved = falling and lost is not None
     when = decimal(lost.low, 12) if lost else "no time"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tt_precise.claims import evidence
-from tt_precise.claims import formulas as f
 from tt_precise.claims.claim import claim
+from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import (
     Check,

@@ -7,7 +7,7 @@ from typing import Any
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.swept import SECTION, greatest, number, share, starts
+from tt_precise.claims.evidence.section22 import SECTION, greatest, number, share, starts
 from tt_precise.claims.verdicts import Check, Finding, all_of, readings, statement
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.conversion import vectors_from_euler

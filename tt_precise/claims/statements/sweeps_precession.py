@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tt_precise.claims.claim import claim
-from tt_precise.claims.swept import (
+from tt_precise.claims.evidence.section22 import (
     CONTACTS,
     HORIZON,
     SECTION,

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.swept import AMPLITUDES, SECTION, number, reference, starts, width
+from tt_precise.claims.evidence.section22 import (
+    AMPLITUDES,
+    SECTION,
+    number,
+    reference,
+    starts,
+    width,
+)
 from tt_precise.claims.verdicts import Check, Finding, all_of, statement
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from tt_precise.claims import enclosed_climb, evidence
-from tt_precise.claims import reference_series as series
+from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.enclosed import digits, enclosed, settles
-from tt_precise.claims.evidence import SceneLike
+from tt_precise.claims.evidence import SceneLike, proved_climb
+from tt_precise.claims.evidence import reference_series as series
+from tt_precise.claims.evidence.proved import digits, proofs_of, settles
 from tt_precise.claims.measured import decimal, measured_text
 from tt_precise.claims.statements.inversion_times import DEFINITION, DEFINITIONS
 from tt_precise.claims.verdicts import (
@@ -50,7 +50,7 @@ def climbing_phase(
     printed: tuple[str, str] = ("3.2", "7.86"), scene: SceneLike = "reference"
 ) -> Finding:
     """The climbing phase lasts from 3.2 to 7.86 s."""
-    checks, known, proved = {}, enclosed(scene), True
+    checks, known, proved = {}, proofs_of(scene), True
     moments = {(name, which): known.moment(name, which) for name in DEFINITIONS for which in ENDS}
     for name, reading in DEFINITIONS.items():
         ends = [evidence.settled(partial(_moment, name, which), scene) for which in ENDS]
@@ -97,7 +97,7 @@ def precession_at_initiation(printed: str = "80", scene: SceneLike = "reference"
             ("first maximum of theta after", lambda run: _precession_at_top(run, 1)),
         )
     }
-    intervals = enclosed_climb.precession(scene)
+    intervals = proved_climb.precession(scene)
     proved = all(
         settles(found, check, interval)
         for found, interval in zip(checks.values(), intervals, strict=True)
@@ -106,7 +106,7 @@ def precession_at_initiation(printed: str = "80", scene: SceneLike = "reference"
         checks,
         "At the maxima of theta phi_dot has a smooth course, which rises through 80 rad/s there "
         "and goes on rising in the climb."
-        + enclosed(scene).told(proved, f"these three values {digits(intervals)}"),
+        + proofs_of(scene).told(proved, f"these three values {digits(intervals)}"),
         proved=proved,
     )
 
@@ -128,8 +128,8 @@ def reversals(
     found = [_reversal(scene, "theta_min", 0), _reversal(scene, "theta_max", 1)]
     signs = [tuple("+" if value > 0 else "-" for value in pair) for pair in found]
     large = all(abs(value) > LARGE for pair in found for value in pair)
-    peaks = [*enclosed_climb.reversal(scene, "theta_min", "t_init"),
-             *enclosed_climb.reversal(scene, "theta_max", "t_end")]  # fmt: skip
+    peaks = [*proved_climb.reversal(scene, "theta_min", "t_init"),
+             *proved_climb.reversal(scene, "theta_max", "t_end")]  # fmt: skip
     proved = large and all(
         peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
         for peak, value in zip(peaks, (value for pair in found for value in pair), strict=True)
@@ -147,7 +147,7 @@ def reversals(
         "from large negative to large positive values at the first moment, and from large "
         "positive to large negative values at the second",
         "The heights of these peaks are ill conditioned, their signs are not."
-        + enclosed(scene).told(proved, f"the four peaks {digits(peaks)}"),
+        + proofs_of(scene).told(proved, f"the four peaks {digits(peaks)}"),
         proved=proved,
     )
 
@@ -261,11 +261,11 @@ def quotient_after(
     zeros = [t for t in evidence.times_of("phi_dot_zero", scene)["t"] if climb.has(float(t))]
     middle = climb.begin + climb.length / 2
     inside = float(series.columns(["phi_dot"], [middle], scene)["phi_dot"][0])
-    at_last, known = about(printed, last, "s"), enclosed(scene)
+    at_last, known = about(printed, last, "s"), proofs_of(scene)
     proved = (
         settles(at_last, partial(about, printed), known.moment("C", "t_init"))
         and not zeros
-        and enclosed_climb.sign_of_precession(scene) * inside > 0
+        and proved_climb.sign_of_precession(scene) * inside > 0
     )
     return all_of(
         {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
-from tt_precise.claims.formulas import evaluate
+from tt_precise.claims.evidence.formulas import evaluate
 from tt_precise.claims.measured import Settled, decimal
 from tt_precise.claims.verdicts import Finding, about, agrees, judged
 

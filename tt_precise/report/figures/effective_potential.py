@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
-from tt_precise.claims.potential import minima
+from tt_precise.claims.evidence import reference_series as series
+from tt_precise.claims.evidence.potential import minima
 from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.claims import reference_series as series
+from tt_precise.claims.evidence import reference_series as series
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import TIME, climb_marks, course, over_time

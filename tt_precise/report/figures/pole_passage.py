@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
+from tt_precise.claims.evidence import reference_series as series
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 

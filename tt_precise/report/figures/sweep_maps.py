@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from tt_precise.report import maps
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 from tt_precise.scene import load_scene
-from tt_precise.sweep import maps
 from tt_precise.sweep.picture import draw_map
 
 if TYPE_CHECKING:

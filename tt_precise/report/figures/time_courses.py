@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
+from tt_precise.claims.evidence import reference_series as series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,8 +5,8 @@ from fractions import Fraction
 import pytest
 
 from tt_precise.claims import evidence
-from tt_precise.claims.backwards import past
-from tt_precise.claims.own_way import own_way, state_errors
+from tt_precise.claims.evidence.backwards import past
+from tt_precise.claims.evidence.paper_odeint import paper_odeint, state_errors
 from tt_precise.errors import InputError
 from tt_precise.integrate import integrate
 
@@ -52,6 +52,6 @@ def test_the_past_leads_back_to_where_it_came_from() -> None:
 
 
 def test_the_own_way_is_close_and_its_errors_are_seen() -> None:
-    own = own_way(SHORT)
+    own = paper_odeint(SHORT)
     assert 1e-13 < own.jellett_drift < 1e-9
     assert 1e-12 < state_errors(SHORT)["theta"] < 1e-6

@@ -5,39 +5,39 @@ from pathlib import Path
 import numpy
 import pytest
 
-from tt_precise.sweep import section22
+from tt_precise.claims.evidence import section22_sweep
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.kept import fingerprint, unpacked
 from tt_precise.sweep.specification import STARTS, Plan
 
-FILE = Path(__file__).parents[2] / "reports" / section22.FILE
+FILE = Path(__file__).parents[3] / "reports" / section22_sweep.FILE
 
 
 def test_the_committed_file_is_of_the_present_definition() -> None:
     assert FILE.stat().st_size < 2_000_000
-    assert unpacked(FILE.read_bytes(), fingerprint(section22.definition())) is not None
+    assert unpacked(FILE.read_bytes(), fingerprint(section22_sweep.definition())) is not None
 
 
 def test_a_file_of_another_definition_is_not_read() -> None:
-    other = section22.definition() | {"until": "13"}
+    other = section22_sweep.definition() | {"until": "13"}
     assert unpacked(FILE.read_bytes(), fingerprint(other)) is None
 
 
 def test_what_the_issue_asks_for_is_there() -> None:
-    phi_dot = section22.series("phi_dot", contact="unilateral")
+    phi_dot = section22_sweep.series("phi_dot", contact="unilateral")
     assert numpy.allclose(phi_dot["phi_dot"], numpy.linspace(-200, 200, 801))
-    assert len(section22.series("box", contact="through")) >= 1500
-    assert len(section22.series("tenth", contact="through")) >= 400
-    assert section22.rows()["min_g_n"].notna().all()
+    assert len(section22_sweep.series("box", contact="through")) >= 1500
+    assert len(section22_sweep.series("tenth", contact="through")) >= 400
+    assert section22_sweep.rows()["min_g_n"].notna().all()
     with pytest.raises(ValueError, match="series"):
-        section22.series("nothing")
+        section22_sweep.series("nothing")
 
 
 def test_every_start_is_told_with_and_without() -> None:
-    for one in section22.SERIES:
-        alone = section22.series(one.name, contact="unilateral")
-        through = section22.series(one.name, contact="through")
-        held = section22.series(one.name)
+    for one in section22_sweep.SERIES:
+        alone = section22_sweep.series(one.name, contact="unilateral")
+        through = section22_sweep.series(one.name, contact="through")
+        held = section22_sweep.series(one.name)
         assert list(through["index"]) == list(alone["index"]) == list(range(len(alone)))
         lost = alone["outcome"] == "contact_lost"
         assert len(held) == (~lost).sum()
@@ -47,20 +47,20 @@ def test_every_start_is_told_with_and_without() -> None:
 
 
 def test_lambda_is_kept_where_it_is_said_to_be() -> None:
-    rows = section22.series("theta at lambda", contact="unilateral")
+    rows = section22_sweep.series("theta at lambda", contact="unilateral")
     assert numpy.ptp(rows["lambda_ratio"]) < 1e-11
-    assert numpy.ptp(section22.series("theta", contact="unilateral")["lambda_ratio"]) > 0.1
+    assert numpy.ptp(section22_sweep.series("theta", contact="unilateral")["lambda_ratio"]) > 0.1
 
 
 @pytest.mark.slow
 def test_rows_are_the_same_when_made_again() -> None:
-    rows = section22.rows()
+    rows = section22_sweep.rows()
     for contact in ("unilateral", "bilateral"):
         mine = rows[rows["contact"] == contact].iloc[:: 97 if contact == "unilateral" else 61]
-        plan = Plan(section22._scene(), STARTS, section22.RECORD, contact)
+        plan = Plan(section22_sweep._scene(), STARTS, section22_sweep.RECORD, contact)
         again = compute(plan, mine[list(STARTS)].to_numpy(), 8)
         assert list(again["outcome"]) == list(mine["outcome"])
-        for name in (*section22.RECORD, "t_init_A", "t_end_A", "min_g_n"):
+        for name in (*section22_sweep.RECORD, "t_init_A", "t_end_A", "min_g_n"):
             # twelve digits are in the file, of starts rounded to twelve digits too, and the
             # steep parts of t_init and of the extrema enlarge that
             numpy.testing.assert_allclose(again[name], mine[name], rtol=1e-7, atol=1e-9)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.claims.steady_motions import (
+from tt_precise.claims.evidence.steady_motions import (
     Case,
     cases,
     growth,

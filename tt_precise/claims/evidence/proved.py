@@ -28,7 +28,7 @@ Event = dict[str, Interval]
 
 
 @dataclass(frozen=True)
-class Enclosed:
+class Proved:
     """What is proved about a scene: nothing, and ``why``, or what ``proof`` establishes."""
 
     proof: Established | None
@@ -109,12 +109,12 @@ class Enclosed:
 
 
 @cache
-def enclosed(scene: SceneLike) -> Enclosed:
+def proofs_of(scene: SceneLike) -> Proved:
     """What is proved about ``scene``, from the files beside its golden data."""
     try:
-        return Enclosed(*proofs.established(load_scene(scene)))
+        return Proved(*proofs.established(load_scene(scene)))
     except InputError as error:  # unusable golden data are told in the note, like missing ones
-        return Enclosed(None, str(error))
+        return Proved(None, str(error))
 
 
 def settles(found: Check, check: Callable[[Fraction], Check], interval: Interval | None) -> bool:

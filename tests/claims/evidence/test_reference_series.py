@@ -6,7 +6,7 @@ import numpy
 import pytest
 
 from tt_precise.claims import evidence
-from tt_precise.claims import reference_series as series
+from tt_precise.claims.evidence import reference_series as series
 
 KICKED = "kicked"
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tt_precise.sweep import maps
+from tt_precise.report import maps
 from tt_precise.sweep.kept import fingerprint, unpacked
 
 FILE = Path(__file__).parents[2] / "reports" / maps.FILE

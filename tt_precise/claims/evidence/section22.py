@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
+from tt_precise.claims.evidence import section22_sweep
 from tt_precise.claims.verdicts import Check
-from tt_precise.sweep import section22
 
 if TYPE_CHECKING:
     import pandas
@@ -22,16 +22,16 @@ CONTACTS = {
 }
 AMPLITUDES = ("nu_x", "nu_y", "theta_dot")
 ALONE = ("theta_dot", "nu_x", "nu_y")
-HORIZON = f"The horizon is {section22.UNTIL} s."
+HORIZON = f"The horizon is {section22_sweep.UNTIL} s."
 
 
 def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
-    """The rows of one or several series; see ``section22.series``."""
+    """The rows of one or several series; see ``section22_sweep.series``."""
     import pandas
 
     wanted = (names,) if isinstance(names, str) else tuple(names)
     return pandas.concat(
-        [section22.series(name, contact=contact) for name in wanted], ignore_index=True
+        [section22_sweep.series(name, contact=contact) for name in wanted], ignore_index=True
     )
 
 

@@ -17,7 +17,7 @@ from tt_precise.scene import load_scene
 
 
 @dataclass(frozen=True)
-class OwnWay:
+class OdeintRun:
     """What odeint gave: times (s), the six columns of the Euler state, and lambda (all SI)."""
 
     times: Any
@@ -31,7 +31,7 @@ class OwnWay:
 
 
 @cache
-def own_way(scene: evidence.SceneLike = "reference", every: str = "0.01") -> OwnWay:
+def paper_odeint(scene: evidence.SceneLike = "reference", every: str = "0.01") -> OdeintRun:
     """A scene integrated as the paper did, with output every ``every`` seconds."""
     import numpy
     from scipy.integrate import odeint
@@ -43,13 +43,13 @@ def own_way(scene: evidence.SceneLike = "reference", every: str = "0.01") -> Own
     times = numpy.array([float(t) for t in loaded.sample_times])
     rows = odeint(lambda y, _: euler.rates(body, EulerState(*y), math), begin, times)
     state = EulerState(*rows.T)
-    return OwnWay(times, state, euler.jellett(body, state, numpy))
+    return OdeintRun(times, state, euler.jellett(body, state, numpy))
 
 
 @cache
 def state_errors(scene: evidence.SceneLike = "reference", every: str = "0.01") -> dict[str, float]:
     """Largest error of each entry of the odeint solution at its output times (SI)."""
-    own = own_way(scene, every)
+    own = paper_odeint(scene, every)
     truth = evidence.sampled(scene, EulerState._fields, every)
     return {
         name: float(abs(column - truth[name].to_numpy()).max())

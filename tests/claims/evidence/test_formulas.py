@@ -7,7 +7,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.claims import formulas as f
+from tt_precise.claims.evidence import formulas as f
 from tt_precise.mechanics.quantities import d
 
 

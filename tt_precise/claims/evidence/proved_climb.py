@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from tt_precise.claims.enclosed import Event, enclosed
 from tt_precise.claims.evidence import SceneLike
+from tt_precise.claims.evidence.proved import Event, proofs_of
 from tt_precise.golden.proofs import Interval
 
 
 def reversal(scene: SceneLike, turn: str, which: str) -> list[Interval | None]:
     """phi_dot at the turning points before and after ``t_init`` or ``t_end`` (definition A)."""
-    known = enclosed(scene)
+    known = proofs_of(scene)
     turns, moment = known.events(turn), known.moment("A", which)
     if not turns or moment is None:
         return [None, None]
@@ -21,7 +21,7 @@ def reversal(scene: SceneLike, turn: str, which: str) -> list[Interval | None]:
 
 def precession(scene: SceneLike) -> list[Interval | None]:
     """phi_dot where L.k = L.z for the last time, and at the maxima before and after t_init (A)."""
-    known = enclosed(scene)
+    known = proofs_of(scene)
     aligned, moment = known.events("Lk_equals_Lz"), known.moment("B", "t_init")
     there: list[Interval | None] = [None]
     if aligned and moment:
@@ -35,7 +35,7 @@ def sign_of_precession(scene: SceneLike) -> int:
 
     It is the sign at the equator then.
     """
-    known = enclosed(scene)
+    known = proofs_of(scene)
     zeros, middle = known.events("phi_dot_zero"), known.events("equator")
     begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
     if zeros is None or not middle or begin is None or end is None:

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from tt_precise.claims import evidence, judge
-from tt_precise.claims.enclosed import Enclosed, count, digits, enclosed, settles
-from tt_precise.claims.enclosed_climb import precession, reversal, sign_of_precession
+from tt_precise.claims.evidence.proved import Proved, count, digits, proofs_of, settles
+from tt_precise.claims.evidence.proved_climb import precession, reversal, sign_of_precession
 from tt_precise.claims.verdicts import Verdict, about, rounds_to
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval
@@ -31,9 +31,9 @@ def spoilable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     """A copy of the reference scene's golden data, which the claims read instead."""
     place = shutil.copytree(store.home() / "reference", tmp_path / "reference")
     monkeypatch.setattr(store, "home", lambda: tmp_path)
-    enclosed.cache_clear()
+    proofs_of.cache_clear()
     yield place
-    enclosed.cache_clear()
+    proofs_of.cache_clear()
 
 
 @pytest.mark.parametrize("one", _all())
@@ -47,7 +47,7 @@ def test_a_spoiled_proof_proves_nothing(spoilable: Path) -> None:
     assert judge("NUM-20").finding.proved
     text = (spoilable / PROOF).read_text()
     (spoilable / PROOF).write_text(text.replace('"g_n_positive": true', '"g_n_positive": false'))
-    enclosed.cache_clear()
+    proofs_of.cache_clear()
     for one in ("NUM-20", "NUM-04"):
         finding = judge(one).finding
         assert not finding.proved
@@ -90,7 +90,7 @@ def test_a_proof_of_something_else_does_not_settle_a_claim(spoilable: Path) -> N
 
 
 def test_a_variant_is_not_the_scene_that_was_proved() -> None:
-    other = enclosed(evidence.variant(phi_dot="-1000", until="1"))
+    other = proofs_of(evidence.variant(phi_dot="-1000", until="1"))
     assert other.proof is None
     assert not other.g_n_positive
     assert "another start" in other.why
@@ -98,11 +98,11 @@ def test_a_variant_is_not_the_scene_that_was_proved() -> None:
     assert other.events("equator") is None
     assert other.potential_energy("0") is None
     assert not other.energy_falls
-    assert enclosed(replace(evidence.variant(), name="nowhere")).proof is None
+    assert proofs_of(replace(evidence.variant(), name="nowhere")).proof is None
 
 
 def test_what_is_proved_of_the_reference_scene() -> None:
-    known = enclosed("reference")
+    known = proofs_of("reference")
     assert known.g_n_positive
     assert known.energy_falls
     assert known.contact_lost is None
@@ -163,6 +163,6 @@ def test_counts_and_digits() -> None:
 
 
 def test_what_is_not_settled_is_told() -> None:
-    unknown = Enclosed(None, "no proof")
+    unknown = Proved(None, "no proof")
     assert unknown.told(True, "that") == " Proved (rigorous enclosure): that."
     assert unknown.told(False, "that") == " Not proved: no proof."

@@ -6,13 +6,14 @@ from typing import Any
 import pytest
 
 from tt_precise.claims import evidence
-from tt_precise.claims.potential import Swing, minima, minimum, swing
+from tt_precise.claims.evidence.potential import Swing, minima, minimum, swing
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.integrate import integrate
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.quantities import effective_mass, effective_potential
+from tt_precise.scene import load_scene
 
-BODY = evidence.load_scene("reference").body.numbers(float)
+BODY = load_scene("reference").body.numbers(float)
 LAMBDA = 6.9e-6
 HALFWAY = (thresholds.D0(BODY, LAMBDA, math) + thresholds.D1(BODY, LAMBDA, math)) / 2
 
