@@ -19,8 +19,8 @@ from tt_precise.certify.proof import Proof, prove
 from tt_precise.certify.verdict import NotProved
 from tt_precise.commands.certify_golden import command
 from tt_precise.golden import proofs, store
+from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.proofs import ENCLOSURE, PROOF
-from tt_precise.golden.publication import exact_decimal
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integrate import catalogue

@@ -106,7 +106,7 @@ def test_a_cold_start_is_fast(written: Path) -> None:
         bare.append(processor_seconds([sys.executable, "-c", "import numpy"])[1])
     assert {status for status, _, _ in runs} == {0}
     # Processor time, because the machine that runs the tests is shared; one thread does it all.
-    # On a crowded core even that stretches, so six bare imports of NumPy will do as well.
+    # On a crowded core even that blocks of rows, so six bare imports of NumPy will do as well.
     assert min(seconds for _, seconds, _ in runs) < max(COLD_START_S, 6 * min(bare))
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.check.checks import CHECKS
-from tt_precise.check.trace import MOST_POINTS, Trace
+from tt_precise.check.worst import MOST_POINTS, RunningWorst
 
 Healthy = Callable[..., pandas.DataFrame]
 
@@ -96,7 +96,7 @@ def test_the_plot_is_written(failing: tt.check.Result, tmp_path: Path, suffix: s
 def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
     import numpy
 
-    trace = Trace()
+    trace = RunningWorst()
     rng = numpy.random.default_rng(7)
     for start in range(0, 200_000, 1000):
         values = rng.random(1000)
@@ -109,6 +109,6 @@ def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
     assert (trace.worst, trace.at) == (5, 77_123)
     assert curve.max() == 5
     assert t[curve.argmax()] <= 77_123 < t[curve.argmax() + 1]
-    nothing = Trace(largest_is_worst=False)
+    nothing = RunningWorst(largest_is_worst=False)
     nothing.add(numpy.array([0.0, 1.0]), numpy.array([1.0, numpy.nan]))
     assert (nothing.worst, nothing.at) == (-numpy.inf, 1)

@@ -19,7 +19,7 @@ from hypothesis import strategies
 
 import tt_precise as tt
 from tt_precise.check import reading
-from tt_precise.check.reading import open_table
+from tt_precise.check.reading import open_source
 from tt_precise.cli import main
 
 COLUMNS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
@@ -89,7 +89,7 @@ def test_cells_keep_all_their_digits(tmp_path: Path) -> None:
     path = tmp_path / "long.csv"
     digits = "0." + "123456789" * 5
     path.write_text(f"t,kx\n0,{digits}\n1,{digits}\n")
-    with closing(open_table(path)) as table:
+    with closing(open_source(path)) as table:
         block = next(table.blocks(["t"], ["kx"]))
     assert block.texts(1, ["kx"]) == [digits]
 

@@ -6,14 +6,14 @@ from math import factorial
 
 import numpy
 
-from tt_precise.check.series import Series, integral, solution
+from tt_precise.check.series import TaylorSeries, integral, solution
 
 EPS = numpy.finfo(float).eps
 
 
 def test_products_and_quotients_of_geometric_series() -> None:
     # 1/(1 - h) = 1 + h + h^2 + ..., its square has the coefficients 1, 2, 3, ...
-    h = Series(numpy.array([[0.0], [1.0], [0.0], [0.0], [0.0]]))
+    h = TaylorSeries(numpy.array([[0.0], [1.0], [0.0], [0.0], [0.0]]))
     geometric = 1 / (1 - h)
     assert geometric.c[:, 0].tolist() == [1] * 5
     assert (geometric * geometric).c[:, 0].tolist() == [1, 2, 3, 4, 5]
@@ -23,9 +23,9 @@ def test_products_and_quotients_of_geometric_series() -> None:
 
 def test_arrays_stand_on_either_side() -> None:
     array = numpy.array([2.0, 3.0])
-    h = Series(numpy.array([[1.0, 1.0], [1.0, 1.0]]))
+    h = TaylorSeries(numpy.array([[1.0, 1.0], [1.0, 1.0]]))
     for found in (array * h, h * array):
-        assert isinstance(found, Series)
+        assert isinstance(found, TaylorSeries)
         assert found.c.tolist() == [[2, 3], [2, 3]]
     assert (array + h).c.tolist() == [[3, 4], [1, 1]]
     assert (array - h).c.tolist() == [[1, 2], [-1, -1]]

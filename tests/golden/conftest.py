@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tt_precise.golden import building, recipe, store
+from tt_precise.golden import building, store
 from tt_precise.golden.building import Built
-from tt_precise.golden.recipe import Run
+from tt_precise.golden.runs import LADDER, Run, perform, tasks
 from tt_precise.golden.workers import Kept
 from tt_precise.scene import Scene, load_scene, parse_scene
 
@@ -51,9 +51,9 @@ def small_built(tmp_path_factory: pytest.TempPathFactory) -> Small:
     place = tmp_path_factory.mktemp("golden")
     scene = shortened("reference", "0.06")
     shelf = Shelf(place / "kept")
-    tasks = recipe.tasks(scene, recipe.LADDER[0])
-    runs = [recipe.perform(task) for task in tasks]
-    for task, run in zip(tasks, runs, strict=True):
+    plan = tasks(scene, LADDER[0])
+    runs = [perform(task) for task in plan]
+    for task, run in zip(plan, runs, strict=True):
         shelf.keep(task, run)
     built = building.build([scene], folder=place / "data", workers=1, kept=shelf)
     return Small(scene, runs, shelf, place / "data", built[0])

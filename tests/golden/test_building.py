@@ -12,7 +12,7 @@ import pytest
 from tt_precise.errors import InputError
 from tt_precise.golden import building, store
 from tt_precise.golden.building import REFUSED, RENEWED, REPLACED, UNCHANGED
-from tt_precise.golden.recipe import LADDER, tasks
+from tt_precise.golden.runs import LADDER, tasks
 from tt_precise.golden.store import FILES, MANIFEST, TRAJECTORY
 
 if TYPE_CHECKING:

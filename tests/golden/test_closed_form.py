@@ -10,9 +10,9 @@ from fractions import Fraction
 import pytest
 
 from tt_precise.golden.closed_form import closed_form
+from tt_precise.golden.consensus import reconcile
 from tt_precise.golden.digits import agreement
-from tt_precise.golden.publication import publish
-from tt_precise.golden.recipe import Task, perform
+from tt_precise.golden.runs import Task, perform
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene, load_scene
 
@@ -25,12 +25,12 @@ def test_integration_agrees_with_the_closed_form(shorten: Shorten, name: str) ->
     run = perform(Task(name, scene.text, "mp", 160, "newton"))
     oracle = closed_form(scene)
     assert oracle is not None
-    publication = publish(scene, [run, oracle])
-    assert publication.complete
-    assert publication.agreement > 45
+    consensus = reconcile(scene, [run, oracle])
+    assert consensus.complete
+    assert consensus.agreement > 45
     # L = I3 omega_3 k, k = z or -z; 28 digits are those of decimal's own context
     spin = scene.body.I3 * scene.start.omega_3
-    printed = Decimal(publication.trajectory.column("Lz")[-1])
+    printed = Decimal(consensus.trajectory.column("Lz")[-1])
     exact = Decimal(spin.numerator) / Decimal(spin.denominator)
     assert agreement(exact if name == "upright" else -exact, printed) > 27
 
@@ -41,7 +41,7 @@ def test_a_wrong_steady_state_does_not_agree(shorten: Shorten) -> None:
     assert oracle is not None
     other = closed_form(replace(scene, start=replace(scene.start, omega_3=Fraction(200))))
     assert other is not None
-    table = publish(scene, [oracle, other]).trajectory
+    table = reconcile(scene, [oracle, other]).trajectory
     assert isinstance(table, Table)
     assert table.column("Lz")[-1] == ""
 

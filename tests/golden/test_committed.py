@@ -16,7 +16,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.golden import building, proofs, store
 from tt_precise.golden.comparing import correct_digits
-from tt_precise.golden.inspection import inspect
+from tt_precise.golden.integrity import inspect
 from tt_precise.golden.store import FILES
 from tt_precise.integrate import integrate
 from tt_precise.scene import load_scene, shipped

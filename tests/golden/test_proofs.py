@@ -15,7 +15,7 @@ import pytest
 
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
-from tt_precise.golden.inspection import inspect
+from tt_precise.golden.integrity import inspect
 from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.scene import Scene, load_scene

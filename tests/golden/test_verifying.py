@@ -12,8 +12,8 @@ import pytest
 from tt_precise.errors import InputError
 from tt_precise.golden import manifest as manifests
 from tt_precise.golden import store, verifying
-from tt_precise.golden.inspection import inspect
-from tt_precise.golden.recipe import Run, Task, perform
+from tt_precise.golden.integrity import inspect
+from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY
 from tt_precise.golden.table import Table
 from tt_precise.golden.verifying import FRESH_DIGITS, bits_needed, judge, verify

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 
 from tt_precise.golden import building, workers
-from tt_precise.golden.recipe import LADDER, Run, Task, tasks
+from tt_precise.golden.runs import LADDER, Run, Task, tasks
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import Kept, perform_all
 

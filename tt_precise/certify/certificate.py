@@ -25,7 +25,7 @@ from tt_precise.files import atomic_write
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import is_near_zero, scale_of
 from tt_precise.golden.manifest import scene_sha256
-from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.progress import Progress, silent

@@ -15,7 +15,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tt_precise.check.asserting import assert_conserves, assert_matches_golden
+    from tt_precise.check.assertions import assert_conserves, assert_matches_golden
     from tt_precise.check.result import Finding, Result
     from tt_precise.check.run import conservation
 
@@ -23,8 +23,8 @@ __all__ = ["Finding", "Result", "assert_conserves", "assert_matches_golden", "co
 
 _HOMES = {
     "Finding": "tt_precise.check.result",
-    "assert_conserves": "tt_precise.check.asserting",
-    "assert_matches_golden": "tt_precise.check.asserting",
+    "assert_conserves": "tt_precise.check.assertions",
+    "assert_matches_golden": "tt_precise.check.assertions",
     "Result": "tt_precise.check.result",
     "conservation": "tt_precise.check.run",
 }

@@ -9,7 +9,7 @@ from decimal import Decimal, InvalidOperation
 from typing import Any
 
 from tt_precise.golden.digits import scale_of
-from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.runs import DIGITS
 
 NEAR_ZERO = Decimal("1e-3")  # of a column's scale: what smaller entries are measured against
 

@@ -19,8 +19,8 @@ import numpy
 
 from tt_precise.check.digits import Digits, as_decimal
 from tt_precise.check.reading import Block
-from tt_precise.check.result import Finding, Verdict
-from tt_precise.check.stretch import Case, Stretch
+from tt_precise.check.result import CheckFinding, Verdict
+from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.digits import EXACT
@@ -44,17 +44,17 @@ class Distance:
     ``asked`` are the digits wanted, or None to report only.
     """
 
-    def __init__(self, case: Case, present: Sequence[str], asked: float | None, fresh: bool):
-        self._case, self._asked, self._fresh = case, asked, fresh
-        self._table, self._absent = _golden_table(case)
-        vectors = case.columns.name == "rigid body"
+    def __init__(self, setup: CheckSetup, present: Sequence[str], asked: float | None, fresh: bool):
+        self._setup, self._asked, self._fresh = setup, asked, fresh
+        self._table, self._absent = _golden_table(setup)
+        vectors = setup.columns.name == "rigid body"
         known = [*NewtonState._fields, *EulerState._fields]
         self._written = [name for name in present if name in known]
         self._derived: list[str] = []
         if vectors:
-            derived = NewtonState._fields if case.velocity_known else NewtonState._fields[:6]
+            derived = NewtonState._fields if setup.velocity_known else NewtonState._fields[:6]
             self._derived = [name for name in derived if name not in self._written]
-        if case.rolling:
+        if setup.rolling:
             still = {"vx", "vy", "nu_x", "nu_y"}
             self._written = [name for name in self._written if name not in still]
             self._derived = [name for name in self._derived if name not in still]
@@ -69,7 +69,7 @@ class Distance:
             }
             self._digits = Digits.of_columns(self._cells)
 
-    def look(self, block: Block, stretch: Stretch) -> None:
+    def look(self, block: Block, samples: Samples) -> None:
         """The next rows, as given and as vectors."""
         matched = numpy.zeros(len(block), dtype=bool)
         if self._table is not None:
@@ -79,16 +79,16 @@ class Distance:
             delay = t - self._times[near]
             matched = abs(delay) <= SAME_TIME
             for row in numpy.flatnonzero(matched).tolist():
-                self._compare(int(near[row]), float(delay[row]), self._row(block, stretch, row))
+                self._compare(int(near[row]), float(delay[row]), self._row(block, samples, row))
         if self._fresh:
             for row in numpy.flatnonzero(~matched).tolist():
-                self._keep(block, stretch, row)
+                self._keep(block, samples, row)
 
-    def _row(self, block: Block, stretch: Stretch, row: int) -> dict[str, Decimal]:
+    def _row(self, block: Block, samples: Samples, row: int) -> dict[str, Decimal]:
         cells = zip(self._written, block.texts(row, self._written), strict=True)
         found = {name: as_decimal(cell) for name, cell in cells}
         for name in self._derived:
-            found[name] = Decimal(float(getattr(stretch.state, name)[row]))
+            found[name] = Decimal(float(getattr(samples.state, name)[row]))
         return {name: value for name, value in found.items() if value is not None}
 
     def _compare(self, row: int, delay: float, given: Mapping[str, Decimal]) -> None:
@@ -107,27 +107,27 @@ class Distance:
     def _motion(self, row: int, delay: float) -> dict[str, float]:
         changes: dict[str, float] = {}
         for coordinates in ("newton", "euler"):
-            form = formulation(self._case.scene.model, coordinates)
+            form = formulation(self._setup.scene.model, coordinates)
             if not set(form.columns) <= self._cells.keys():
                 continue
             state = [float(self._cells[name][row] or "nan") for name in form.columns]
             with numpy.errstate(all="ignore"):
-                rates = form.rates(self._case.body, form.State(*numpy.array(state)), numpy)
+                rates = form.rates(self._setup.body, form.State(*numpy.array(state)), numpy)
             changes |= {
                 name: float(rate) * delay for name, rate in zip(form.columns, rates, strict=True)
             }
         return changes
 
-    def _keep(self, block: Block, stretch: Stretch, row: int) -> None:
+    def _keep(self, block: Block, samples: Samples, row: int) -> None:
         if self._seen % self._stride == 0:
             written = block.texts(row, ["t"])[0]
             t = exact(written) if isinstance(written, str) else Fraction(float(written))
-            self._kept.append((t, self._row(block, stretch, row)))
+            self._kept.append((t, self._row(block, samples, row)))
             if len(self._kept) > 2 * MOST_FRESH:
                 self._kept, self._stride = self._kept[::2], 2 * self._stride
         self._seen += 1
 
-    def finding(self, progress: Progress) -> Finding:
+    def finding(self, progress: Progress) -> CheckFinding:
         """The distance, with a fresh computation where one is needed and allowed.
 
         Raises
@@ -136,9 +136,9 @@ class Distance:
             Digits were asked for, but there is nothing to compare with.
         """
         if self._kept:
-            from tt_precise.check.fresh import fresh_digits
+            from tt_precise.check.recompute import fresh_digits
 
-            digits, note = fresh_digits(self._case.scene, self._kept, self._asked, progress)
+            digits, note = fresh_digits(self._setup.scene, self._kept, self._asked, progress)
             if self._table is not None and self._digits.rows:
                 note += f"; {self._digits.rows} rows from golden data"
                 digits = min(digits, self._digits, key=lambda found: found.worst)
@@ -152,7 +152,9 @@ class Distance:
                     f"digits: {reason}, so there is nothing to compare with; expected --fresh, "
                     "which computes the solution"
                 )
-            return Finding("golden", "skipped", reason=f"{reason}; --fresh computes the solution")
+            return CheckFinding(
+                "golden", "skipped", reason=f"{reason}; --fresh computes the solution"
+            )
         verdict: Verdict = "pass"
         if self._asked is None:
             note += "; reported only: --digits N asks for N"
@@ -160,20 +162,20 @@ class Distance:
             verdict = "fail"
         if digits.worst < 1:
             note += "; is it another start than the scene's?"
-        return Finding(
+        return CheckFinding(
             "golden", verdict, digits.worst, self._asked, digits.at, note, MEANING, "at least",
             {name: round(value, 2) for name, value in digits.fewest.items()},
         )  # fmt: skip
 
 
-def _golden_table(case: Case) -> tuple[Table | None, str]:
-    name = case.scene.name
+def _golden_table(setup: CheckSetup) -> tuple[Table | None, str]:
+    name = setup.scene.name
     if name not in store.scenes():
         return None, f"no golden data of a scene {name}"
     stored = store.read(name)
     scene = stored.scene
     if (scene.model, scene.body, scene.start) != (
-        case.scene.model, case.scene.body, case.scene.start,
+        setup.scene.model, setup.scene.body, setup.scene.start,
     ):  # fmt: skip
         return None, f"the golden data of {name} are of another body or start"
     return stored.trajectory, ""

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 from tt_precise.check.result import SIGNS
 
 if TYPE_CHECKING:
-    from tt_precise.check.result import Finding, Result
+    from tt_precise.check.result import CheckFinding, Result
 
 WIDTH = 100
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
@@ -20,7 +20,7 @@ def _number(value: float | None, digits: int = 3) -> str:
     return "" if value is None else f"{value:.{digits}g}"
 
 
-def _cells(finding: Finding) -> tuple[str, ...]:
+def _cells(finding: CheckFinding) -> tuple[str, ...]:
     limit = _number(finding.limit)
     return (
         finding.name,

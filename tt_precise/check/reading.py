@@ -45,7 +45,7 @@ class Block:
         return len(self.values["t"])
 
 
-class Table:
+class RowSource:
     """A source of blocks: its column names after renaming, and where it comes from."""
 
     def __init__(self, where: str, names: Sequence[str], rename: Mapping[str, str]):
@@ -65,7 +65,7 @@ class Table:
         """Let go of the file, if there is one."""
 
 
-def open_table(source: Any, rename: Mapping[str, str] | None = None) -> Table:
+def open_source(source: Any, rename: Mapping[str, str] | None = None) -> RowSource:
     """A table from a path, "-" (standard input), a DataFrame, a mapping or a ``Trajectory``.
 
     The caller closes it.
@@ -79,38 +79,38 @@ def open_table(source: Any, rename: Mapping[str, str] | None = None) -> Table:
     if isinstance(source, str | os.PathLike):
         name = os.fspath(source)
         if name == "-":
-            return _TextTable("standard input", sys.stdin.buffer, 0, rename)
+            return _TextSource("standard input", sys.stdin.buffer, 0, rename)
         return _open_file(Path(name), rename)
     if hasattr(source, "frame") and callable(source.frame):
         source = source.frame(numbers="float")
     if hasattr(source, "columns") and hasattr(source, "__getitem__"):
-        return _FrameTable([str(name) for name in source.columns], source, rename)
+        return _ArraySource([str(name) for name in source.columns], source, rename)
     if isinstance(source, Mapping):
-        return _FrameTable([str(name) for name in source], source, rename)
+        return _ArraySource([str(name) for name in source], source, rename)
     raise InputError(
         f"trajectory: got a {type(source).__name__}, expected a path, a DataFrame or a mapping "
         "of columns"
     )
 
 
-def _open_file(path: Path, rename: Mapping[str, str]) -> Table:
+def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
     try:
         size = path.stat().st_size
         if path.suffix == ".parquet":
             path.open("rb").close()
-            return _ParquetTable(path, rename)
+            return _ParquetSource(path, rename)
         opened = path.open("rb")
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: {reason}; expected a trajectory file") from None
     try:
-        return _TextTable(str(path), opened, size, rename, path.name.endswith(".gz"))
+        return _TextSource(str(path), opened, size, rename, path.name.endswith(".gz"))
     except BaseException:
         opened.close()
         raise
 
 
-class _TextTable(Table):
+class _TextSource(RowSource):
     def __init__(
         self,
         where: str,
@@ -236,7 +236,7 @@ class _TextTable(Table):
             raise InputError(f"{self._file}: not UTF-8 text, expected CSV") from None
 
 
-class _ParquetTable(Table):
+class _ParquetSource(RowSource):
     def __init__(self, path: Path, rename: Mapping[str, str]):
         try:
             import pyarrow
@@ -274,7 +274,7 @@ class _ParquetTable(Table):
         self._file.close()
 
 
-class _FrameTable(Table):
+class _ArraySource(RowSource):
     def __init__(self, names: list[str], frame: Any, rename: Mapping[str, str]):
         self._theirs, self._frame = names, frame
         super().__init__("the table", names, rename)

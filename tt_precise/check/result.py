@@ -20,7 +20,7 @@ SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckFinding:
     """One check as it came out.
 
     ``value`` is the worst of all rows, ``at`` its time in s, ``reason`` why it was skipped or
@@ -66,6 +66,9 @@ class Finding:
         return f"{self.name}: {self.value:.3g}{where}, expected {self.sense} {self.limit:.3g}{why}"
 
 
+Finding = CheckFinding  # its public name in tt_precise.check
+
+
 @dataclass(frozen=True)
 class Result:
     """All findings about one trajectory.
@@ -80,7 +83,7 @@ class Result:
     rows: int
     t_first: float
     t_last: float
-    checks: tuple[Finding, ...]
+    checks: tuple[CheckFinding, ...]
 
     @property
     def verdict(self) -> Literal["pass", "fail"]:
@@ -93,11 +96,11 @@ class Result:
         return not self.failures
 
     @property
-    def failures(self) -> tuple[Finding, ...]:
+    def failures(self) -> tuple[CheckFinding, ...]:
         """The findings that failed."""
         return tuple(finding for finding in self.checks if finding.verdict == "fail")
 
-    def __getitem__(self, name: str) -> Finding:
+    def __getitem__(self, name: str) -> CheckFinding:
         for finding in self.checks:
             if finding.name == name:
                 return finding

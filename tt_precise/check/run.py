@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy
 
-from tt_precise.check.checks import CHECKS, Check, Watch
+from tt_precise.check.checks import CHECKS, RowCheck, Watch
 from tt_precise.check.columns import choose_set, known_columns
 from tt_precise.check.golden import Distance
 from tt_precise.check.limits import chosen_limits
-from tt_precise.check.reading import Block, Table, checked_blocks, open_table
-from tt_precise.check.result import Finding, Result, Verdict
-from tt_precise.check.stretch import Case, Stretch
-from tt_precise.check.suspicion import refuse_other_units
-from tt_precise.check.trace import Trace
+from tt_precise.check.reading import Block, RowSource, checked_blocks, open_source
+from tt_precise.check.result import CheckFinding, Result, Verdict
+from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.check.unit_guard import refuse_other_units
+from tt_precise.check.worst import RunningWorst
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
@@ -39,7 +39,7 @@ def conservation(
     columns: Mapping[str, str] | None = None,
     progress: Progress = silent,
 ) -> Result:
-    """Check what a trajectory must conserve.
+    """RowCheck what a trajectory must conserve.
 
     Parameters
     ----------
@@ -71,12 +71,12 @@ def conservation(
     """
     wanted = chosen_limits(limits or {})
     # what overflows or is undefined becomes a value that fails, not a warning
-    with closing(open_table(trajectory, columns)) as table, numpy.errstate(all="ignore"):
+    with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
         return _checked(table, load_scene(scene), wanted, until, digits, fresh, friction, progress)
 
 
 def _checked(
-    table: Table,
+    table: RowSource,
     scene: Scene,
     limits: Mapping[str, float],
     until: float | None,
@@ -85,48 +85,50 @@ def _checked(
     friction: str,
     progress: Progress,
 ) -> Result:
-    case = _case(table, scene, friction)
+    setup = _setup(table, scene, friction)
     cutoff = math.inf if until is None else _cutoff(until)
-    if digits is not None and not case.own_force:
+    if digits is not None and not setup.own_force:
         raise InputError("digits: golden data obey the scene's friction; expected friction scene")
-    distance = Distance(case, table.names, digits, fresh) if case.own_force else None
-    names = ("t", *(name for name in case.columns.names if name in table.names))
+    distance = Distance(setup, table.names, digits, fresh) if setup.own_force else None
+    names = ("t", *(name for name in setup.columns.names if name in table.names))
     also = [name for name in known_columns(table.names) if name not in names]
     running: list[_Running] | None = None
-    rows, stretch, first = 0, None, None
+    rows, samples, first = 0, None, None
     for block in checked_blocks(table.blocks(names, also, progress), table.where, cutoff):
-        read = case.stretch(block)
+        read = setup.samples(block)
         if running is None:
-            _refuse(case, read, block, table)
-            running, first = [_Running(check, case, read, limits) for check in CHECKS], read
-        joined = read if stretch is None else stretch.continued(read)
+            _refuse(setup, read, block, table)
+            running, first = [_Running(check, setup, read, limits) for check in CHECKS], read
+        joined = read if samples is None else samples.continued(read)
         for check in running:
             check.look(joined)
         if distance is not None:
             distance.look(block, read)
-        rows, stretch = rows + len(block), read
-    if running is None or first is None or stretch is None or rows < 2:
+        rows, samples = rows + len(block), read
+    if running is None or first is None or samples is None or rows < 2:
         raise InputError(
             f"{table.where}: got {'one row' if rows else 'no rows'}"
             + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
             + ", expected a trajectory of at least two"
         )
     if distance is None:
-        golden = Finding("golden", "skipped", reason="golden data obey the scene's own friction")
+        golden = CheckFinding(
+            "golden", "skipped", reason="golden data obey the scene's own friction"
+        )
     else:
         golden = distance.finding(progress)
     return Result(
         trajectory=table.where,
         scene=scene.name,
-        columns=case.columns.name,
+        columns=setup.columns.name,
         rows=rows,
         t_first=float(first.t[0]),
-        t_last=float(stretch.t[-1]),
+        t_last=float(samples.t[-1]),
         checks=(*(check.finding() for check in running), golden),
     )
 
 
-def _case(table: Table, scene: Scene, friction: str) -> Case:
+def _setup(table: RowSource, scene: Scene, friction: str) -> CheckSetup:
     chosen = choose_set(table.names, table.where)
     given = [name for name in chosen.velocity if name in table.names]
     if given and len(given) < len(chosen.velocity):
@@ -135,12 +137,12 @@ def _case(table: Table, scene: Scene, friction: str) -> Case:
             f"{table.where}: has {', '.join(given)} but not {', '.join(missing)}, "
             "expected all of the velocity or none"
         )
-    return Case(scene, chosen, bool(given), friction)
+    return CheckSetup(scene, chosen, bool(given), friction)
 
 
-def _refuse(case: Case, first: Stretch, block: Block, table: Table) -> None:
+def _refuse(setup: CheckSetup, first: Samples, block: Block, table: RowSource) -> None:
     try:
-        refuse_other_units(case, first, block, table.names)
+        refuse_other_units(setup, first, block, table.names)
     except InputError as error:
         raise InputError(f"{table.where}: {error}") from None
 
@@ -154,18 +156,22 @@ def _cutoff(until: float) -> float:
 class _Running:
     """One check on its way through the rows."""
 
-    def __init__(self, check: Check, case: Case, first: Stretch, limits: Mapping[str, float]):
+    def __init__(
+        self, check: RowCheck, setup: CheckSetup, first: Samples, limits: Mapping[str, float]
+    ):
         self._check, self._limit = check, limits[check.name]
-        self._skipped = check.skipped(case, first)
-        self._trace = Trace(largest_is_worst=check.sense == "at most")
-        self._watch: Watch | None = None if self._skipped else check.watch(case, first, self._limit)
+        self._skipped = check.skipped(setup, first)
+        self._worst = RunningWorst(largest_is_worst=check.sense == "at most")
+        self._watch: Watch | None = (
+            None if self._skipped else check.watch(setup, first, self._limit)
+        )
 
-    def look(self, stretch: Stretch) -> None:
+    def look(self, samples: Samples) -> None:
         if self._watch:
-            self._trace.add(stretch.t, self._watch(stretch))
+            self._worst.add(samples.t, self._watch(samples))
 
-    def finding(self) -> Finding:
-        check, value, limit = self._check, self._trace.worst, self._limit
+    def finding(self) -> CheckFinding:
+        check, value, limit = self._check, self._worst.worst, self._limit
         verdict: Verdict = "skipped"
         reason = self._skipped
         if self._watch and value is not None:
@@ -177,14 +183,14 @@ class _Running:
                 reason = "not finite there"
             if holds and doubt > limit:
                 verdict, reason = "skipped", f"rows too far apart: {reason}"
-        return Finding(
+        return CheckFinding(
             name=check.name,
             verdict=verdict,
             value=value,
             limit=limit if self._watch else None,
-            at=self._trace.at,
+            at=self._worst.at,
             reason=reason,
             meaning=check.meaning,
             sense=check.sense,
-            curve=self._trace.curve if self._watch else None,
+            curve=self._worst.curve if self._watch else None,
         )

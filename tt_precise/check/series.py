@@ -1,7 +1,7 @@
 """Truncated power series in time: an arithmetic in which the equations give derivatives.
 
-A ``Series`` is a scalar like any other to the functions of ``mechanics``; its coefficients are
-NumPy arrays over the rows of a trajectory. Run through the equations of motion it yields the
+A ``TaylorSeries`` is a scalar like any other to the functions of ``mechanics``; its coefficients
+are NumPy arrays over the rows of a trajectory. Run through the equations of motion it yields the
 Taylor coefficients of the solution through every row, with no formula written again.
 """
 
@@ -14,57 +14,57 @@ from typing import Any
 import numpy
 
 
-class Series:
+class TaylorSeries:
     """``sum(c[k] h**k)``, truncated; ``c`` has shape (terms, rows)."""
 
     __slots__ = ("c",)
-    __array_ufunc__ = None  # so that array * Series is left to Series
+    __array_ufunc__ = None  # so that array * TaylorSeries is left to TaylorSeries
 
     def __init__(self, c: numpy.ndarray):
         self.c = c
 
-    def __add__(self, other: Any) -> Series:
-        if isinstance(other, Series):
-            return Series(self.c + other.c)
+    def __add__(self, other: Any) -> TaylorSeries:
+        if isinstance(other, TaylorSeries):
+            return TaylorSeries(self.c + other.c)
         c = self.c.copy()
         c[0] += other
-        return Series(c)
+        return TaylorSeries(c)
 
     __radd__ = __add__
 
-    def __neg__(self) -> Series:
-        return Series(-self.c)
+    def __neg__(self) -> TaylorSeries:
+        return TaylorSeries(-self.c)
 
-    def __sub__(self, other: Any) -> Series:
+    def __sub__(self, other: Any) -> TaylorSeries:
         return self + -other
 
-    def __rsub__(self, other: Any) -> Series:
+    def __rsub__(self, other: Any) -> TaylorSeries:
         return -self + other
 
-    def __mul__(self, other: Any) -> Series:
-        if not isinstance(other, Series):
-            return Series(self.c * other)
+    def __mul__(self, other: Any) -> TaylorSeries:
+        if not isinstance(other, TaylorSeries):
+            return TaylorSeries(self.c * other)
         terms = len(self.c)
         product = self.c[0] * other.c
         for k in range(1, terms):
             product[k:] += self.c[k] * other.c[: terms - k]
-        return Series(product)
+        return TaylorSeries(product)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Series:
-        if not isinstance(other, Series):
-            return Series(self.c / other)
+    def __truediv__(self, other: Any) -> TaylorSeries:
+        if not isinstance(other, TaylorSeries):
+            return TaylorSeries(self.c / other)
         quotient = numpy.empty(numpy.broadcast_shapes(self.c.shape, other.c.shape))
         for k in range(len(quotient)):
             known = sum(quotient[j] * other.c[k - j] for j in range(k))
             quotient[k] = (self.c[k] - known) / other.c[0]
-        return Series(quotient)
+        return TaylorSeries(quotient)
 
-    def __rtruediv__(self, other: Any) -> Series:
+    def __rtruediv__(self, other: Any) -> TaylorSeries:
         constant = numpy.zeros_like(self.c)
         constant[0] = other
-        return Series(constant) / self
+        return TaylorSeries(constant) / self
 
     @property
     def rate(self) -> numpy.ndarray:
@@ -73,10 +73,10 @@ class Series:
 
 
 def solution(
-    rates: Callable[[tuple[Series, ...]], Sequence[Any]],
+    rates: Callable[[tuple[TaylorSeries, ...]], Sequence[Any]],
     start: Sequence[numpy.ndarray],
     terms: int,
-) -> tuple[Series, ...]:
+) -> tuple[TaylorSeries, ...]:
     """Taylor series, with ``terms`` + 1 coefficients, of the solution through every row.
 
     ``rates`` is an autonomous right-hand side; ``start`` holds one array for each entry of the
@@ -86,10 +86,10 @@ def solution(
     c = numpy.zeros((len(start), terms + 1, rows))
     c[:, 0] = start
     for k in range(terms):
-        truncated = tuple(Series(entry[: k + 1]) for entry in c)
+        truncated = tuple(TaylorSeries(entry[: k + 1]) for entry in c)
         for entry, rate in zip(c, rates(truncated), strict=True):
-            entry[k + 1] = rate.c[k] / (k + 1) if isinstance(rate, Series) else 0
-    return tuple(map(Series, c))
+            entry[k + 1] = rate.c[k] / (k + 1) if isinstance(rate, TaylorSeries) else 0
+    return tuple(map(TaylorSeries, c))
 
 
 def integral(

@@ -10,9 +10,9 @@ from tt_precise.errors import InputError
 from tt_precise.golden import manifest as manifests
 from tt_precise.golden import store
 from tt_precise.golden.closed_form import closed_form
+from tt_precise.golden.consensus import Consensus, reconcile
 from tt_precise.golden.invariants import constancies
-from tt_precise.golden.publication import Publication, publish
-from tt_precise.golden.recipe import LADDER, Run, Task, tasks
+from tt_precise.golden.runs import LADDER, Run, Task, tasks
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import Kept, cores, perform_all, pool
@@ -90,20 +90,20 @@ def build(
         if oracle:
             runs.append(oracle)
         try:
-            publication = publish(scene, runs)
-            if not publication.complete and rung + 1 < len(LADDER):
+            consensus = reconcile(scene, runs)
+            if not consensus.complete and rung + 1 < len(LADDER):
                 rungs[name] += 1
                 return tasks(scene, LADDER[rungs[name]])
-            if publication.contradictions:
+            if consensus.contradictions:
                 raise ArithmeticError(
-                    f"{name}: the runs share no digit of " + ", ".join(publication.contradictions)
+                    f"{name}: the runs share no digit of " + ", ".join(consensus.contradictions)
                 )
-            outcome, note, digits = _settle(scene, publication, runs, place, replace)
+            outcome, note, digits = _settle(scene, consensus, runs, place, replace)
         except ArithmeticError as error:
             built[name] = Built(name, FAILED, str(error), seconds=seconds[name])
             return []
         built[name] = Built(
-            name, outcome, note, digits, publication.agreement, LADDER[rung], seconds[name]
+            name, outcome, note, digits, consensus.agreement, LADDER[rung], seconds[name]
         )
         return []
 
@@ -130,22 +130,22 @@ def first_difference(old: Table, new: Table) -> str:
 
 
 def _settle(
-    scene: Scene, publication: Publication, runs: Sequence[Run], place: Path, reason: str
+    scene: Scene, consensus: Consensus, runs: Sequence[Run], place: Path, reason: str
 ) -> tuple[str, str, int]:
     """Write the data of a scene, or leave them; outcome, note and digits claimed."""
-    old, change = _compared(scene.name, place, publication)
+    old, change = _compared(scene.name, place, consensus)
     history: list[dict[str, str]] = list(old.manifest.get("history", [])) if old else []
     if change:
         if not reason:
             note = f'{change}; expected the same digits, or --replace "reason"'
             return REFUSED, note, int(old.manifest.get("digits", 0)) if old else 0
         history.append({"reason": reason, "first_change": change})
-    constant = constancies(scene, publication.trajectory)
-    told = manifests.compose(scene, publication, runs, constant, history)
+    constant = constancies(scene, consensus.trajectory)
+    told = manifests.compose(scene, consensus, runs, constant, history)
     files = {
         SCENE: scene.text,
-        TRAJECTORY: publication.trajectory.csv(),
-        EVENTS: publication.events.csv(),
+        TRAJECTORY: consensus.trajectory.csv(),
+        EVENTS: consensus.events.csv(),
         MANIFEST: manifests.dump(told),
     }
     digits = int(told["digits"])
@@ -157,7 +157,7 @@ def _settle(
     return (RENEWED if old else NEW), "", digits
 
 
-def _compared(name: str, place: Path, new: Publication) -> tuple[Stored | None, str]:
+def _compared(name: str, place: Path, new: Consensus) -> tuple[Stored | None, str]:
     """Data that stand already, and what of them would change."""
     if not (place / name).exists():
         return None, ""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import mpmath
 
-from tt_precise.golden.recipe import Run, columns
+from tt_precise.golden.runs import Run, columns
 from tt_precise.golden.table import Table
 from tt_precise.numerals import to_mpmath
 from tt_precise.scene import Scene

@@ -15,7 +15,7 @@ from tt_precise.body import Units
 from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.digits import COARSE, EXACT, digits_left, scale_of
-from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.store import Stored
 from tt_precise.golden.table import Table
 from tt_precise.integrate.accuracy import KINDS

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 
-from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.runs import DIGITS
 
 RULE = (
     "An entry is printed with the most significant digits, 34 at most, to which all runs round "

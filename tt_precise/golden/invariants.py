@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mpmath
 
 from tt_precise.exact.jellett import jellett_along
-from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.table import Table
 from tt_precise.integrate.readout import VECTOR_COLUMNS
 from tt_precise.mechanics.conserved import conserved, drift

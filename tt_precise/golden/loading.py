@@ -11,7 +11,7 @@ import pandas
 from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.manifest import SELF_HASH, self_hash
-from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.store import EVENTS, TRAJECTORY
 from tt_precise.golden.table import Table
 

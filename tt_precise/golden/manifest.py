@@ -16,10 +16,10 @@ from collections.abc import Sequence
 from decimal import Decimal
 from typing import Any
 
+from tt_precise.golden.consensus import Consensus
 from tt_precise.golden.digits import RULE, column_digits, scale_of
 from tt_precise.golden.invariants import Constancy
-from tt_precise.golden.publication import Publication
-from tt_precise.golden.recipe import DIGITS, Run
+from tt_precise.golden.runs import DIGITS, Run
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS as CATALOGUE
@@ -52,15 +52,15 @@ _COLUMNS = {
 
 def compose(
     scene: Scene,
-    publication: Publication,
+    consensus: Consensus,
     runs: Sequence[Run],
     constant: Sequence[Constancy],
     history: Sequence[dict[str, str]],
 ) -> dict[str, Any]:
-    """The manifest of ``publication``, made of ``runs``."""
-    derived = derive(scene, publication.trajectory, publication.events)
+    """The manifest of ``consensus``, made of ``runs``."""
+    derived = derive(scene, consensus.trajectory, consensus.events)
     for file, key in ((TRAJECTORY, "trajectory"), (EVENTS, "events")):
-        for name, agreements in publication.agreements[key].items():
+        for name, agreements in consensus.agreements[key].items():
             derived["files"][file]["columns"][name]["agreement"] = {
                 label: _rounded(digits) for label, digits in agreements.items()
             }
@@ -70,11 +70,11 @@ def compose(
         "title": scene.title,
         "source": scene.source,
         "model": scene.model,
-        "status": publication.status,
+        "status": consensus.status,
         **derived,
         "rule": RULE,
         "evidence": {
-            "agreement": _rounded(publication.agreement),
+            "agreement": _rounded(consensus.agreement),
             "runs": [_run(run) for run in runs],
             "constant_over_printed_rows": {one.name: _rounded(one.digits) for one in constant},
             "events": "same list in every run; the directions of each event alternate",
@@ -82,8 +82,8 @@ def compose(
         "versions": versions(),
         "history": list(history),
         "row_marks": {
-            TRAJECTORY: publication.trajectory.row_marks,
-            EVENTS: publication.events.row_marks,
+            TRAJECTORY: consensus.trajectory.row_marks,
+            EVENTS: consensus.events.row_marks,
         },
     }
 

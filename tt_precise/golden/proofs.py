@@ -19,7 +19,7 @@ from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.digits import scale_of
 from tt_precise.golden.manifest import scene_sha256, self_hash
-from tt_precise.golden.recipe import DIGITS
+from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene

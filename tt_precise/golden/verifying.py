@@ -13,9 +13,9 @@ from typing import NamedTuple
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.comparing import relative_error, right_digits, scales_of
-from tt_precise.golden.inspection import inspect
-from tt_precise.golden.publication import ordered_events
-from tt_precise.golden.recipe import LADDER, Run, Task
+from tt_precise.golden.consensus import ordered_events
+from tt_precise.golden.integrity import inspect
+from tt_precise.golden.runs import LADDER, Run, Task
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import cores, perform_all, pool
@@ -43,7 +43,7 @@ MOST_BITS = LADDER[0][-1]
 DOUBLE_MARGIN = 2.5
 
 
-class Worst(NamedTuple):
+class WorstEntry(NamedTuple):
     """The entry of a column with the fewest correct digits."""
 
     file: str
@@ -203,7 +203,7 @@ def _proved(name: str, folder: Path | None) -> int | None:
     return record.digits if record else None
 
 
-def _worst_in_double(stored: Stored, double: Run) -> Worst | None:
+def _worst_in_double(stored: Stored, double: Run) -> WorstEntry | None:
     found = _compared(stored, TRAJECTORY, double.trajectory, [])
     return min(found, key=lambda one: one.digits, default=None)
 
@@ -219,7 +219,7 @@ def _double(stored: Stored) -> Task:
     return Task(stored.name, stored.scene_text, "double", None, "newton", events=False)
 
 
-def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[Worst]:
+def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[WorstEntry]:
     """The worst entry of each column, apart from undefined ones; row by row where rows agree."""
     golden = stored.table(file)
     if len(fresh.rows) != len(golden.rows):
@@ -246,7 +246,7 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
         errors = {row: relative_error(*triple) for row, triple in triples if cells[row]}
         if errors:
             row = max(errors, key=errors.__getitem__)
-            worst.append(Worst(file, row, name, right_digits(errors[row])))
+            worst.append(WorstEntry(file, row, name, right_digits(errors[row])))
     return worst
 
 

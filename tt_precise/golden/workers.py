@@ -17,7 +17,7 @@ from pathlib import Path
 
 from tt_precise.files import atomic_write
 from tt_precise.golden.manifest import versions
-from tt_precise.golden.recipe import Run, Task, perform
+from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.store import PACKAGE
 from tt_precise.golden.table import Table
 from tt_precise.progress import Progress, silent
@@ -25,8 +25,8 @@ from tt_precise.workers import dismiss, serve_quietly
 
 # The code that decides the digits of a run: when it changes, kept runs are void.
 _SOURCES = (
-    "body.py", "numerals.py", "scene.py", "mechanics", "integrate", "golden/recipe.py",
-    "golden/happenings.py",
+    "body.py", "numerals.py", "scene.py", "mechanics", "integrate", "golden/runs.py",
+    "golden/events.py",
 )  # fmt: skip
 
 

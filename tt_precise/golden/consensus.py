@@ -17,7 +17,7 @@ from tt_precise.golden.digits import (
     is_near_zero,
     scale_of,
 )
-from tt_precise.golden.recipe import DIGITS, ENOUGH, TERMINAL_DIRECTION, Run
+from tt_precise.golden.runs import DIGITS, ENOUGH, TERMINAL_DIRECTION, Run
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS
 from tt_precise.scene import Scene
@@ -31,7 +31,7 @@ Agreements = dict[str, dict[str, float]]
 
 
 @dataclass(frozen=True)
-class Publication:
+class Consensus:
     """The tables of a scene, with the worst agreement of each run with the first, in digits.
 
     ``agreements`` maps the name of a table, then a column, then the label of a run to digits,
@@ -74,7 +74,7 @@ class Publication:
         )
 
 
-def publish(scene: Scene, runs: Sequence[Run]) -> Publication:
+def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
     """Tables with the digits in which all ``runs`` agree; the first run has the finest numbers.
 
     A run that ends at a pole (Euler form) testifies for the rows before it.
@@ -112,7 +112,7 @@ def publish(scene: Scene, runs: Sequence[Run]) -> Publication:
         (name, row[0], str(direction), *row[1:])
         for (name, direction, _), row in zip(lists[0], events, strict=True)
     ]
-    return Publication(
+    return Consensus(
         status=first.status,
         trajectory=Table(names, tuple(dated)),
         events=Table(("name", "t", "direction", *names[1:]), tuple(labelled)),

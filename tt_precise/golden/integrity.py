@@ -9,11 +9,11 @@ from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
+from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.digits import PRINTED
 from tt_precise.golden.invariants import CONSTANT_TO, constancies
 from tt_precise.golden.manifest import SCHEMA, SELF_HASH, derive, scene_sha256, self_hash
-from tt_precise.golden.publication import exact_decimal
-from tt_precise.golden.recipe import columns
+from tt_precise.golden.runs import columns
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy
 
-from tt_precise.check.series import Series, integral, solution
-from tt_precise.check.stretch import Case, Stretch
+from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.check.series import TaylorSeries, integral, solution
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import formulation
@@ -40,7 +40,7 @@ EPS = float(numpy.finfo(float).eps)
 
 
 @dataclass(frozen=True)
-class Balance:
+class Residuals:
     """Changes minus integrals of rates of every interval, and how far to trust them.
 
     ``state`` has shape (entries, intervals), ``energy`` (intervals,), both in units of their size
@@ -54,38 +54,38 @@ class Balance:
     ends: numpy.ndarray
 
 
-class Evolution:
-    """The balances of one case; sizes are taken from its first row.
+class EquationResidual:
+    """The balances of one setup; sizes are taken from its first row.
 
     ``resolved`` is the doubt of a whole trajectory at which no higher order is tried.
     """
 
-    def __init__(self, case: Case, first: Stretch, resolved: float = RESOLVED):
-        self.case, self._resolved = case, resolved
-        self._form = formulation(case.scene.model, "newton")
-        self._time = float(numpy.sqrt(case.body.R / case.body.g))
+    def __init__(self, setup: CheckSetup, first: Samples, resolved: float = RESOLVED):
+        self.setup, self._resolved = setup, resolved
+        self._form = formulation(setup.scene.model, "newton")
+        self._time = float(numpy.sqrt(setup.body.R / setup.body.g))
         q = first.first
         spin = float(numpy.sqrt(dot(q.state.L, q.state.L))) or 1.0
-        speed = float(case.body.R * numpy.sqrt(dot(q.omega, q.omega))) or 1.0
+        speed = float(setup.body.R * numpy.sqrt(dot(q.omega, q.omega))) or 1.0
         self._energy_size = float(INTEGRALS["energy"].scale(q)) or 1.0
-        if case.columns.azimuth:
+        if setup.columns.azimuth:
             self._sizes = [1.0] * 3 + [spin] * 3 + [speed] * 2
         else:
             self._sizes = [1.0, spin, spin, spin, speed, speed]
 
-    def balance(self, stretch: Stretch) -> Balance:
-        """The balance of every interval of ``stretch``; computed once for all checks."""
-        if "balance" not in stretch.shared:
-            kept = self._apart(stretch.t)
-            stretch.shared["balance"] = self._balance(stretch.rows(kept), kept[1:])
-        found: Balance = stretch.shared["balance"]
+    def balance(self, samples: Samples) -> Residuals:
+        """The balance of every interval of ``samples``; computed once for all checks."""
+        if "balance" not in samples.shared:
+            kept = self._apart(samples.t)
+            samples.shared["balance"] = self._balance(samples.rows(kept), kept[1:])
+        found: Residuals = samples.shared["balance"]
         return found
 
-    def changes(self, stretch: Stretch) -> tuple[numpy.ndarray, numpy.ndarray]:
+    def changes(self, samples: Samples) -> tuple[numpy.ndarray, numpy.ndarray]:
         """Change of each entry of the state in each interval, and its balance, whatever it is."""
         with numpy.errstate(all="ignore"):
-            functions, _ = self._functions(stretch.state, 1)
-        found = self._balance(stretch, numpy.arange(1, len(stretch.t)))
+            functions, _ = self._functions(samples.state, 1)
+        found = self._balance(samples, numpy.arange(1, len(samples.t)))
         return numpy.diff(functions[:-1]), found.state
 
     def _apart(self, t: numpy.ndarray) -> numpy.ndarray:
@@ -96,36 +96,36 @@ class Evolution:
         kept = numpy.flatnonzero(numpy.diff(cell, prepend=-1.0))
         return kept if kept[-1] == last else numpy.append(kept, last)
 
-    def _balance(self, stretch: Stretch, ends: numpy.ndarray) -> Balance:
-        steps = numpy.diff(stretch.t)
+    def _balance(self, samples: Samples, ends: numpy.ndarray) -> Residuals:
+        steps = numpy.diff(samples.t)
         every = numpy.arange(len(steps))
         with numpy.errstate(all="ignore"):
-            mismatch, doubt = self._intervals(stretch, every, ORDERS[0])
+            mismatch, doubt = self._intervals(samples, every, ORDERS[0])
             for order in ORDERS[1:]:
                 wanted = numpy.maximum(self._resolved * steps / (HORIZON * self._time), 4 * EPS)
                 open_ = every[~(doubt <= wanted)]
                 if not len(open_):
                     break
-                finer, finer_doubt = self._intervals(stretch, open_, order)
+                finer, finer_doubt = self._intervals(samples, open_, order)
                 better = (finer_doubt <= doubt[open_]) | numpy.isnan(doubt[open_])
                 mismatch[:, open_[better]] = finer[:, better]
                 doubt[open_[better]] = finer_doubt[better]
         doubt = numpy.where(numpy.isfinite(mismatch).all(axis=0), doubt, numpy.inf)
-        return Balance(mismatch[:-1], mismatch[-1], doubt, ends)
+        return Residuals(mismatch[:-1], mismatch[-1], doubt, ends)
 
     def _intervals(
-        self, stretch: Stretch, chosen: numpy.ndarray, order: int
+        self, samples: Samples, chosen: numpy.ndarray, order: int
     ) -> tuple[numpy.ndarray, numpy.ndarray]:
         count = len(chosen)
-        if count == len(stretch.t) - 1:
-            values, rates = self._functions(stretch.state, order)
+        if count == len(samples.t) - 1:
+            values, rates = self._functions(samples.state, order)
             ends = slice(None, -1), slice(1, None)
         else:
             both = numpy.concatenate((chosen, chosen + 1))
-            state = NewtonState(*(entry[both] for entry in stretch.state))
+            state = NewtonState(*(entry[both] for entry in samples.state))
             values, rates = self._functions(state, order)
             ends = slice(None, count), slice(count, None)
-        steps = stretch.t[chosen + 1] - stretch.t[chosen]
+        steps = samples.t[chosen + 1] - samples.t[chosen]
         left, right = (rates[:, :, end] for end in ends)
         best, lower, lowest = (
             integral(left, right, steps, max(order - back, 1)) for back in (0, 1, 2)
@@ -140,16 +140,16 @@ class Evolution:
 
     def _functions(self, state: NewtonState, order: int) -> tuple[numpy.ndarray, numpy.ndarray]:
         """Values (functions, rows), and Taylor coefficients of their rates, of every row."""
-        body, model, form = self.case.body, self.case.scene.model, self._form
+        body, model, form = self.setup.body, self.setup.scene.model, self._form
         width = len(form.columns)
 
-        def rates(entries: tuple[Series, ...]) -> Sequence[Any]:
+        def rates(entries: tuple[TaylorSeries, ...]) -> Sequence[Any]:
             found: Sequence[Any] = form.rates(body, form.State(*entries), None)
             return found
 
         entries = solution(rates, list(state[:width]), order)
         full = NewtonState(*entries, *(0,) * (8 - width))
-        functions = full[:width] if self.case.columns.azimuth else _without_azimuth(full, width)
+        functions = full[:width] if self.setup.columns.azimuth else _without_azimuth(full, width)
         values = [f.c[0] / size for f, size in zip(functions, self._sizes, strict=False)]
         slopes = [f.rate / size for f, size in zip(functions, self._sizes, strict=False)]
         q, q_rows = Motion(body, full, None, model), Motion(body, state, numpy, model)
@@ -168,19 +168,19 @@ def _without_azimuth(state: NewtonState, width: int) -> tuple[Any, ...]:
     return found
 
 
-class Total:
-    """The balances added up from the start: values for the rows of each stretch, and the doubt."""
+class SummedResidual:
+    """The balances added up from the start: values for the rows of each block, and the doubt."""
 
-    def __init__(self, evolution: Evolution, part: str, limit: float):
-        self._evolution, self._part, self._limit = evolution, part, limit
+    def __init__(self, residual: EquationResidual, part: str, limit: float):
+        self._residual, self._part, self._limit = residual, part, limit
         self._sum: Any = 0.0
         self._doubt = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self.intervals = self.unresolved = 0
 
-    def __call__(self, stretch: Stretch) -> numpy.ndarray:
-        if len(stretch.t) < 2:
-            return numpy.zeros(len(stretch.t))
-        found = self._evolution.balance(stretch)
+    def __call__(self, samples: Samples) -> numpy.ndarray:
+        if len(samples.t) < 2:
+            return numpy.zeros(len(samples.t))
+        found = self._residual.balance(samples)
         resolved = found.doubt <= self._limit
         self.intervals += len(resolved)
         self.unresolved += int((~resolved).sum())
@@ -191,7 +191,7 @@ class Total:
         self._sum, self._doubt = sums[:, -1], float(doubts[-1])
         values = numpy.maximum(abs(sums).max(axis=0) - doubts, 0.0)
         # a row that was passed over has the value of the end before it
-        before = numpy.searchsorted(found.ends, numpy.arange(len(stretch.t)), side="right")
+        before = numpy.searchsorted(found.ends, numpy.arange(len(samples.t)), side="right")
         return numpy.concatenate(([0.0], values))[before]
 
     @property

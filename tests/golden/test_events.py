@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from tt_precise.golden.happenings import suspects
-from tt_precise.golden.recipe import Task, perform
+from tt_precise.golden.events import suspects
+from tt_precise.golden.runs import Task, perform
 from tt_precise.golden.table import Table
 from tt_precise.integrate import integrate
 from tt_precise.scene import Scene

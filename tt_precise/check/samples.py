@@ -1,4 +1,4 @@
-"""What the checks look at: the case (whose trajectory, what is known of it), and its stretches."""
+"""What the checks look at: whose trajectory it is, what is known of it, and blocks of its rows."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FRICTIONS = ("scene", "other")
 
 
 @dataclass(frozen=True)
-class Case:
+class CheckSetup:
     """A scene, the column set its trajectory comes in, and what is known.
 
     ``friction`` is "scene" where the trajectory obeys F = g_n (z - mu v_A) with the scene's mu
@@ -59,7 +59,7 @@ class Case:
         """Whether the velocity of the contact point is given, or zero in rolling."""
         return self.velocity_given or self.rolling
 
-    def stretch(self, block: Block) -> Stretch:
+    def samples(self, block: Block) -> Samples:
         """The rows of ``block`` as vectors."""
         rows = len(block)
         known = dict(block.values)
@@ -71,21 +71,21 @@ class Case:
             slip = numpy.sqrt(state.vx**2 + state.vy**2 + slip**2)
             state = state._replace(vx=0, vy=0)
         entries = [numpy.broadcast_to(numpy.asarray(x, float), rows) for x in state]
-        return Stretch(
+        return Samples(
             self, known["t"], NewtonState(*entries), numpy.broadcast_to(slip, rows), block.values
         )
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Samples:
     """Consecutive rows: times (s), vector states (SI), and the columns as given.
 
     ``slip`` is the speed of the contact point that the contact forbids: |v_A.z|, and in rolling
-    |v_A|. Every stretch but the first begins with the last row of the one before, so that no
+    |v_A|. Every block but the first begins with the last row of the one before, so that no
     interval is left out. ``shared`` keeps what several checks need.
     """
 
-    case: Case
+    setup: CheckSetup
     t: numpy.ndarray
     state: NewtonState
     slip: numpy.ndarray
@@ -95,23 +95,23 @@ class Stretch:
     @cached_property
     def q(self) -> Motion:
         """The rows as a motion whose entries are arrays."""
-        return Motion(self.case.body, self.state, numpy, self.case.scene.model)
+        return Motion(self.setup.body, self.state, numpy, self.setup.scene.model)
 
-    def continued(self, later: Stretch) -> Stretch:
-        """``later`` with the last row of this stretch before it."""
+    def continued(self, later: Samples) -> Samples:
+        """``later`` with the last row of this block before it."""
         entries = zip(self.state, later.state, strict=True)
-        return Stretch(
-            self.case,
+        return Samples(
+            self.setup,
             _carried(self.t, later.t),
             NewtonState(*(_carried(a, b) for a, b in entries)),
             _carried(self.slip, later.slip),
             {name: _carried(self.given[name], later.given[name]) for name in later.given},
         )
 
-    def rows(self, wanted: Any) -> Stretch:
+    def rows(self, wanted: Any) -> Samples:
         """Some of the rows, by a slice or an array of indices."""
-        return Stretch(
-            self.case,
+        return Samples(
+            self.setup,
             self.t[wanted],
             NewtonState(*(entry[wanted] for entry in self.state)),
             self.slip[wanted],
@@ -122,7 +122,7 @@ class Stretch:
     def first(self) -> Motion:
         """The first row as a motion of numbers."""
         state = NewtonState(*(float(entry[0]) for entry in self.state))
-        return Motion(self.case.body, state, numpy, self.case.scene.model)
+        return Motion(self.setup.body, state, numpy, self.setup.scene.model)
 
 
 def _carried(before: numpy.ndarray, later: numpy.ndarray) -> numpy.ndarray:

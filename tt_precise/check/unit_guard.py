@@ -15,9 +15,9 @@ import numpy
 
 from tt_precise.check.columns import Columns, known_sets
 from tt_precise.check.digits import as_decimal
-from tt_precise.check.evolution import Evolution
+from tt_precise.check.equation_residual import EquationResidual
 from tt_precise.check.reading import Block
-from tt_precise.check.stretch import Case, Stretch
+from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.errors import InputError
 from tt_precise.mechanics.newton import arm
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -33,7 +33,9 @@ COMPARED = 50  # rows of a second column set
 FEWEST = 8  # intervals
 
 
-def refuse_other_units(case: Case, first: Stretch, block: Block, present: Sequence[str]) -> None:
+def refuse_other_units(
+    setup: CheckSetup, first: Samples, block: Block, present: Sequence[str]
+) -> None:
     """Look at the first rows.
 
     Raises
@@ -42,14 +44,14 @@ def refuse_other_units(case: Case, first: Stretch, block: Block, present: Sequen
         Units other than SI, or another body, are what explains them.
     """
     rows = first.rows(slice(0, LOOKED_AT))
-    _refuse_degrees(case, rows)
-    _refuse_null_quaternions(case, rows)
-    _refuse_other_units(case, rows)
-    _refuse_other_velocities(case, rows)
-    _refuse_other_sets(case, rows, block, present)
+    _refuse_degrees(setup, rows)
+    _refuse_null_quaternions(setup, rows)
+    _refuse_other_units(setup, rows)
+    _refuse_other_velocities(setup, rows)
+    _refuse_other_sets(setup, rows, block, present)
 
 
-def _refuse_degrees(case: Case, rows: Stretch) -> None:
+def _refuse_degrees(setup: CheckSetup, rows: Samples) -> None:
     theta = rows.given.get("theta")
     if theta is not None and float(abs(theta).max()) > 1.1 * math.pi:
         raise InputError(
@@ -57,25 +59,25 @@ def _refuse_degrees(case: Case, rows: Stretch) -> None:
         )
 
 
-def _refuse_null_quaternions(case: Case, rows: Stretch) -> None:
-    if case.columns.name == "rigid body":
+def _refuse_null_quaternions(setup: CheckSetup, rows: Samples) -> None:
+    if setup.columns.name == "rigid body":
         squared = sum(rows.given[name] ** 2 for name in ("qw", "qx", "qy", "qz"))
         if not numpy.all(squared):
             raise InputError("a quaternion is 0, expected an orientation of length 1")
 
 
-def _refuse_other_units(case: Case, rows: Stretch) -> None:
+def _refuse_other_units(setup: CheckSetup, rows: Samples) -> None:
     """Refuse what follows the equations only once it is read in other units or conventions."""
     if len(rows.t) <= FEWEST:
         return
-    as_given = _misfit(case, rows.given)
+    as_given = _misfit(setup, rows.given)
     if as_given < MISFIT:
         return
     for name, convert in READINGS.items():
         converted = convert(rows.given)
         if converted is None:
             continue
-        otherwise = _misfit(case, {**rows.given, **converted})
+        otherwise = _misfit(setup, {**rows.given, **converted})
         if otherwise < FIT:
             raise InputError(
                 f"from row to row the motion is off by {_percent(as_given)} of what the rows say, "
@@ -83,16 +85,16 @@ def _refuse_other_units(case: Case, rows: Stretch) -> None:
             )
 
 
-def _misfit(case: Case, given: Columns) -> float:
+def _misfit(setup: CheckSetup, given: Columns) -> float:
     """Median over intervals of the part of the state's change that its rates do not explain."""
-    known, whole = dict(given), case.velocity_known and case.own_force
-    if not case.velocity_given or not whole:
-        known |= dict.fromkeys(case.columns.velocity, numpy.zeros_like(given["t"]))
-    moving = replace(case, velocity_given=True)
-    stretch = moving.stretch(Block(known, str, lambda row, names: []))
-    change, mismatch = Evolution(moving, stretch, ROUGHLY).changes(stretch)
+    known, whole = dict(given), setup.velocity_known and setup.own_force
+    if not setup.velocity_given or not whole:
+        known |= dict.fromkeys(setup.columns.velocity, numpy.zeros_like(given["t"]))
+    moving = replace(setup, velocity_given=True)
+    samples = moving.samples(Block(known, str, lambda row, names: []))
+    change, mismatch = EquationResidual(moving, samples, ROUGHLY).changes(samples)
     if not whole:  # without the force, only how the axis follows L can be told
-        axis = slice(0, 3 if case.columns.azimuth else 1)
+        axis = slice(0, 3 if setup.columns.azimuth else 1)
         change, mismatch = change[axis], mismatch[axis]
     with numpy.errstate(all="ignore"):
         parts = numpy.sqrt((mismatch**2).sum(axis=0) / (change**2).sum(axis=0))
@@ -153,10 +155,10 @@ READINGS: dict[str, Reading] = {
 }
 
 
-def _refuse_other_velocities(case: Case, rows: Stretch) -> None:
-    if case.columns.name != "rigid body" or not case.velocity_given:
+def _refuse_other_velocities(setup: CheckSetup, rows: Samples) -> None:
+    if setup.columns.name != "rigid body" or not setup.velocity_given:
         return
-    body, q = case.body, rows.q
+    body, q = setup.body, rows.q
     expected = -cross(q.omega, arm(body, q.k))[2]
     given = rows.given["vcz"]
     factor = _constant_factor(given, expected)
@@ -168,15 +170,17 @@ def _refuse_other_velocities(case: Case, rows: Stretch) -> None:
         )
 
 
-def _refuse_other_sets(case: Case, rows: Stretch, block: Block, present: Sequence[str]) -> None:
+def _refuse_other_sets(
+    setup: CheckSetup, rows: Samples, block: Block, present: Sequence[str]
+) -> None:
     """Where a file has Euler columns beside its vectors, they must say the same."""
     others = [entry for entry in known_sets(present) if not entry.azimuth]
-    if not case.columns.azimuth or not others:
+    if not setup.columns.azimuth or not others:
         return
     few = rows.rows(slice(0, COMPARED))
     names = [name for name in others[0].required if name in QUANTITIES]
     cells = [block.texts(row, names) for row in range(len(few.t))]
-    q = Motion(case.body, few.state, numpy, case.scene.model)
+    q = Motion(setup.body, few.state, numpy, setup.scene.model)
     with numpy.errstate(all="ignore"):
         for i, name in enumerate(names):
             given = numpy.array([float(as_decimal(row[i]) or "nan") for row in cells])
@@ -185,7 +189,7 @@ def _refuse_other_sets(case: Case, rows: Stretch, block: Block, present: Sequenc
             factor = _constant_factor(given[both], derived[both])
             if factor is not None:
                 raise InputError(
-                    f"column {name} is {factor:.4g} times what the {case.columns.name} columns "
+                    f"column {name} is {factor:.4g} times what the {setup.columns.name} columns "
                     "say with the scene's body, expected 1; are units or the scene's body others?"
                 )
 

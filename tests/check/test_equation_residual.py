@@ -11,18 +11,18 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.check.columns import COLUMN_SETS
-from tt_precise.check.evolution import Evolution
-from tt_precise.check.reading import open_table
-from tt_precise.check.stretch import Case
+from tt_precise.check.equation_residual import EquationResidual
+from tt_precise.check.reading import open_source
+from tt_precise.check.samples import CheckSetup
 
 Healthy = Callable[..., pandas.DataFrame]
 
 
 def balance(frame: pandas.DataFrame, columns: str) -> tuple[Any, Any]:
-    case = Case(tt.load_scene("reference"), COLUMN_SETS[columns], True)
-    block = next(open_table(frame).blocks(("t", *case.columns.names)))
-    stretch = case.stretch(block)
-    return Evolution(case, stretch).balance(stretch), stretch
+    setup = CheckSetup(tt.load_scene("reference"), COLUMN_SETS[columns], True)
+    block = next(open_source(frame).blocks(("t", *setup.columns.names)))
+    samples = setup.samples(block)
+    return EquationResidual(setup, samples).balance(samples), samples
 
 
 @pytest.mark.parametrize("columns", ["vectors", "Euler"])
@@ -41,10 +41,10 @@ def test_the_doubt_bounds_the_error_of_the_quadrature(
 
 def test_dense_rows_are_passed_over_and_nothing_is_lost(healthy: Healthy) -> None:
     frame = healthy("reference", 20001, 0.5)
-    found, stretch = balance(frame, "vectors")
-    assert len(found.ends) < len(stretch.t) / 5
-    assert found.ends[-1] == len(stretch.t) - 1
-    change = frame["Lz"].iloc[len(stretch.t) - 1] - frame["Lz"].iloc[0]
+    found, samples = balance(frame, "vectors")
+    assert len(found.ends) < len(samples.t) / 5
+    assert found.ends[-1] == len(samples.t) - 1
+    change = frame["Lz"].iloc[len(samples.t) - 1] - frame["Lz"].iloc[0]
     assert abs(change) > 1e-8
     assert abs(found.state).max() < 1e-13
 

@@ -93,7 +93,7 @@ def columns(scene: Scene) -> tuple[str, ...]:
 
 def perform(task: Task) -> Run:
     """Compute a task."""
-    from tt_precise.golden.happenings import events_table, suspects
+    from tt_precise.golden.events import events_table, suspects
     from tt_precise.integrate import catalogue, integrate
 
     began = time.process_time()

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from tt_precise.golden.consensus import exact_decimal, ordered_events, reconcile
 from tt_precise.golden.digits import ZERO, digits_of
-from tt_precise.golden.publication import exact_decimal, ordered_events, publish
-from tt_precise.golden.recipe import Run
+from tt_precise.golden.runs import Run
 from tt_precise.golden.table import Table
 
 if TYPE_CHECKING:
@@ -26,10 +26,10 @@ def spoiled(run: Run, row: int, column: str, cell: str, events: bool = False) ->
 
 
 def test_all_rows_have_34_digits(small: Small) -> None:
-    publication = publish(small.scene, small.runs)
-    assert publication.complete
-    assert publication.agreement > 40
-    assert publication.trajectory.column("t")[:3] == ("0", "0.01", "0.02")
+    consensus = reconcile(small.scene, small.runs)
+    assert consensus.complete
+    assert consensus.agreement > 40
+    assert consensus.trajectory.column("t")[:3] == ("0", "0.01", "0.02")
 
 
 @pytest.mark.parametrize("which", [1, 2])
@@ -38,50 +38,50 @@ def test_one_deviating_run_costs_digits(small: Small, which: int) -> None:
     changed = cell[:12] + ("1" if cell[12] != "1" else "2") + cell[13:]
     runs = list(small.runs)
     runs[which] = spoiled(runs[which], 2, "theta", changed)
-    publication = publish(small.scene, runs)
-    assert not publication.complete
-    assert digits_of(publication.trajectory.column("theta")[2]) <= 11
-    assert publication.agreement < 12
+    consensus = reconcile(small.scene, runs)
+    assert not consensus.complete
+    assert digits_of(consensus.trajectory.column("theta")[2]) <= 11
+    assert consensus.agreement < 12
 
 
 def test_a_last_digit_that_agrees_by_luck_is_not_enough(small: Small) -> None:
     changed = spoiled(small.runs[1], 2, "omega_3", "1.550000000000000000000000000000000")
     runs = [spoiled(small.runs[0], 2, "omega_3", "1.5500000000000000000000000000000003"), changed]
-    publication = publish(small.scene, runs)
-    assert digits_of(publication.trajectory.column("omega_3")[2]) == 34
-    assert 33 < publication.agreement < 35
-    assert not publication.complete
+    consensus = reconcile(small.scene, runs)
+    assert digits_of(consensus.trajectory.column("omega_3")[2]) == 34
+    assert 33 < consensus.agreement < 35
+    assert not consensus.complete
 
 
 def test_an_entry_without_a_common_digit_is_a_contradiction(small: Small) -> None:
     runs = [small.runs[0], spoiled(small.runs[1], 2, "theta", "2.0e-1")]
-    publication = publish(small.scene, runs)
-    assert publication.contradictions == ("theta at t = 0.02 s",)
-    assert not publication.complete
+    consensus = reconcile(small.scene, runs)
+    assert consensus.contradictions == ("theta at t = 0.02 s",)
+    assert not consensus.complete
 
 
 def test_missing_event_is_a_contradiction(small: Small) -> None:
     run = small.runs[2]
     fewer = Table(run.events.columns, run.events.rows[:-1])
     with pytest.raises(ArithmeticError, match="number of events"):
-        publish(small.scene, [*small.runs[:2], replace(run, events=fewer)])
+        reconcile(small.scene, [*small.runs[:2], replace(run, events=fewer)])
 
 
 def test_another_direction_is_a_contradiction(small: Small) -> None:
     other = "1" if small.runs[1].events.column("direction")[0] == "-1" else "-1"
     run = spoiled(small.runs[1], 0, "direction", other, events=True)
     with pytest.raises(ArithmeticError, match="where newton 160 has"):
-        publish(small.scene, [small.runs[0], run])
+        reconcile(small.scene, [small.runs[0], run])
 
 
 def test_another_end_is_a_contradiction(small: Small) -> None:
     with pytest.raises(ArithmeticError, match="ended"):
-        publish(small.scene, [small.runs[0], replace(small.runs[1], status="contact_lost")])
+        reconcile(small.scene, [small.runs[0], replace(small.runs[1], status="contact_lost")])
 
 
 def test_a_suspect_event_list_is_refused(small: Small) -> None:
     with pytest.raises(ArithmeticError, match="missed"):
-        publish(small.scene, [small.runs[0], replace(small.runs[1], suspects=("theta_min",))])
+        reconcile(small.scene, [small.runs[0], replace(small.runs[1], suspects=("theta_min",))])
 
 
 def test_a_run_that_ends_at_a_pole_testifies_before_it(small: Small) -> None:
@@ -89,26 +89,26 @@ def test_a_run_that_ends_at_a_pole_testifies_before_it(small: Small) -> None:
     early = Table(euler.trajectory.columns, euler.trajectory.rows[:3])
     few = Table(euler.events.columns, euler.events.rows[:1])
     ended = replace(euler, status="pole", trajectory=early, events=few)
-    publication = publish(small.scene, [*small.runs[:2], ended])
-    assert publication.complete
-    assert len(publication.trajectory.rows) == len(small.runs[0].trajectory.rows)
+    consensus = reconcile(small.scene, [*small.runs[:2], ended])
+    assert consensus.complete
+    assert len(consensus.trajectory.rows) == len(small.runs[0].trajectory.rows)
 
 
 def test_the_end_of_contact_is_the_last_event(small: Small) -> None:
     lost = replace(small.runs[0], status="contact_lost")
     assert ordered_events(lost)[-1][:2] == ("contact_lost", -1)
-    times = publish(small.scene, [lost, lost]).trajectory.column("t")
+    times = reconcile(small.scene, [lost, lost]).trajectory.column("t")
     assert times[-2] == "0.05"
     assert times[-1] == "6." + "0" * 33 + "e-2"
 
 
 def test_a_vertical_axis_has_no_lean(small: Small) -> None:
     run = spoiled(spoiled(small.runs[0], 1, "kx", "1e-50"), 1, "ky", "-1e-50")
-    row = publish(small.scene, [run, run]).trajectory
+    row = reconcile(small.scene, [run, run]).trajectory
     assert row.column("kx")[1] == ZERO
     assert row.column("phi_dot")[1] == ""
     assert row.column("omega_3")[1] != ""
-    assert publish(small.scene, [run, run]).contradictions == ()
+    assert reconcile(small.scene, [run, run]).contradictions == ()
 
 
 def test_simultaneous_events_keep_the_catalogue_order(small: Small) -> None:

@@ -9,7 +9,7 @@ import numpy
 MOST_POINTS = 4096
 
 
-class Trace:
+class RunningWorst:
     """Takes values of consecutive rows; keeps the worst, and the worst of every bucket of rows.
 
     ``largest_is_worst`` is False for checks that ask for values above a limit. A value that is
