@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from tt_precise import cli
-from tt_precise.measure.extremes import Case, Finding
+from tt_precise.extremes import Case, Observation
 
 GOOD = Case(
-    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", Finding,
+    "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", Observation,
     {"found": "1 eps", "right": True, "value": 1.0}, quick=True,
 )  # fmt: skip
 BAD = Case(
-    "contact", "a start", "a start", "a refusal", "theory", Finding,
+    "contact", "a start", "a start", "a refusal", "theory", Observation,
     {"found": "accepted", "right": False},
 )  # fmt: skip
 
@@ -25,7 +25,7 @@ def two_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     def chosen(topics: tuple[str, ...], quick: bool) -> tuple[Case, ...]:
         return (GOOD,) if quick else (GOOD, BAD)
 
-    monkeypatch.setattr("tt_precise.measure.extremes.cases", chosen)
+    monkeypatch.setattr("tt_precise.extremes.cases", chosen)
 
 
 def test_a_failed_case_is_told_and_fails_the_command(

@@ -7,35 +7,35 @@ import pandas
 import pytest
 
 from tt_precise import cli
-from tt_precise.measure.tradeoff import growth, methods, plan, table
-from tt_precise.measure.tradeoff.findings import GROWTH, TABLE
-from tt_precise.measure.tradeoff.plan import Bout, Case
+from tt_precise.bench import error_growth, methods, plan, tradeoff
+from tt_precise.bench.findings import GROWTH, TABLE
+from tt_precise.bench.plan import Group, Trial
 
 KEYS = {"method", "setting", "precision", "error", "seconds", "steps", "jellett_drift"}
 CASES = (
-    Case("heyoka", 1e-6, "extended", until="0.03"),  # compiled in a third of a second
-    Case("heyoka", 0.0, "extended", until="0.03"),
-    Case("SciPy DOP853, Python", 1e-9, until="0.03"),
+    Trial("heyoka", 1e-6, "extended", until="0.03"),  # compiled in a third of a second
+    Trial("heyoka", 0.0, "extended", until="0.03"),
+    Trial("SciPy DOP853, Python", 1e-9, until="0.03"),
 )
 
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan, "quick", lambda: iter([Bout("small", CASES, 2, 0.1)]))
-    monkeypatch.setattr(table, "IMPORTED", ())
-    monkeypatch.setattr(table, "WORKLOAD_ROUNDS", 2)
+    monkeypatch.setattr(plan, "quick", lambda: iter([Group("small", CASES, 2, 0.1)]))
+    monkeypatch.setattr(tradeoff, "IMPORTED", ())
+    monkeypatch.setattr(tradeoff, "WORKLOAD_ROUNDS", 2)
     frame = pandas.DataFrame(
         [{"scene": "s", "seed": seed, "t_s": t, "jellett": 1e-16 * t**0.5, "energy": 1e-16 * t}
          for seed in range(3) for t in (1.0, 10.0, 100.0)]
     )  # fmt: skip
-    monkeypatch.setattr(growth, "table", lambda spans, progress: frame)
+    monkeypatch.setattr(error_growth, "table", lambda spans, progress: frame)
 
 
 def test_json_has_the_rows_and_the_ratios(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["tradeoff", "--quick", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["schema"] == "tt_precise.tradeoff/1"
-    assert [row["method"] for row in told["rows"]] == [case.method for case in CASES]
+    assert [row["method"] for row in told["rows"]] == [trial.method for trial in CASES]
     assert all(row.keys() >= KEYS for row in told["rows"])
     loose, tight, peer = told["rows"]
     assert tight["error"] < 1e-12 < loose["error"]
@@ -64,9 +64,9 @@ def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
 ) -> None:
     missing = methods.Method("SciPy DOP853, Python", ("nowhere",), lambda p, s: None, True)  # type: ignore[arg-type, return-value]
     monkeypatch.setitem(methods._registered, missing.name, missing)
-    at_pole = Case("heyoka", 0.0, scene="upright", coordinates="euler", until="0.03")
-    cases = (CASES[0], at_pole, CASES[2])
-    monkeypatch.setattr(plan, "quick", lambda: iter([Bout("small", cases, 1, 0.1)]))
+    at_pole = Trial("heyoka", 0.0, scene="upright", coordinates="euler", until="0.03")
+    trials = (CASES[0], at_pole, CASES[2])
+    monkeypatch.setattr(plan, "quick", lambda: iter([Group("small", trials, 1, 0.1)]))
     assert cli.main(["tradeoff", "--quick", "--json"]) == 0
     told = capsys.readouterr()
     line = "SciPy DOP853, Python: needs nowhere (the extra peers)"

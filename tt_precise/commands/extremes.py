@@ -9,17 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tt_precise.extremes.case import TOPICS
+
 if TYPE_CHECKING:
-    from tt_precise.measure.extremes import Outcome
+    from tt_precise.extremes import Outcome
 
 SCHEMA = "tt_precise.extremes/1"
-TOPICS = ("geometry", "parameters", "contact", "time", "sensitivity", "machine", "abuse")
 CASE_FAILED = 1
 
 
 @click.command("extremes")
 @click.option("--quick", is_flag=True, help="Only the quick cases, which take half a minute.")
-@click.option("--topic", multiple=True, type=click.Choice(TOPICS), help="Only these topics.")
+@click.option("--topic", multiple=True, type=click.Choice(list(TOPICS)), help="Only these topics.")
 @click.option("--full", is_flag=True, help="A line for each case, not only for each family.")
 @click.option("--jobs", type=click.IntRange(min=1), help="Processes; one for each core, at most 4.")
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the JSON to this file too.")
@@ -36,8 +37,8 @@ def command(
 
     Exit status 1 if a case fails.
     """
+    from tt_precise.extremes import cases, run_all
     from tt_precise.files import atomic_write
-    from tt_precise.measure.extremes import cases, run_all
     from tt_precise.progress import progress_bar
 
     chosen = cases(topic, quick)
@@ -72,7 +73,7 @@ def _table(outcomes: list[Outcome], full: bool) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from tt_precise.measure.extremes.case import families
+    from tt_precise.extremes.case import families
 
     console = Console()
     for topic in TOPICS:

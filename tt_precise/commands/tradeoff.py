@@ -12,7 +12,7 @@ import click
 if TYPE_CHECKING:
     import pandas
 
-    from tt_precise.measure.tradeoff.finding import Finding
+    from tt_precise.bench.finding import Finding
 
 SCHEMA = "tt_precise.tradeoff/1"
 REPORTS = Path("reports")
@@ -34,9 +34,9 @@ def command(quick: bool, out: Path | None, knob: bool | None, as_json: bool) -> 
 
     Peers that are not installed are skipped with a line on stderr.
     """
-    from tt_precise.measure.tradeoff import growth, plan
-    from tt_precise.measure.tradeoff.findings import GROWTH, TABLE, Tables, findings
-    from tt_precise.measure.tradeoff.table import measure
+    from tt_precise.bench import error_growth, plan
+    from tt_precise.bench.findings import GROWTH, TABLE, Tables, findings
+    from tt_precise.bench.tradeoff import measure
     from tt_precise.progress import progress_bar
 
     folder = out or (None if quick else REPORTS)
@@ -49,11 +49,13 @@ def command(quick: bool, out: Path | None, knob: bool | None, as_json: bool) -> 
     if folder:
         _write(folder, {TABLE: _csv(measured.rows)})
     with progress_bar("long runs") as progress:
-        long_runs = growth.table(growth.QUICK if quick else growth.WHOLE, progress)
+        long_runs = error_growth.table(
+            error_growth.QUICK if quick else error_growth.WHOLE, progress
+        )
     if folder:
         _write(folder, {GROWTH: _csv(long_runs)} | _figures(measured.rows, long_runs))
     if knob if knob is not None else not quick and out is None:
-        from tt_precise.measure.knob import write
+        from tt_precise.bench.settings_table import write
 
         with progress_bar("table behind --digits") as progress:
             write(progress)

@@ -1,8 +1,9 @@
 """What each setting of the integrator costs and delivers: the measured trade behind ``digits``.
 
 ``trade.csv`` holds one row for each formulation, precision and tolerance; ``python -m
-tt_precise.measure.knob`` writes it from the golden scenes, nobody else does. Its numbers are only
-where a choice begins: whether a scene got its digits is decided by the estimate of that very run.
+tt_precise.bench.settings_table`` writes it from the golden scenes, nobody else does. Its numbers
+are only where a choice begins: whether a scene got its digits is decided by the estimate of that
+very run.
 """
 
 from __future__ import annotations

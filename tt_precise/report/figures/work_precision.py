@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tt_precise.measure.tradeoff.curves import Point, front
-from tt_precise.measure.tradeoff.finding import chosen, points
-from tt_precise.measure.tradeoff.growth import INTEGRALS_SHOWN
-from tt_precise.measure.tradeoff.hidden import PRINTED, scatter
+from tt_precise.bench.error_growth import INTEGRALS_SHOWN
+from tt_precise.bench.finding import chosen, points
+from tt_precise.bench.hidden import PRINTED, scatter
+from tt_precise.bench.work_precision import Point, front
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
 

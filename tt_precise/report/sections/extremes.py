@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from tt_precise.measure.extremes.case import TOPICS, shown
+from tt_precise.extremes.case import TOPICS, shown
 from tt_precise.report.document import Block, Section, Table, Text
 from tt_precise.report.figures import extremes as pictures
 

@@ -63,7 +63,7 @@ ALL = (
         "What the checks catch",
         "Faults planted into the reference scene's equations, its integration and its files, each "
         "run through the conservation checks; healthy trajectories beside them.",
-        "python -m tt_precise.measure.faults",
+        "python -m tt_precise.bench.faults",
         jellett_alone,
     ),
     Measured(
@@ -71,13 +71,7 @@ ALL = (
         "Other people's engines",
         "Tippe tops simulated by engines that nobody here wrote: drift of Jellett's integral "
         "against their step size, until the peg or the ground contact ends the single contact.",
-        "python -m tt_precise.measure.clients",
-    ),
-    Measured(
-        "leads",
-        "Ways to make it faster",
-        "What was tried to make the integration cheaper, each beside today's, and what was kept.",
-        "python -m tt_precise.measure.leads",
+        "python -m tt_precise.bench.engines",
     ),
 )
 

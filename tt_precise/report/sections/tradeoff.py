@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.measure.tradeoff.finding import Finding
-from tt_precise.measure.tradeoff.findings import TABLE, findings, read
-from tt_precise.measure.tradeoff.speed import ACCURACIES, costs
+from tt_precise.bench.finding import Finding
+from tt_precise.bench.findings import TABLE, findings, read
+from tt_precise.bench.speed import ACCURACIES, costs
 from tt_precise.report.document import Block, Figure, Section, Table, Text
 from tt_precise.report.figures.work_precision import (
     growth_of_errors,

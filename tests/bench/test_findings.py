@@ -1,0 +1,126 @@
+"""Findings, from a table whose answers are known."""
+
+from pathlib import Path
+from typing import Any
+
+import pandas
+import pytest
+
+from tt_precise.bench import extras, hidden, speed, wishes
+from tt_precise.bench.finding import Finding
+from tt_precise.bench.findings import GROWTH, TABLE, Tables, findings, read
+
+DEFAULTS: dict[str, Any] = {
+    "scene": "reference", "horizon_s": 8.0, "precision": "double", "bits": 53,
+    "formulation": "newton", "tolerance": 1.0, "setup_s": 1.0, "jellett_drift": 1e-12,
+    "peer": False, "setting": "",
+}  # fmt: skip
+
+
+def row(method: str, error: float, seconds: float, **others: Any) -> dict[str, Any]:
+    return {
+        **DEFAULTS, "method": method, "error": error, "error_on_way": 10 * error,
+        "seconds": seconds, "ratio": 100 * seconds, **others,
+    }  # fmt: skip
+
+
+def table(*rows: dict[str, Any]) -> pandas.DataFrame:
+    return pandas.DataFrame(list(rows))
+
+
+# both 100 times more exact for twice the time; the peer 30 times slower
+CURVES = table(
+    *(row("heyoka", 100.0**-n, 2.0**n) for n in range(8)),
+    *(row("diffrax Dopri8", 100.0**-n, 30 * 2.0**n, peer=True) for n in range(7)),
+    *(row("CyRK DOP853", 100.0**-n, 3 * 2.0**n, peer=True) for n in range(6)),
+    *(row("SciPy DOP853, numba", 100.0**-n, 200 * 2.0**n, peer=True) for n in range(7)),
+    row("heyoka", 1e-15, 128.0, tolerance=0.0),
+    row("heyoka", 1e-16, 0.1, tolerance=0.0, horizon_s=0.1),  # of the ladder of digits
+)
+
+
+def values(found: list[Finding]) -> dict[str, float | None]:
+    return {one.name: one.value for one in found}
+
+
+def test_ratios_to_the_fastest_peer() -> None:
+    found = values(speed.findings(CURVES))
+    assert found["any peer at 1e-09, newton"] == pytest.approx(3)
+    assert found["any peer but CyRK at 1e-09, newton"] == pytest.approx(30)
+    assert found["any peer at 1e-12, newton"] == pytest.approx(30)
+    assert found["SciPy DOP853 at 1e-11, newton"] == pytest.approx(200)
+    assert found["full accuracy over 1e-6"] == pytest.approx(128 / 8)
+    assert found["any peer at 1e-03, euler"] is None
+
+
+def test_bars_are_judged() -> None:
+    met = {one.name: one.met for one in speed.findings(CURVES)}
+    assert met["any peer at 1e-09, newton"] is False
+    assert met["any peer but CyRK at 1e-09, newton"] is True
+    assert met["full accuracy over 1e-6"] is False
+    assert met["any peer at 1e-03, newton"] is None
+    with pytest.raises(ValueError, match="at least"):
+        Finding("x", 1.0, "", "", ("above", 1.0))
+
+
+def test_what_is_on_top_is_measured_against_what_is_below() -> None:
+    rows = table(
+        row("heyoka", 1e-15, 1.0, tolerance=0.0),
+        row("heyoka, contact watched", 1e-15, 1.2, tolerance=0.0),
+        row("heyoka, all events", 2e-15, 3.0, tolerance=0.0),
+        row("heyoka, 8 lanes", 1e-15, 0.2, tolerance=0.0),
+    )
+    found = values([*extras.on_top(rows), *extras.simd(rows)])
+    assert found["contact watched, newton"] == pytest.approx(1.2)
+    assert found["all events, newton"] == pytest.approx(2.5)
+    assert found["SIMD"] == pytest.approx(5)
+    assert "records x, newton" not in found
+
+
+def test_exponent_of_the_digits() -> None:
+    ladder = {113: "quad", 167: "mp", 333: "mp", 1000: "mp"}
+    rows = table(
+        *(
+            row("heyoka", 2.0**-bits, (bits / 53) ** 2.5, precision=name, bits=bits,
+                tolerance=0.0, horizon_s=0.1, setup_s=3.0)
+            for bits, name in {53: "double", **ladder}.items()
+        )
+    )  # fmt: skip
+    found = values(extras.ladder(rows))
+    assert found["exponent of time, 16 to 300 digits"] == pytest.approx(2.5)
+    assert found["exponent of compile time, 16 to 300 digits"] == pytest.approx(0, abs=1e-12)
+    without = values(extras.ladder(rows[rows["bits"] < 500]))
+    assert without["exponent of time, 16 to 300 digits"] is None
+
+
+def test_what_conservation_hides() -> None:
+    rows = table(
+        row("heyoka", 1e-3, 1.0, jellett_drift=1e-7),
+        row("diffrax Tsit5", 1e-1, 1.0, jellett_drift=1e-5),
+    )
+    found = values(hidden.findings(rows))
+    assert found["hidden by conservation"] == pytest.approx(1e-2)  # the other one lets lambda go
+    assert found["error over drift, median"] == pytest.approx(1e5)
+
+
+def test_what_the_knob_delivers() -> None:
+    estimates = pandas.DataFrame(
+        {
+            "status": ["complete", "complete", "contact_lost", "raised"],
+            "wanted": [9, 9, 9, 9],
+            "estimated": [10.0, 11.0, 10.0, None],
+            "right": [10.5, 8.5, 10.25, None],
+        }
+    )
+    found = values(wishes.findings(estimates))
+    assert found["digits wished for and not delivered"] == 1
+    assert found["estimates too optimistic"] == 1
+    assert found["pessimism of the estimates"] == pytest.approx(0.25)
+
+
+def test_a_table_survives_its_file(tmp_path: Path) -> None:
+    CURVES.to_csv(tmp_path / TABLE, index=False)
+    tables = read(tmp_path)
+    assert tables.long_runs is None
+    assert values(findings(tables)) == pytest.approx(values(findings(Tables(CURVES))))
+    assert not (tmp_path / GROWTH).exists()

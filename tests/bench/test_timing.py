@@ -1,0 +1,25 @@
+"""Interleaved timing, with actions that note that they were called."""
+
+from tt_precise.bench.timing import Times, interleaved
+
+
+def test_actions_are_timed_in_turn_each_beside_the_yardstick() -> None:
+    calls: list[str] = []
+    times = interleaved(
+        [lambda: calls.append("a"), lambda: calls.append("b")],
+        lambda: calls.append("y"),
+        rounds=3,
+        budget_s=10.0,
+    )
+    assert "".join(calls) == "yayb" * 3
+    assert [len(one.seconds) for one in times] == [3, 3]
+
+
+def test_what_is_too_slow_has_one_turn() -> None:
+    (slow,) = interleaved([lambda: sum(range(100_000))], int, rounds=5, budget_s=1e-9)
+    assert len(slow.seconds) == 1
+
+
+def test_the_ratio_is_that_of_the_fastest() -> None:
+    times = Times([3.0, 2.0, 9.0], [1.5, 1.0, 4.0])
+    assert (times.least, times.median, times.ratio) == (2.0, 3.0, 2.0)

@@ -1,0 +1,102 @@
+"""The registry of cases, and what counts as a failure."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from tt_precise.commands import extremes as command
+from tt_precise.extremes import case as registry
+from tt_precise.extremes.case import (
+    TOPICS,
+    Case,
+    NotFiniteError,
+    Observation,
+    families,
+    finite,
+    same,
+    together,
+    within,
+)
+
+
+def one(function: Any = Observation, **arguments: Any) -> Case:
+    arguments = arguments or {"found": "well", "right": True}
+    return Case("topic", "family", "name", "all well", "theory", function, arguments)
+
+
+def test_an_exception_is_a_failure_told_in_one_line() -> None:
+    def broken() -> Observation:
+        raise ValueError("two\nlines" + "x" * 1000)
+
+    outcome = Case("t", "f", "n", "e", "s", broken).outcome()
+    assert outcome.verdict == "fail"
+    assert outcome.finding.found.startswith("ValueError: two lines")
+    assert len(outcome.finding.found) <= 200
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf])
+def test_a_number_that_is_not_finite_is_a_failure(number: float) -> None:
+    assert one(found="well", right=True, value=number).outcome().verdict == "fail"
+    assert one(found="well", right=True, data={"steps": number}).outcome().verdict == "fail"
+
+
+def test_findings_hold_what_json_can() -> None:
+    with pytest.raises(TypeError, match="expected a JSON scalar"):
+        Observation("well", True, data={"steps": [1]})
+
+
+def test_within_and_same_and_together() -> None:
+    assert within(3, 3, "eps").right
+    assert not within(3.1, 3, "eps").right
+    assert not within(math.nan, 3).right
+    assert same("complete", "complete").right
+    assert same("pole", "complete").found == "pole, not complete"
+    both = together(within(1, 2), same("a", "b"))
+    assert not both.right
+    assert both.value == 1
+    assert together(same("a", "a"), within(3, 4)).value == 3
+
+
+def test_finite_refuses_nan_and_leaves_out_what_is_missing() -> None:
+    assert finite([1.0, None, 2]) == [1.0, 2]
+    with pytest.raises(NotFiniteError):
+        finite([1.0, math.nan])
+
+
+def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_registered", {})
+
+    @registry.case(
+        "k = {k}, {word}",
+        expected="{word}",
+        source="theory",
+        over={"k": (1, 2), "word": ("a", "b")},
+        quick=lambda k, word: k == 2,
+        control={"truth": "c"},
+    )
+    def echo(k: int, word: str, truth: str = "") -> Observation:
+        return same(truth or word, word)
+
+    made = list(registry._registered.values())
+    assert [case.name for case in made] == ["k = 1, a", "k = 1, b", "k = 2, a", "k = 2, b"]
+    assert [case.quick for case in made] == [False, False, True, True]
+    outcomes = [case.outcome() for case in made]
+    assert [outcome.verdict for outcome in outcomes] == ["pass"] * 4
+    assert made[0].outcome(**made[0].control).verdict == "fail"
+    (family,) = families(outcomes)
+    assert family.wrong == []
+    with pytest.raises(ValueError, match="registered twice"):
+        registry.case("k = 1, a", expected="e", source="s", control={})(echo)
+
+
+def test_every_module_with_cases_belongs_to_a_topic() -> None:
+    assert {one.topic for one in registry.cases()} == set(TOPICS)
+
+
+def test_json_has_the_agreed_keys() -> None:
+    told = command.summary([one().outcome()])
+    assert told["verdict"] == "pass"
+    assert {"name", "expected", "found", "verdict", "value"} <= told["cases"][0].keys()

@@ -1,0 +1,63 @@
+"""Workers: a case that hangs, crashes or raises fails alone, and the others are still run."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import subprocess
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tt_precise.extremes.case import Case, Observation
+from tt_precise.extremes.run import run_all
+
+SLEEP = "600.5"  # seconds, and how to find the process
+
+
+def one(name: str, function: Any = Observation, family: str = "family", **arguments: Any) -> Case:
+    return Case("topic", family, name, "all well", "theory", function, arguments)
+
+
+def well(name: str, **more: Any) -> Case:
+    return one(name, found="well", right=True, **more)
+
+
+def test_what_goes_wrong_fails_alone() -> None:
+    """In one family, so all in one process until it has to be replaced."""
+    chosen = [
+        well("first"),
+        replace(one("hangs", subprocess.run, args=["sleep", SLEEP]), limit_s=0.2),
+        well("after a hang"),
+        one("crashes", os._exit, status=3),
+        well("after a crash"),
+        one("raises", int, x="no number"),
+        well("last", family="another"),
+    ]
+    told: list[float] = []
+    outcomes = run_all(chosen, told.append, jobs=2)
+    assert [outcome.case.name for outcome in outcomes] == [case.name for case in chosen]
+    assert [outcome.verdict for outcome in outcomes] == [
+        "pass", "fail", "pass", "fail", "pass", "fail", "pass",
+    ]  # fmt: skip
+    assert "stopped after 0.2 s" in outcomes[1].finding.found
+    assert "exit status 3" in outcomes[3].finding.found
+    assert "TypeError" in outcomes[5].finding.found
+    assert told[-1] == 1
+    left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
+    assert f"sleep {SLEEP}" not in left.stdout, "a case's child outlived it"
+
+
+def test_an_interruption_leaves_no_process_behind() -> None:
+    """Ctrl-C while a case runs: nobody stays to finish it."""
+
+    def interrupt(fraction: float) -> None:
+        raise KeyboardInterrupt
+
+    hanging = one("hangs", subprocess.run, family="another", args=["sleep", SLEEP])
+    with pytest.raises(KeyboardInterrupt):
+        run_all([well("first"), hanging], interrupt, jobs=2)
+    assert multiprocessing.active_children() == []
+    left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
+    assert f"sleep {SLEEP}" not in left.stdout

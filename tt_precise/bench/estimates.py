@@ -1,0 +1,180 @@
+"""Digits wished, claimed and true: ``python -m tt_precise.bench.estimates``.
+
+Seeded random tops and starts, gliding and rolling, each integrated with ``digits=`` some wish; the
+truth is a run in an arithmetic with some 50 bits more than the result's. Writes
+``reports/estimates.csv``.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.errors import InputError
+from tt_precise.progress import Progress, silent
+
+if TYPE_CHECKING:
+    import pandas
+
+    from tt_precise.integrate import Trajectory
+    from tt_precise.scene import Scene
+
+OUT = Path("reports/estimates.csv")
+SAMPLES = 1_000
+# 49 bits or more beyond the result: 15 digits, of which no scene here loses more than 10
+TRUTH = {"double": ("quad", None), "extended": ("quad", None), "quad": ("mp", 170)}
+BEYOND = 50
+OPTIMISM = 1.0  # digits by which an estimate may exceed the truth
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A random scene and the digits wished for."""
+
+    seed: int
+    scene: Scene
+    wanted: int
+
+
+def sample(seed: int) -> Sample:
+    """The sample of a seed: a top that stands on its table, up to 0.6 s; mostly 2 to 12 digits."""
+    draws = random.Random(seed)
+    while True:
+        scene = _scene(draws, f"case-{seed}")
+        wanted = draws.randint(2, 12) if draws.random() < 0.9 else draws.randint(13, 28)
+        if _stands(scene):
+            return Sample(seed, scene, wanted)
+
+
+def _scene(draws: random.Random, name: str) -> Scene:
+    from tt_precise.body import TippeTop
+    from tt_precise.scene import Inclination, Scene, Start
+
+    def number(low: float, high: float) -> Fraction:
+        return Fraction(round(1e6 * draws.uniform(low, high)), 10**6)
+
+    I1 = number(0.2, 0.6)
+    body = TippeTop.from_ratios(
+        m=number(0.01, 0.03), R=number(0.01, 0.03), alpha=number(0.02, 0.6), I1=I1,
+        I3=min(number(0.2, 0.6), 2 * I1), g="9.82", mu=number(0, 1),
+    )  # fmt: skip
+    rolling = draws.random() < 0.15
+    lean = number(0.02, 3.1)
+    if draws.random() < 0.1:  # beside a pole, where the Euler rates are ill conditioned
+        lean /= 10 ** draws.randint(2, 6)
+    gliding = {} if rolling else {"nu_x": number(-0.2, 0.2), "nu_y": number(-0.2, 0.2)}
+    start = Start(
+        Inclination.parse(str(lean)), theta_dot=number(-5, 5), phi_dot=number(-5, 5),
+        omega_3=number(-200, 200), **gliding,
+    )  # fmt: skip
+    until = number(0.05, 0.6)
+    return Scene(
+        name=name, model="rolling" if rolling else "gliding", body=body, start=start,
+        until=until, sample_every=until,
+    )  # fmt: skip
+
+
+def _stands(scene: Scene) -> bool:
+    from tt_precise.integrate.precision import precision_named
+    from tt_precise.integrate.start import beginning
+
+    try:
+        beginning(scene, precision_named("double"))
+    except InputError:
+        return False
+    return True
+
+
+def row(one: Sample) -> dict[str, Any]:
+    """What the knob chose for a sample, the digits it claims, and the digits that are right.
+
+    ``estimated`` and ``right`` are missing where it raised.
+    """
+    from tt_precise.integrate import integrate
+
+    known = {
+        "seed": one.seed,
+        "model": one.scene.model,
+        "until": float(one.scene.until),
+        "wanted": one.wanted,
+    }
+    try:
+        trajectory = integrate(one.scene, digits=one.wanted)
+    except InputError as error:
+        return known | {"status": "raised", "note": str(error)}
+    return known | {
+        "status": trajectory.status,
+        "formulation": trajectory.formulation,
+        "precision": trajectory.precision.name,
+        "bits": trajectory.precision.bits,
+        "tolerance": f"{float(trajectory.tolerance):.1e}",
+        "estimated": round(trajectory.digits, 2),
+        "right": round(right_digits(trajectory), 2),
+        "note": "",
+    }
+
+
+def right_digits(trajectory: Trajectory) -> float:
+    """Digits of the worst entry that a run with some 50 more bits confirms."""
+    from tt_precise.integrate import integrate
+    from tt_precise.integrate.accuracy import worst_digits
+
+    context = trajectory.precision.context
+    own = trajectory.precision
+    name, bits = TRUTH.get(own.name, ("mp", own.bits + BEYOND))
+    truth = integrate(trajectory.scene, name, bits=bits, formulation=trajectory.formulation)
+    if truth.status != trajectory.status:
+        return 0.0
+    errors: dict[str, Any] = {
+        name: abs(context.mpf(value) - truth.state.values[name])
+        for name, value in trajectory.state.values.items()
+        if value is not None and truth.state.values[name] is not None
+    }
+    return worst_digits(trajectory, errors)
+
+
+def table(seeds: Iterable[int] = range(SAMPLES), progress: Progress = silent) -> pandas.DataFrame:
+    """A row for each seed."""
+    import pandas
+
+    every = list(seeds)
+    rows = []
+    for number, seed in enumerate(every):
+        rows.append(row(sample(seed)))
+        progress((number + 1) / len(every))
+    return pandas.DataFrame(rows)
+
+
+def summary(found: pandas.DataFrame) -> str:
+    """The table in a few sentences."""
+    kept = found[found["status"] != "raised"]
+    excess = kept["estimated"] - kept["right"]
+    return "\n".join(
+        [
+            f"{len(found)} scenes: {len(found) - len(kept)} raised, "
+            f"{int((kept['right'] >= kept['wanted']).sum())} of {len(kept)} delivered.",
+            f"The estimate exceeds the truth by {excess.max():.2f} digits at most; "
+            f"the median is {abs(excess.median()):.2f} off, the lowest {-excess.min():.2f} below.",
+            f"{int((excess > OPTIMISM).sum())} estimates are more than {OPTIMISM:g} digit too "
+            "optimistic.",
+        ]
+    )
+
+
+def main() -> None:
+    """Measure, and write ``reports/estimates.csv``."""
+    from tt_precise.files import atomic_write
+    from tt_precise.progress import progress_bar
+
+    with progress_bar("estimating errors") as progress:
+        found = table(progress=progress)
+    atomic_write(OUT, found.to_csv(index=False, lineterminator="\n"))
+    print(summary(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,65 @@
+"""diffrax: Runge-Kutta methods compiled as a whole by JAX, in double."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache, partial
+from typing import Any
+
+from tt_precise.bench.methods import Settings, Solution, Solve, registered
+from tt_precise.bench.problem import GoldenProblem
+from tt_precise.body import Parameters
+from tt_precise.mechanics.formulations import Formulation
+
+MOST_STEPS = 4_000_000
+
+
+def diffrax_solver(solver: str, problem: GoldenProblem, settings: Settings) -> Solve:
+    """``diffrax.diffeqsolve`` with one number as relative and absolute tolerance, jitted."""
+    import numpy
+
+    start = numpy.array(problem.state(settings.precision))
+    parameters = numpy.array(problem.parameters(settings.precision))
+    at_end, at_times = _jitted(solver, problem.form, False), _jitted(solver, problem.form, True)
+
+    def solve(times: Sequence[Any]) -> Solution:
+        chosen = at_end if len(times) == 1 else at_times
+        states, steps, evaluations = chosen(
+            start, numpy.array(times), settings.tolerance, parameters
+        )
+        return Solution(list(numpy.asarray(states)), int(steps), int(evaluations))
+
+    solve([1e-3])
+    return solve
+
+
+@cache
+def _jitted(solver: str, form: Formulation, between: bool) -> Any:
+    import diffrax
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    method = getattr(diffrax, solver)()
+    # first same as last: the last stage of a step is the first one of the next
+    stages = method.tableau.num_stages - 1
+
+    def rates(t: Any, y: Any, parameters: Any) -> Any:
+        given = dict(zip(form.parameters, parameters, strict=True))
+        body = Parameters(**{"m": 1, "R": 1, "g": 1, "mu": 0} | given)
+        return jax.numpy.stack(form.rates(body, form.State(*y), jax.numpy))
+
+    @jax.jit
+    def solve(start: Any, times: Any, tolerance: Any, parameters: Any) -> Any:
+        found = diffrax.diffeqsolve(
+            diffrax.ODETerm(rates), method, 0.0, times[-1], None, start, parameters,
+            saveat=diffrax.SaveAt(ts=times) if between else diffrax.SaveAt(t1=True),
+            stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance),
+            max_steps=MOST_STEPS,
+        )  # fmt: skip
+        return found.ys, found.stats["num_steps"], found.stats["num_steps"] * stages
+
+    return solve
+
+
+for _solver in ("Dopri8", "Tsit5"):
+    registered(f"diffrax {_solver}", "diffrax", "jax")(partial(diffrax_solver, _solver))

@@ -1,0 +1,191 @@
+"""What every method of the trade-off integrates, and the truth that it is judged by.
+
+All methods get the same dimensionless numbers (m = R = g = 1) and the same text of the equations.
+The truth is golden data, 34 digits; where more are needed, a run with more bits takes its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.integrate.precision import Precision, precision_named
+from tt_precise.integrate.readout import VECTOR_COLUMNS
+from tt_precise.integrate.start import Beginning, beginning
+from tt_precise.mechanics.conserved import INTEGRALS, drift
+from tt_precise.mechanics.formulations import (
+    STATE_DIMENSIONS,
+    Formulation,
+    formulation,
+    integrated,
+)
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.scene import Scene, load_scene
+
+GOLDEN_BITS = 160  # holds the 34 decimals of golden data with room for the differences
+MOST_SAMPLES = 40  # of the golden rows, evenly taken, at which a method is judged on its way
+
+
+@dataclass(frozen=True)
+class GoldenProblem:
+    """A golden scene up to a horizon, in one formulation; ``until`` and ``times`` in s.
+
+    ``truth_bits`` makes a run of so many bits the truth instead of the golden data.
+    """
+
+    scene: Scene
+    coordinates: str
+    until: Fraction
+    times: tuple[Fraction, ...]
+    truth_bits: int = 0
+
+    @property
+    def form(self) -> Formulation:
+        """State and equations that everybody integrates."""
+        return integrated(self.scene.model, self.coordinates)
+
+    @property
+    def published(self) -> Formulation:
+        """The state that users get."""
+        return formulation(self.scene.model, self.coordinates)
+
+    def start(self, precision: Precision) -> Beginning:
+        """Body, units and start, rounded once to the guarded ``precision``."""
+        return beginning(self.scene, precision)
+
+    def state(self, precision: Precision) -> list[Any]:
+        """The start in heyoka's numbers."""
+        start = self.start(precision)
+        first = self.form.start(start.body, start.vectors, start.euler)
+        return list(map(precision.number, first))
+
+    def parameters(self, precision: Precision) -> list[Any]:
+        """The parameters that the equations contain, in heyoka's numbers."""
+        body = self.start(precision).body
+        return [precision.number(getattr(body, name)) for name in self.form.parameters]
+
+    def clock(self, precision: Precision, times: Sequence[Fraction]) -> list[Any]:
+        """Times in s as dimensionless numbers of heyoka's."""
+        unit = self.start(precision).units.time
+        return [precision.number(precision.exact(t) / unit) for t in times]
+
+    @cached_property
+    def truth(self) -> Truth:
+        """The right states at ``times``."""
+        bits = self.truth_bits or GOLDEN_BITS
+        precision = precision_named("mp", bits)
+        if self.truth_bits:
+            from tt_precise.integrate import integrate
+
+            rows = integrate(replace(self.scene, until=self.until), "mp", bits=bits).frame(
+                *VECTOR_COLUMNS, times=self.times, numbers="text"
+            )
+        else:
+            rows = golden_rows(self.scene.name, self.times)
+        start = beginning(self.scene, precision)
+        units = [start.units.of_dimension(STATE_DIMENSIONS[name]) for name in VECTOR_COLUMNS]
+        states = [
+            NewtonState(
+                *(precision.context.mpf(x) / unit for x, unit in zip(row, units, strict=True))
+            )
+            for row in rows[list(VECTOR_COLUMNS)].itertuples(index=False)
+        ]
+        return Truth(self, precision, start, tuple(states))
+
+
+@dataclass(frozen=True)
+class StateErrors:
+    """How wrong a run is: dimensionless errors, and the relative drift of lambda.
+
+    ``error`` is the largest absolute error of an entry of k, L, v in units of 1, m R sqrt(g R),
+    sqrt(g R) at the end; ``error_on_way`` the largest at any sample (None where only the end is
+    known), ``jellett_drift`` likewise.
+    """
+
+    error: Any
+    error_on_way: Any
+    jellett_drift: Any
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The right vector states (dimensionless, guarded mpmath numbers) at a problem's times."""
+
+    problem: GoldenProblem
+    precision: Precision
+    start: Beginning
+    states: tuple[NewtonState, ...]
+
+    def judge(
+        self, rows: Sequence[Any], precision: Precision, times: Sequence[Any] | None
+    ) -> StateErrors:
+        """Judge states at the last ``len(rows)`` of the problem's times.
+
+        ``times`` are the dimensionless numbers that the method was given: the truth is moved to
+        them, so that their rounding, worth 1e-13 at 8 s in double, is no error of the method.
+        None stands for the exact times, and states as users get them. An Euler state leaves the
+        azimuth open; there it is that of the truth.
+        """
+        context, problem = self.precision.context, self.problem
+        form = problem.form if times is not None else problem.published
+        body, first = self.start.body, self.start.vectors
+        errors, motions = [], [Motion(body, first, context, form.model)]
+        exact_times = problem.times[len(problem.times) - len(rows) :]
+        right_states = self.states[len(self.states) - len(rows) :]
+        for i, (row, exact, right) in enumerate(zip(rows, exact_times, right_states, strict=True)):
+            if times is not None:
+                clock = self.precision.exact(exact) / self.start.units.time
+                right = self._moved(right, self._number(times[i], precision) - clock)
+            mine = form.State(*(self._number(x, precision) for x in row))
+            phi = context.atan2(right.ky, right.kx) if form.coordinates == "euler" else 0
+            q = form.motion(body, mine, context, phi)
+            error = max(abs(a - b) for a, b in zip(q.state, right, strict=True))
+            errors.append(error if error == error else context.inf)
+            motions.append(q)
+        drifts = drift(INTEGRALS["jellett"], motions)[1:]
+        return StateErrors(errors[-1], max(errors), max(drifts))
+
+    def _number(self, value: Any, precision: Precision) -> Any:
+        number = value if hasattr(value, "_mpf_") else precision.guarded(value)
+        return self.precision.context.mpf(number)
+
+    def _moved(self, state: NewtonState, delay: Any) -> NewtonState:
+        form = formulation(self.problem.scene.model, "newton")
+        rates = form.rates(self.start.body, form.State(*state[: len(form.columns)]), None)
+        moved = [x + rate * delay for x, rate in zip(state, rates, strict=False)]
+        return NewtonState(*moved, *state[len(moved) :])
+
+
+def golden_rows(scene: str, times: Sequence[Fraction]) -> Any:
+    """The rows of golden data at exact times, as text; raises if one is not there."""
+    from tt_precise import golden
+
+    frame = golden.load(scene, "text")
+    place = {Fraction(t): i for i, t in enumerate(frame["t"])}
+    missing = [t for t in times if t not in place]
+    if missing:
+        raise InputError(f"{scene}: got t = {float(missing[0])} s, expected a time of golden data")
+    return frame.iloc[[place[t] for t in times]]
+
+
+def golden_problem(
+    scene: str, coordinates: str = "newton", until: str | None = None, truth_bits: int = 0
+) -> GoldenProblem:
+    """A golden scene, up to its end or to ``until`` (a sample time, s).
+
+    The end of a scene that loses contact is the moment at which it does.
+    """
+    from tt_precise import golden
+
+    every = [Fraction(t) for t in golden.load(scene, "text")["t"] if Fraction(t) > 0]
+    kept = [t for t in every if until is None or t <= Fraction(until)]
+    if not kept or (until is not None and kept[-1] != Fraction(until)):
+        raise InputError(f"until: got {until}, expected a time of the golden data of {scene}")
+    stride = -(-len(kept) // MOST_SAMPLES)
+    times = tuple(reversed(kept[::-1][::stride]))
+    return GoldenProblem(load_scene(scene), coordinates, kept[-1], times, truth_bits)

@@ -1,0 +1,90 @@
+"""SciPy's integrators, each with a Python and with a numba right-hand side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache, partial
+from typing import Any
+
+from tt_precise.bench.methods import Settings, Solution, Solve, registered
+from tt_precise.bench.problem import GoldenProblem
+from tt_precise.bench.right_hand_side import flat
+from tt_precise.mechanics.formulations import Formulation
+
+LEAST = 2.3e-14  # solve_ivp takes no smaller relative tolerance
+ODEINT_STEPS = 1_000_000  # at most between two outputs; its default, 500, does not reach 8 s
+
+
+def right_hand_side(problem: GoldenProblem, settings: Settings, compiled: bool) -> Any:
+    """``f(t, y)``: a flat Python function, or the same compiled by numba."""
+    parameters = tuple(problem.parameters(settings.precision))
+    if not compiled:
+        return flat(problem.form, "list", parameters)
+    return _jitted(problem.form, parameters)
+
+
+@cache
+def _jitted(form: Formulation, parameters: tuple[float, ...]) -> Any:
+    import numba
+    import numpy
+
+    function = numba.njit(flat(form, "array", parameters))
+    function(0.0, numpy.zeros(len(form.columns)) + 0.5)
+    return function
+
+
+def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Settings) -> Solve:
+    """``scipy.integrate.solve_ivp`` with one number as relative and absolute tolerance.
+
+    Below ``LEAST`` only the absolute one becomes smaller.
+    """
+    import scipy.integrate
+
+    function = right_hand_side(problem, settings, compiled)
+    start, tolerance = problem.state(settings.precision), settings.tolerance
+
+    def solve(times: Sequence[Any]) -> Solution:
+        found = scipy.integrate.solve_ivp(
+            function,
+            (0.0, times[-1]),
+            start,
+            method,
+            times,
+            rtol=max(tolerance, LEAST),
+            atol=tolerance,
+        )
+        if found.status != 0:
+            raise ArithmeticError(f"{method}: {found.message}")
+        # it does not tell its steps; every accepted and rejected one costs the same evaluations
+        stages = {"RK45": 6, "DOP853": 11}.get(method)
+        return Solution(list(found.y.T), found.nfev // stages if stages else 0, found.nfev)
+
+    return solve
+
+
+def odeint(compiled: bool, problem: GoldenProblem, settings: Settings) -> Solve:
+    """``scipy.integrate.odeint``; tolerance 0 stands for its own defaults, as the paper used it."""
+    import scipy.integrate
+
+    function = right_hand_side(problem, settings, compiled)
+    start, tolerance = problem.state(settings.precision), settings.tolerance or None
+
+    def solve(times: Sequence[Any]) -> Solution:
+        rows, told = scipy.integrate.odeint(
+            function, start, [0.0, *times], tfirst=True, rtol=tolerance, atol=tolerance,
+            mxstep=ODEINT_STEPS, full_output=True,
+        )  # fmt: skip
+        if told["message"] != "Integration successful.":
+            raise ArithmeticError(f"odeint: {told['message']}")
+        return Solution(list(rows[1:]), int(told["nst"][-1]), int(told["nfe"][-1]))
+
+    return solve
+
+
+for _compiled, _how, _packages in (
+    (False, "Python", ("scipy",)),
+    (True, "numba", ("scipy", "numba")),
+):
+    for _method in ("RK45", "DOP853", "LSODA", "Radau"):
+        registered(f"SciPy {_method}, {_how}", *_packages)(partial(solve_ivp, _method, _compiled))
+    registered(f"SciPy odeint, {_how}", *_packages)(partial(odeint, _compiled))

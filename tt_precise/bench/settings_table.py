@@ -1,0 +1,169 @@
+"""The table behind ``integrate(digits=...)``: ``python -m tt_precise.bench.settings_table``.
+
+Every setting integrates every golden scene; it is told how many digits are right in the worst
+entry at the end, and, on the reference scene, what the run costs beside double at full accuracy in
+the same minute. ``tt-precise tradeoff`` calls ``write`` in its full form, which takes some minutes.
+Writes ``tt_precise/integrate/trade.csv``.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.progress import Progress, silent
+
+if TYPE_CHECKING:
+    import pandas
+
+    from tt_precise.integrate import Trajectory
+
+TOLERANCES = {
+    "double": (1e-3, 1e-6, 1e-8, 1e-10, 1e-12, 0.0),
+    "extended": (1e-15, 0.0),
+    "quad": (1e-18, 1e-24, 1e-30, 0.0),
+}
+# the Euler form costs the same multiple in every arithmetic; quad would take it half an hour
+EULER = ("double", "extended")
+ROUNDS = {"double": 21, "extended": 7, "quad": 1}
+TIMED = "reference"  # a scene that stands still, or grazes a pole, says nothing about costs
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting of the integrator; ``tolerance`` 0 stands for the eps."""
+
+    formulation: str
+    precision: str
+    tolerance: float
+
+
+BASE = Setting("newton", "double", 0.0)
+
+
+@dataclass(frozen=True)
+class Performance:
+    """How a setting fared on a scene: right digits, order, and on one scene its cost."""
+
+    digits: float
+    order: int
+    cost: float | None
+
+
+def settings() -> Iterator[Setting]:
+    """Every setting that is measured."""
+    for formulation in ("newton", "euler"):
+        for precision, tolerances in TOLERANCES.items():
+            if formulation == "newton" or precision in EULER:
+                yield from (Setting(formulation, precision, tolerance) for tolerance in tolerances)
+
+
+def table(scenes: Iterable[str] | None = None, progress: Progress = silent) -> pandas.DataFrame:
+    """A row for each setting: digits of the worst entry at the end, over the scenes.
+
+    ``cost`` is relative to ``BASE``.
+    """
+    import pandas
+
+    from tt_precise import golden
+
+    names = list(golden.scenes() if scenes is None else scenes)
+    found: dict[Setting, list[Performance]] = {setting: [] for setting in settings()}
+    for number, name in enumerate(names):
+        for setting, outcome in outcomes(name):
+            found[setting].append(outcome)
+        progress((number + 1) / len(names))
+    return pandas.DataFrame([_row(setting, of_way) for setting, of_way in found.items()])
+
+
+def outcomes(name: str) -> Iterator[tuple[Setting, Performance]]:
+    """Every setting on one golden scene; no Euler form where the scene starts at a pole."""
+    from tt_precise.integrate import integrate
+    from tt_precise.scene import load_scene
+
+    scene = load_scene(name)
+    found: dict[Setting, Trajectory] = {}
+    for setting in settings():
+        if setting.formulation == "euler" and scene.start.theta.at_pole:
+            continue
+        record = ("phi",) if setting.formulation == "euler" else ()
+        found[setting] = integrate(
+            scene, setting.precision, formulation=setting.formulation, tolerance=setting.tolerance,
+            events=(), record=record,
+        )  # fmt: skip
+    costs = _costs(found) if name == TIMED else {}
+    for setting, trajectory in found.items():
+        yield setting, Performance(right_digits(trajectory), trajectory.order, costs.get(setting))
+
+
+def right_digits(trajectory: Trajectory) -> float:
+    """Digits of the worst entry at the end that golden data confirms; 0 for another ending."""
+    from tt_precise import golden
+    from tt_precise.integrate.accuracy import worst_digits
+
+    known = golden.load(trajectory.scene.name, "text")
+    if known.manifest["status"] != trajectory.status:
+        return 0.0
+    last, context = known.iloc[-1], trajectory.precision.context
+    truth = {name: last[name] for name in trajectory.state.values if name in known.columns}
+    errors: dict[str, Any] = {
+        name: abs(context.mpf(trajectory.state.values[name]) - context.mpf(text))
+        for name, text in truth.items()
+        if text is not None and trajectory.state.values[name] is not None
+    }
+    return worst_digits(trajectory, errors)
+
+
+def _costs(found: dict[Setting, Trajectory]) -> dict[Setting, float]:
+    """Processor time of the propagation alone, beside ``BASE``; best of rounds taken in turn."""
+    from tt_precise.integrate.run import run
+
+    best = dict.fromkeys(found, math.inf)
+    for number in range(max(ROUNDS.values())):
+        for setting, trajectory in found.items():
+            if number < ROUNDS[setting.precision]:
+                begin = time.process_time()
+                run(trajectory.key, trajectory.start)
+                best[setting] = min(best[setting], time.process_time() - begin)
+    return {setting: seconds / best[BASE] for setting, seconds in best.items()}
+
+
+def _row(setting: Setting, found: list[Performance]) -> dict[str, Any]:
+    digits = [one.digits for one in found]
+    (cost,) = (one.cost for one in found if one.cost is not None)
+    return {
+        "formulation": setting.formulation,
+        "precision": setting.precision,
+        "tolerance": f"{setting.tolerance:g}",
+        "order": found[0].order,
+        "digits_worst": round(min(digits), 1),
+        "digits_median": round(statistics.median(digits), 1),
+        "cost": float(f"{cost:.3g}"),
+        "scenes": len(found),
+    }
+
+
+def write(progress: Progress = silent) -> pandas.DataFrame:
+    """Measure, and write the table of the package."""
+    from tt_precise.files import atomic_write
+    from tt_precise.integrate.trade import TABLE
+
+    found = table(progress=progress)
+    atomic_write(TABLE, found.to_csv(index=False, lineterminator="\n"))
+    return found
+
+
+def main() -> None:
+    """Measure, write and show the table."""
+    from tt_precise.progress import progress_bar
+
+    with progress_bar("settings on golden scenes") as progress:
+        print(write(progress).to_string(index=False))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,300 @@
+"""What a case is, and the registry that a decorator fills: a new case is one new entry.
+
+    @case(
+        "theta(0) = 1e-{k}",
+        expected="status complete, and theta(1 s)/theta(0) as for every other small theta(0)",
+        source="linear equations near the pole do not know its size",
+        over={"k": range(1, 301)},
+        quick=lambda k: k % 50 == 0,
+        control={"integrate": a_spoiled_one},
+    )
+    def small_start(k: int, integrate=integrate) -> Observation:
+        ...
+        return within(worst / eps, 100, "eps")
+
+The topic is that of the module. ``over`` makes one case of each combination of its arguments,
+which fill the braces in the name and in the expectation. ``control`` replaces arguments by
+something wrong: the tests see that the verdict of the family's first case changes.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from itertools import product
+from typing import Any
+
+# the modules of each topic
+TOPICS: dict[str, tuple[str, ...]] = {
+    "geometry": ("pole_starts", "pole_passages", "conversions"),
+    "parameters": ("body_shape", "spin", "friction", "scaling"),
+    "contact": ("contact_loss", "singular_contact"),
+    "time": ("horizons",),
+    "sensitivity": ("sensitivity",),
+    "machine": ("machine",),
+    "abuse": ("abuse.interrupted", "abuse.places", "abuse.readers"),
+}
+_topic_of = {module: topic for topic, modules in TOPICS.items() for module in modules}
+LIMIT_S = 60.0  # a case that takes longer is taken for one that hangs
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a case found: in words, whether that is right, and the number that says how well.
+
+    ``data`` are further numbers (JSON scalars), for pictures.
+    """
+
+    found: str
+    right: bool
+    value: float | None = None
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for number in (self.value, *self.data.values()):
+            if number is not None and type(number) not in (bool, int, float, str):
+                raise TypeError(f"got {type(number).__name__} {number}, expected a JSON scalar")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One entry of the table.
+
+    Attributes
+    ----------
+    topic, family, name
+        Module; the name with its braces, and with them filled.
+    expected, source
+        The outcome expected, and what says so: a theory, a closed form, a higher precision;
+        never the code under test.
+    function, arguments
+        ``function(**arguments)`` gives the ``Observation``.
+    control
+        Arguments that make it wrong.
+    quick
+        Whether it belongs to ``--quick``.
+    limit_s
+        Seconds after which it is stopped, and has failed.
+    """
+
+    topic: str
+    family: str
+    name: str
+    expected: str
+    source: str
+    function: Callable[..., Observation]
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    control: Mapping[str, Any] = field(default_factory=dict)
+    quick: bool = False
+    limit_s: float = LIMIT_S
+
+    def __post_init__(self) -> None:
+        for attribute in ("topic", "name", "expected", "source"):
+            if not getattr(self, attribute):
+                raise ValueError(f"case {self.name!r}: got no {attribute}, expected one")
+
+    def outcome(self, **changes: Any) -> Outcome:
+        """Run it here; an exception, or a number that is not finite, is a failure of the case."""
+        try:
+            finding = self.function(**{**self.arguments, **changes})
+        except Exception as error:
+            return self.failed(f"{type(error).__name__}: {error}")
+        numbers = [finding.value, *finding.data.values()]
+        if any(isinstance(x, float) and not math.isfinite(x) for x in numbers):
+            return self.failed(f"a number that is not finite: {finding.found}")
+        return Outcome(self, finding)
+
+    def failed(self, reason: str) -> Outcome:
+        """The outcome of a case that came to no finding; ``reason`` becomes one line."""
+        line = " ".join(reason.split())
+        return Outcome(self, Observation(line if len(line) <= 200 else line[:197] + "...", False))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A case and what came of it."""
+
+    case: Case
+    finding: Observation
+
+    @property
+    def verdict(self) -> str:
+        """Pass or fail."""
+        return "pass" if self.finding.right else "fail"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values, for ``tt-precise extremes --json``."""
+        case, finding = self.case, self.finding
+        told = {
+            "topic": case.topic,
+            "family": case.family,
+            "name": case.name,
+            "expected": case.expected,
+            "source": case.source,
+            "found": finding.found,
+            "verdict": self.verdict,
+            "value": finding.value,
+        }
+        return told | ({"data": dict(finding.data)} if finding.data else {})
+
+
+class NotFiniteError(ArithmeticError):
+    """A NaN or an infinity where a number was expected."""
+
+
+def within(value: Any, limit: float, unit: str = "", **data: Any) -> Observation:
+    """Right if ``value`` is at most ``limit``; told as "3.2 eps (allowed: 10)"."""
+    number = float(value)
+    found = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
+    return Observation(found, number <= limit, number, data)
+
+
+def same(got: Any, expected: Any, value: float | None = None, **data: Any) -> Observation:
+    """Right if ``got`` equals ``expected``, such as a status."""
+    told = str(got) if got == expected else f"{got}, not {expected}"
+    return Observation(told, bool(got == expected), value, data)
+
+
+def together(*findings: Observation) -> Observation:
+    """Several findings of one case: right if all are; the value is the first that there is."""
+    words = "; ".join(finding.found for finding in findings)
+    data = {name: x for finding in findings for name, x in finding.data.items()}
+    right = all(finding.right for finding in findings)
+    value = next((finding.value for finding in findings if finding.value is not None), None)
+    return Observation(words, right, value, data)
+
+
+def finite(values: Iterable[Any], what: str = "output") -> list[Any]:
+    """The values as a list (missing ones left out).
+
+    Raises
+    ------
+    NotFiniteError
+        One of them is NaN or infinite, which fails the case.
+    """
+    found = [value for value in values if value is not None]
+    for value in found:
+        if value - value != 0:
+            raise NotFiniteError(f"{what}: got {value}, expected a finite number")
+    return found
+
+
+_registered: dict[str, Case] = {}
+
+
+def case(
+    name: str,
+    *,
+    expected: str,
+    source: str,
+    control: Mapping[str, Any],
+    over: Mapping[str, Iterable[Any]] | None = None,
+    quick: bool | Callable[..., bool] = False,
+    limit_s: float = LIMIT_S,
+) -> Callable[[Callable[..., Observation]], Callable[..., Observation]]:
+    """Register the decorated function as a case, or as one for each combination in ``over``.
+
+    Parameters
+    ----------
+    name, expected
+        Texts with the arguments in braces: "mu = {mu}".
+    quick
+        Whether it belongs to ``--quick``: for all combinations, or a function of the arguments.
+    """
+
+    def register(function: Callable[..., Observation]) -> Callable[..., Observation]:
+        topic = _topic_of.get(function.__module__.removeprefix(f"{__package__}."), "other")
+        names = tuple(over or ())
+        for values in product(*(over or {}).values()):
+            arguments = dict(zip(names, values, strict=True))
+            filled = name.format(**arguments)
+            if filled in _registered:
+                raise ValueError(f"case {filled!r}: registered twice, in {function.__module__}")
+            _registered[filled] = Case(
+                topic=topic,
+                family=name,
+                name=filled,
+                expected=expected.format(**arguments),
+                source=source,
+                function=function,
+                arguments=arguments,
+                control=dict(control),
+                quick=quick(**arguments) if callable(quick) else quick,
+                limit_s=limit_s,
+            )
+        return function
+
+    return register
+
+
+@cache
+def _all_cases() -> tuple[Case, ...]:
+    for module in _topic_of:
+        importlib.import_module(f"{__package__}.{module}")
+    order = {topic: place for place, topic in enumerate(TOPICS)}
+    return tuple(sorted(_registered.values(), key=lambda one: order[one.topic]))
+
+
+def cases(topics: Sequence[str] = (), quick: bool = False) -> tuple[Case, ...]:
+    """The cases of ``topics`` (of all by default), in the order of the topics and modules."""
+    return tuple(
+        one
+        for one in _all_cases()
+        if (not topics or one.topic in topics) and (one.quick or not quick)
+    )
+
+
+@dataclass(frozen=True)
+class Family:
+    """The outcomes of the cases that one function stands for."""
+
+    outcomes: Sequence[Outcome]
+
+    @property
+    def first(self) -> Case:
+        """The first case."""
+        return self.outcomes[0].case
+
+    @cached_property
+    def wrong(self) -> list[Outcome]:
+        """Those that failed."""
+        return [one for one in self.outcomes if one.verdict == "fail"]
+
+    @property
+    def name(self) -> str:
+        """The name of its one case, or what the names have in common: "mu = ... s/m"."""
+        return (
+            self.first.name if len(self.outcomes) == 1 else shown(self.first.family, self.outcomes)
+        )
+
+    @property
+    def worst(self) -> Outcome:
+        """A failure if there is one, else the outcome with the largest value."""
+        return max(self.wrong or self.outcomes, key=lambda one: one.finding.value or 0.0)
+
+    @property
+    def found(self) -> str:
+        """What the worst case found, and which one that is."""
+        worst = self.worst
+        if len(self.outcomes) == 1 or worst.finding.value is None:
+            return worst.finding.found
+        known = worst.case.arguments.items()
+        which = ", ".join(f"{name} = {value}" for name, value in known if value != "")
+        return f"{worst.finding.found} [the worst: {which}]"
+
+
+def shown(family: str, members: Sequence[Any]) -> str:
+    """What the names of a family's members have in common: "mu = ... s/m (7 cases)"."""
+    return f"{re.sub('{[a-z_]+}', '…', family)} ({len(members)} cases)"
+
+
+def families(outcomes: Iterable[Outcome]) -> list[Family]:
+    """Outcomes grouped by family, in their order."""
+    groups: dict[tuple[str, str], list[Outcome]] = {}
+    for one in outcomes:
+        groups.setdefault((one.case.topic, one.case.family), []).append(one)
+    return [Family(group) for group in groups.values()]

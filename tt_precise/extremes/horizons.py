@@ -1,0 +1,274 @@
+"""Long and short times, there and back, and events that come close to each other."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from tt_precise.claims.evidence import variant
+from tt_precise.extremes import perturbed
+from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.periods import swing
+from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.start import beginning
+from tt_precise.integrate.streaming import Stream
+from tt_precise.integrate.system import Key, integrator
+from tt_precise.integrate.variational import sensitivity
+from tt_precise.mechanics.formulations import formulation
+from tt_precise.scene import load_scene
+
+EPS = 2.0**-52
+# of the start's size: rounding errors that grow beyond it leave nothing of the start
+HOPELESS = 1e3
+STEPS_EACH_S = 170  # about; the theory is about their order of magnitude
+LONG = {"frictionless": ("lambda", "E", "L_z", "omega_3"), "rolling": ("lambda", "D", "E_tilde")}
+PRECISIONS = ("double", "extended", "quad", "mp")
+TURN = 6.283185307179586
+
+
+@case(
+    "{scene}: {seconds} s in double",
+    expected="after each period, by a quadrature, theta is back: late by at most "
+    "2 eps t sqrt(steps); integrals drift by at most 2 eps sqrt(steps)",
+    source="the period as an integral, to 30 digits; Brouwer 1937: unbiased rounding is a random "
+    "walk in the integrals, and its sum in the phase",
+    over={"scene": tuple(LONG), "seconds": ("1e3", "1e5")},
+    quick=lambda scene, seconds: seconds == "1e3",
+    control={"period_off": Fraction(1, 10**11)},
+    limit_s=240,
+)
+def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Observation:
+    """A million turns; the samples lie where theta has to be at rest."""
+    import numpy
+
+    known = swing(scene)
+    periods = int(Fraction(seconds) / known.period) // 100
+    every = periods * known.period * (1 + period_off)
+    stream = Stream(
+        replace(load_scene(scene), until=100 * every, sample_every=every),
+        "theta_dot", *LONG[scene],
+    )  # fmt: skip
+    late = drift = 0.0
+    first: Any = None
+    for frame in stream:
+        first = frame.iloc[0] if first is None else first
+        times = frame["t"].to_numpy()
+        walk = EPS * numpy.sqrt(numpy.maximum(1, STEPS_EACH_S * times))
+        delay = numpy.abs(frame["theta_dot"].to_numpy() / known.acceleration)
+        finite([*delay])
+        late = max(late, float((delay / (walk * numpy.maximum(times, 1e-3))).max()))
+        for name in LONG[scene]:
+            change = numpy.abs(frame[name].to_numpy() / first[name] - 1)
+            drift = max(drift, float((change / walk).max()))
+    turns = float(100 * every) * 155 / TURN  # omega_3 of both scenes
+    return together(
+        within(late, 2, "eps t sqrt(steps) late"),
+        within(drift, 2, "eps sqrt(steps) of drift"),
+        same(stream.status, "complete"),
+        Observation(f"{turns:.2g} turns", True, data={"turns": round(turns)}),
+    )
+
+
+THERE_AND_BACK: dict[str, Any] = {
+    "expected": "the start again, to sqrt(2 sum over the steps of (condition back to 0 x eps)^2), "
+    "or nothing of it where that is above 1000",
+    "source": "variational equations; one rounding error of eps a step",
+    "control": {"tolerance": 1e-9},
+}
+
+
+# 8 s in mp take minutes: tests/extremes/test_horizons.py
+@case(
+    "reference: {until} s forward and back in {precision}",
+    over={"until": ("8",), "precision": PRECISIONS[:-1]},
+    **THERE_AND_BACK,
+)
+@case(
+    "reference: {until} s forward and back in {precision}",
+    over={"until": ("1",), "precision": PRECISIONS},
+    quick=lambda until, precision: precision != "mp",
+    **THERE_AND_BACK,
+)
+def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observation:
+    """Friction, run backwards, drives away from where it led to: the way back is the worse one."""
+    scene, working = variant(until=until), precision_named(precision)
+    start, form = beginning(scene, working), formulation("gliding", "newton")
+    number, guarded = working.number, working.guarded
+    first = [number(x) for x in form.start(start.body, start.vectors, start.euler)]
+    key = Key(form, working, (), (), tolerance, (), "unilateral")
+    with integrator(key) as made:
+        parameters = [number(getattr(start.body, name)) for name in form.parameters]
+        made.reset(first, parameters, number(working.context.mpf(0)))
+        _, _, _, steps, *_ = made.adaptive.propagate_until(number(start.until))
+        made.adaptive.propagate_until(number(working.context.mpf(0)))
+        last = [guarded(made.adaptive.state[i]) for i in range(len(first))]
+    finite(last)
+    distance = max(abs(a - guarded(b)) for a, b in zip(last, first, strict=True))
+    how = sensitivity(scene)
+    size = max(abs(guarded(x)) for x in first)
+    allowed = how.returning * (steps / (len(how.times) - 1)) ** 0.5
+    digits = max(0.0, float(working.context.log10(size / distance)))
+    if allowed * working.eps > HOPELESS:
+        # what comes back all the same has not been integrated
+        return Observation(f"{digits:.1f} digits come back, where none can", digits < 1, digits)
+    least = max(0.0, -math.log10(float(allowed * working.eps)))
+    return together(
+        within(distance / size / working.eps / allowed, 1, "of what the condition allows"),
+        Observation(f"{digits:.1f} digits come back, at least {least:.1f} have to", True),
+    )
+
+
+SAMPLED: dict[str, Any] = {
+    "expected": "at the first, the second, the middle and the last sample the state of quad",
+    "source": "higher precision",
+    "control": {"integrate": perturbed.integrating(omega_3="1e-12")},
+}
+
+
+@case(
+    "reference: sampled every {every} s up to {until} s",
+    over={"every": ("1e-4",), "until": ("0.1",)},
+    **SAMPLED,
+)
+@case(
+    "reference: sampled every {every} s up to {until} s",
+    over={"every": ("1e-9",), "until": ("1e-6",)},
+    quick=True,
+    **SAMPLED,
+)
+@case(
+    "reference: sampled every {every} s up to {until} s",
+    over={"every": ("1e-18",), "until": ("1e-15",)},
+    quick=True,
+    **SAMPLED,
+)
+@case(
+    "reference: sampled every {every} s up to {until} s",
+    over={"every": ("7", "1e300"), "until": ("1e-15", "1e-6", "0.1")},
+    quick=lambda every, until: every == "1e300" and until != "0.1",
+    **SAMPLED,
+)
+def sampling(every: str, until: str, integrate: Any = integrate) -> Observation:
+    """A thousand samples, some so close that their times need more digits than double has."""
+    horizon, step = Fraction(until), Fraction(every)
+    scene = replace(load_scene("reference"), until=horizon, sample_every=step)
+    run, fine = integrate(scene), integrate_quad(scene)
+    times = scene.sample_times
+    chosen = dict.fromkeys(
+        [times[0], times[min(1, len(times) - 1)], times[len(times) // 2], times[-1]]
+    )
+    worst = 0.0
+    for t in chosen:
+        one, other = run.at(t), fine.at(t)
+        for kind in (("kx", "ky", "kz"), ("Lx", "Ly", "Lz"), ("vx", "vy")):
+            size = max(abs(getattr(other, name)) for name in kind)
+            # v_A = s_dot + omega x a is as accurate as its two parts
+            size = max(size, float(scene.body.R * scene.start.omega_3)) if "vx" in kind else size
+            for name in kind:
+                error = abs(run.precision.context.mpf(getattr(one, name)) - getattr(other, name))
+                worst = max(worst, float(error / size))
+    # rounded once at the start and once in each step; 20 steps to 0.1 s, condition below 10
+    return together(
+        within(worst / EPS, 4 + 4 * run.steps, "eps"),
+        same(len(times), int(horizon / step) + 1 + (horizon % step != 0)),
+        same(run.status, "complete"),
+    )
+
+
+def integrate_quad(scene: Any) -> Trajectory:
+    """The run that others are compared with."""
+    return integrate(scene, "quad")
+
+
+@case(
+    "horizon of {until} s in {precision}",
+    expected="complete, no event, and the start: rounded once, and moved by less than eps",
+    source="the start itself",
+    over={"until": ("0", "1e-300"), "precision": PRECISIONS},
+    quick=True,
+    control={"run_of": perturbed.integrating(omega_3="1e-12")},
+)
+def no_time_at_all(until: str, precision: str, run_of: Any = integrate) -> Observation:
+    """Nothing divides by the length of the run."""
+    scene = variant(until=until)
+    run = run_of(scene, precision, events=("theta_min", "theta_max", "nu_x_zero"))
+    # not exact strings of the state, but exact in any precision
+    worst = max(
+        abs(run.precision.context.mpf(getattr(run.state, name)) - float(getattr(scene.start, name)))
+        for name in ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+    ) / float(scene.start.omega_3)
+    return together(
+        within(worst / run.precision.eps, 4, "eps"),
+        same(run.status, "complete"),
+        same(len(run.events), 0),
+        same(float(run.t_end), float(scene.until)),
+        same(run.drift["jellett"] < 4 * run.precision.eps, True),
+    )
+
+
+@case(
+    "an event {beyond} s before the horizon, in {precision}",
+    expected="recorded, and none where the horizon comes so much before it",
+    source="the period as an integral, to 30 digits",
+    over={"beyond": ("1e-3", "1e-9", "1e-12"), "precision": ("double", "quad")},
+    quick=lambda beyond, precision: precision == "double",
+    control={"until_off": Fraction(-1, 100)},
+)
+def event_at_the_end(beyond: str, precision: str, until_off: Fraction = Fraction(0)) -> Observation:
+    """The top on ice starts where theta is largest, which is no event, and is back after T."""
+    period, gap = swing("frictionless").period, Fraction(beyond)
+    counts, times = [], []
+    for end in (period - gap, period + gap + until_off):
+        scene = replace(load_scene("frictionless"), until=end)
+        events = integrate(scene, precision, events=("theta_max",)).events
+        counts.append(len(events))
+        times += list(events["t"])
+    late = max((abs(float(t - float(period))) for t in times), default=1.0)
+    # theta_dot is rounded to eps of the largest rate, omega_3, and theta_ddot is 39 rad/s^2
+    allowed = 20 * EPS * 155 / abs(swing("frictionless").acceleration)
+    return together(
+        same(counts, [0, 1]),
+        within(late / float(period), max(allowed / float(period), 4 * EPS), "of the period late"),
+    )
+
+
+@case(
+    "two zeros of phi_dot {apart} s apart",
+    expected="both found, in quad; none where phi_dot just stays away from zero; none suspect",
+    source="phi_dot = epsilon + phi_dddot t^2/2 beside the start's cusp, a period later",
+    over={"apart": ("1e-3", "1e-6", "1e-9", "1e-12")},
+    quick=lambda apart: apart == "1e-9",
+    control={"sign": 1},
+)
+def zeros_close_together(apart: str, sign: int = -1) -> Observation:
+    """A double root that has just split, or just vanished."""
+    base, known = load_scene("frictionless"), swing("frictionless")
+    working = precision_named("quad")
+    fn, start = working.context, beginning(base, working)
+    # phi_dot = (L.z - I3 omega_3 cos theta)/(I1 sin^2 theta), so with theta_dot = 0 at the cusp
+    # its second derivative is I3 omega_3 theta_ddot/(I1 sin theta)
+    sine = fn.sin(start.euler.theta)
+    spin = working.exact(base.start.omega_3)
+    curvature = start.body.I3 / start.body.I1 * spin * known.acceleration / sine
+    split = float(curvature) * float(Fraction(apart)) ** 2 / 8
+    counts, gaps, suspects = [], [], []
+    for side in (sign, -sign):
+        shift = Fraction(side * split).limit_denominator(10**40) if split > 1e-3 else None
+        phi_dot = shift if shift is not None else Fraction(side) * Fraction(repr(split))
+        scene = replace(
+            base, start=replace(base.start, phi_dot=phi_dot), until=known.period * Fraction(3, 2)
+        )
+        run = integrate(scene, "quad", events=("phi_dot_zero",))
+        near = [t for t in run.events["t"] if abs(float(t) - float(known.period)) < 5e-3]
+        counts.append(len(near))
+        gaps += [float(near[-1] - near[0])] if len(near) > 1 else []
+        suspects += list(run.suspect_events)
+    error = abs(gaps[0] / float(Fraction(apart)) - 1) if gaps else 1.0
+    # the next term of the series, (rate x apart)^2, and the double constants
+    allowed = 100 * (200 * float(Fraction(apart))) ** 2 + 1e-6
+    return together(
+        within(error, allowed, "off the distance"), same(counts, [2, 0]), same(suspects, [])
+    )

@@ -1,0 +1,203 @@
+"""Compiler, vectors, threads: how far double results move, and that wider ones do not."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Any
+
+from tt_precise.claims.evidence import variant
+from tt_precise.extremes import perturbed
+from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.pole_passages import vector_distance
+from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integrate.variational import sensitivity
+from tt_precise.mechanics.newton import NewtonState
+
+EPS = 2.0**-52
+HORIZON_S = "2"
+SHORT_S = "0.1"
+# by name, because a case's arguments have to be told in words
+FLAGS: dict[str, dict[str, Any]] = {
+    "opt_level 0": {"opt_level": 0},
+    "force_avx512": {"force_avx512": True},
+    "fast_math": {"fast_math": True},
+    "compact_mode": {"compact_mode": True},
+    "high_accuracy": {"high_accuracy": True},
+}
+WIDE = {name: FLAGS[name] for name in ("opt_level 0", "force_avx512")}
+VARIABLES = ("OMP_NUM_THREADS", "TBB_NUM_THREADS")
+ONE_RUN = """
+from tt_precise.claims.evidence import variant
+from tt_precise.integrate import integrate
+print({name: x.hex() for name, x in integrate(variant(until="2")).state.values.items()})
+"""
+
+
+@cache
+def _allowed(until: str) -> float:
+    """How far rounding may move double, in eps of the state: one error a step, grown since."""
+    how = sensitivity(variant(until=until))
+    steps = integrate(variant(until=until)).steps
+    return float(how.rounding[-1]) * float(steps / (len(how.times) - 1)) ** 0.5
+
+
+@case(
+    "double compiled with {flag}",
+    expected="another rounding: no further from quad than condition times eps allows",
+    source="variational equations, with one rounding error of eps a step; higher precision",
+    over={"flag": tuple(FLAGS)},
+    quick=lambda flag: flag in ("opt_level 0", "compact_mode"),
+    control={"integrate": perturbed.integrating(alpha="1e-11")},
+)
+def flags_in_double(flag: str, integrate: Any = integrate) -> Observation:
+    """How much of what double tells is the compiler's."""
+    run = integrate(variant(until=HORIZON_S), options=FLAGS[flag])
+    moved = vector_distance(run, _plain(HORIZON_S)) / EPS
+    finite([moved])
+    return together(
+        within(vector_distance(run, _quad(HORIZON_S)) / EPS, _allowed(HORIZON_S), "eps from quad"),
+        same(run.status, "complete"),
+        Observation(f"moved by {float(moved):.2g} eps", True, data={"moved_eps": float(moved)}),
+    )
+
+
+@cache
+def _plain(until: str) -> Trajectory:
+    return integrate(variant(until=until))
+
+
+@cache
+def _quad(until: str) -> Trajectory:
+    return integrate(variant(until=until), "quad")
+
+
+@case(
+    "{precision} compiled with {flag}",
+    expected="not a bit differs",
+    source="every operation is correctly rounded by a library (MPFR, libquadmath), which no flag "
+    "of the compiler reaches",
+    over={"precision": ("mp", "quad"), "flag": tuple(WIDE)},
+    quick=lambda precision, flag: flag == "opt_level 0" and precision == "mp",
+    control={"flags": {"opt_level 0": {"tol": 2.0**-180}}},
+)
+def flags_in_wide(
+    precision: str, flag: str, flags: dict[str, dict[str, Any]] | None = None
+) -> Observation:
+    """What makes golden data portable."""
+    scene = variant(until=SHORT_S)
+    options = dict((flags or WIDE)[flag])
+    tolerance = options.pop("tol", 0.0)
+    one = integrate(scene, precision)
+    other = integrate(scene, precision, options=options, tolerance=tolerance)
+    return together(
+        same(other.state.as_text() == one.state.as_text(), True),
+        same(other.steps, one.steps),
+    )
+
+
+@case(
+    "two threads at once, in {precision}",
+    expected="each the same as alone, bit for bit",
+    source="threads share no number",
+    over={"precision": ("double", "quad")},
+    quick=True,
+    control={"shared": True},
+)
+def two_threads(precision: str, shared: bool = False) -> Observation:
+    """Integrators are lent to one run at a time."""
+    spins = ("150", "155", "160", "165")
+    scenes = [variant(omega_3=spin, until=SHORT_S) for spin in spins]
+
+    def state(scene: Any) -> Any:
+        return integrate(scene, precision).state.as_text()
+
+    alone = [state(scene) for scene in scenes]
+    with ThreadPoolExecutor(2) as pool:
+        beside = list(pool.map(state, [scenes[0]] * 4 if shared else scenes))
+    return same(beside == alone, True)
+
+
+@case(
+    "{lanes} lanes of a batch against one",
+    expected="every row of a sweep the same, bit for bit",
+    source="IEEE arithmetic rounds each lane for itself",
+    over={"lanes": (4, 8)},
+    control={"moved": "1e-9"},
+    limit_s=240,
+)
+def lanes(lanes: int, moved: str = "0") -> Observation:
+    """Vectors of the processor, which one lane alone (run as two) does not need."""
+    from fractions import Fraction
+
+    from tt_precise.sweep import specification
+    from tt_precise.sweep.run import sweep
+
+    def rows(batch: int, shift: str) -> Any:
+        spins = [Fraction(spin) + Fraction(shift) for spin in range(150, 160)]
+        values = ",".join(str(float(spin)) for spin in spins)
+        spec = specification("reference", vary={"omega_3": values}, until="0.5")
+        return sweep(spec, batch=batch, one_in=0).rows.drop(columns=["index", "omega_3"])
+
+    return same(rows(lanes, moved).equals(rows(1, "0")), True)
+
+
+@case(
+    "threads of libraries: {variable} = {count}",
+    expected="not a bit of double differs from a process without the setting",
+    source="a trajectory is one chain of steps, which no library splits",
+    over={"variable": VARIABLES, "count": (1, 2)},
+    control={"code": ONE_RUN.replace('"2"', '"2.0000000001"')},
+)
+def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Observation:
+    """In a process of its own, because libraries look when they are loaded."""
+    environment = {k: v for k, v in os.environ.items() if k not in VARIABLES}
+    return same(_told(code, {**environment, variable: str(count)}) == _unset(), True)
+
+
+@cache
+def _unset() -> str:
+    return _told(ONE_RUN, {k: v for k, v in os.environ.items() if k not in VARIABLES})
+
+
+def _told(code: str, environment: dict[str, str]) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
+    return done.stdout
+
+
+@case(
+    "subnormal: theta(0) = pi - {lean}",
+    expected="the lean stays in proportion, to the spacing of subnormal numbers",
+    source="linear equations near the pole do not know the size of the lean; 2^-1074 is the "
+    "spacing of doubles below 2.2e-308",
+    over={"lean": ("1e-306", "1e-308", "1e-310", "1e-312", "1e-315")},
+    quick=lambda lean: lean == "1e-310",
+    control={"flush": True},
+)
+def subnormal(lean: str, flush: bool = False) -> Observation:
+    """Processors can be told to flush such numbers to zero; then nothing would be left."""
+    import math
+
+    size = float(lean)
+    one, other = (
+        integrate(variant("inverted", theta=f"pi - {text}", until=SHORT_S))
+        for text in (lean, "1e-20")
+    )
+    scale = 1e-20 / size
+    found = [0.0 if flush else getattr(one.state, name) for name in ("kx", "ky")]
+    wanted = [getattr(other.state, name) for name in ("kx", "ky")]
+    distance = math.hypot(*(x * scale - y for x, y in zip(found, wanted, strict=True)))
+    # each of some 20 steps rounds some hundred Taylor coefficients to the spacing
+    spacing = max(EPS, 2.0**-1074 / size)
+    relative = distance / math.hypot(*wanted)
+    finite([*found, *NewtonState(*(one.state.values[n] for n in NewtonState._fields))])
+    return together(
+        within(relative / spacing, 1000, "spacings"),
+        same(one.status, "complete"),
+        same(relative < 0.5, True),
+    )

@@ -1,0 +1,188 @@
+"""What rounding errors grow to: variational equations against golden data."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.extremes import perturbed
+from tt_precise.extremes.case import Observation, case, finite, together, within
+from tt_precise.golden import load, scenes
+from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integrate.start import beginning
+from tt_precise.integrate.variational import sensitivity
+from tt_precise.mechanics import quantities
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    from tt_precise.integrate.variational import Sensitivity
+
+EPS = 2.0**-52
+QUICK = ("reference", "contact-lost", "frictionless", "inverted", "kicked", "rocking")
+POINTS = 41  # of a curve in the report
+VARIED = {"alpha": "parameter", "mu": "parameter", "omega_3": "start", "nu_y": "start"}
+NUDGE = Fraction(1, 10**12)
+
+
+@cache
+def _sensitivity(scene: str) -> Sensitivity:
+    run = integrate(scene)
+    sampled = run.sample_times if run.status == "complete" else run.sample_times[:-1]
+    return sensitivity(scene, sampled)
+
+
+@case(
+    "double on the golden scene {scene}, at every sample",
+    expected="error at most sqrt(sum over the steps of (condition x eps)^2)",
+    source="golden data; variational equations, with one rounding error of eps a step",
+    over={"scene": tuple(scenes())},
+    quick=lambda scene: scene in QUICK,
+    control={"integrate": lambda scene: integrate(scene, tolerance=1e-12)},
+)
+def error_against_condition(scene: str, integrate: Any = integrate) -> Observation:
+    """The digits that double can give at each time, and those that it gives."""
+    import numpy
+
+    how = _sensitivity(scene)
+    run: Trajectory = integrate(scene)
+    found = _errors(run, scene, how)
+    # where nothing moves there are no steps, but the start was rounded once
+    a_sample = max(1.0, run.steps / max(1, len(how.times) - 1))
+    possible = EPS * how.rounding * a_sample**0.5
+    ratio = found / possible
+    finite([*found, *possible])
+    chosen = numpy.linspace(0, len(how.times) - 1, min(POINTS, len(how.times))).round().astype(int)
+    least = EPS / 2  # an error of zero would have infinitely many digits
+    return together(
+        within(ratio.max(), 1, "of what the condition allows"),
+        Observation(
+            f"condition up to {how.condition.max():.2g}, {how.condition[-1]:.2g} at the end; "
+            f"at the worst time {-numpy.log10(found.max()):.1f} digits",
+            True,
+            data={
+                "scene": scene,
+                "t": _listed(how.times[chosen]),
+                "condition": _listed(how.condition[chosen]),
+                "digits_possible": _listed(-numpy.log10(possible[chosen])),
+                "digits_found": _listed(-numpy.log10(numpy.maximum(found[chosen], least))),
+            },
+        ),
+    )
+
+
+def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Any:
+    """Largest error of any entry at each time, relative to the largest entry of the state."""
+    import numpy
+
+    golden = load(scene, "mpmath")
+    frame = run.frame(*how.columns, times=list(golden["t"][: len(how.times)]))
+    found = numpy.zeros(len(how.times))
+    for name in how.columns:
+        unit = run.start.units.of_dimension(STATE_DIMENSIONS[name])
+        pairs = zip(frame[name], golden[name][: len(how.times)], strict=True)
+        errors = [float(abs(run.precision.context.mpf(x) - exact) / unit) for x, exact in pairs]
+        found = numpy.maximum(found, errors)
+    return found / how.sizes
+
+
+def _listed(values: Any) -> str:
+    return " ".join(f"{float(value):.4g}" for value in values)
+
+
+@case(
+    "derivatives of the integral lambda on {scene}",
+    expected="the derivative of lambda(x(t)) by the start and by alpha is the same at all times",
+    source="lambda(x(t)) = lambda(x(0)) for every start and every top; the chain rule",
+    over={"scene": ("reference", "contact-lost", "frictionless", "rolling", "tippetopsim")},
+    quick=lambda scene: scene == "contact-lost",
+    control={"spoil": 1e-9},
+)
+def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
+    """An independent check of the matrices, without any other integration."""
+    import numpy
+
+    how = _sensitivity(scene)
+    start = beginning(load_scene(scene), integrate(scene).precision)
+    body = replace(
+        start.body, **{n: float(x) for n, x in zip(how.parameters, how.values, strict=True)}
+    )
+
+    def value(state: Any, alpha: float) -> float:
+        vectors = NewtonState(*state, *(0,) * (8 - len(state)))
+        motion = Motion(replace(body, alpha=alpha), vectors, numpy, "gliding")
+        return float(quantities.jellett(motion))
+
+    # lambda is linear in each single entry and in alpha: differences over any length are exact
+    units = numpy.eye(len(how.columns))
+    where = how.parameters.index("alpha")
+    worst, largest = 0.0, numpy.array([1.0, 1.0])
+    first: Any = None
+    for now, state in enumerate(how.states):
+        alpha = body.alpha
+        gradient = [(value(state + e, alpha) - value(state - e, alpha)) / 2 for e in units]
+        carried = numpy.array(gradient) @ how.by_start[now] * (1 + spoil * (now > 0))
+        by_alpha = value(state, alpha + 0.5) - value(state, alpha - 0.5)
+        by_alpha += float(numpy.array(gradient) @ how.by_parameters[now][:, where])
+        if first is None:
+            first = (carried, by_alpha)
+        # an error of a matrix, made in proportion to it when it was largest, stays in lambda
+        sums = [numpy.abs(gradient) @ numpy.abs(m[now]) for m in (how.by_start, how.by_parameters)]
+        largest = numpy.maximum(largest, [sums[0].max(), sums[1][where]])
+        here = numpy.abs(carried - first[0]).max(), abs(by_alpha - first[1])
+        worst = max(worst, float((here / largest).max()))
+    # a random walk over the samples, of the few eps of a product of 8 x 8 matrices
+    limit = 10 * float(len(how.times)) ** 0.5
+    return within(worst / EPS, limit, "eps")
+
+
+@case(
+    "derivative by {name} at the reference scene's most sensitive time",
+    expected="the difference quotient of two runs in quad",
+    source="higher precision",
+    over={"name": tuple(VARIED)},
+    control={"varied": perturbed.integrating(alpha="1e-6")},
+)
+def derivative_in_quad(name: str, varied: Any = integrate) -> Observation:
+    """Matrices of variational equations against runs that know nothing of them."""
+    import numpy
+
+    how = _sensitivity("reference")
+    now = int(how.condition.argmax())
+    scene = replace(load_scene("reference"), until=Fraction(round(how.times[now] * 100), 100))
+    runs = [varied(_nudged(scene, name, sign * NUDGE), "quad") for sign in (1, -1)]
+    context = runs[0].precision.context
+    starts, ends = ([_row(run, at) for run in runs] for at in (0, 1))
+    nudge = context.mpf(NUDGE.numerator) / NUDGE.denominator
+    quotient = numpy.array([float((a - b) / (2 * nudge)) for a, b in zip(*ends, strict=True)])
+    start = numpy.array([float((a - b) / (2 * nudge)) for a, b in zip(*starts, strict=True)])
+    expected = how.by_start[now] @ start
+    if VARIED[name] == "parameter":
+        where = how.parameters.index(name)
+        expected = expected + how.by_parameters[now][:, where] * how.values[where]
+    distance = float(numpy.abs(quotient - expected).max() / numpy.abs(quotient).max())
+    # the matrices' rounding errors grow as those of the state do
+    limit = float(how.condition[now])
+    return within(distance / EPS, limit, "eps")
+
+
+def _nudged(scene: Scene, name: str, relative: Fraction) -> Scene:
+    if VARIED[name] == "parameter":
+        value = getattr(scene.body, name) * (1 + relative)
+        return replace(scene, body=replace(scene.body, **{name: value}))
+    value = (getattr(scene.start, name) or Fraction(1, 100)) * relative + getattr(scene.start, name)
+    return replace(scene, start=replace(scene.start, **{name: value}))
+
+
+def _row(run: Trajectory, at: int) -> list[Any]:
+    """Vectors at the start (0) or the end (1), dimensionless."""
+    context = run.precision.context
+    state = run.state if at else run.at("0")
+    return [
+        context.mpf(getattr(state, name)) / run.start.units.of_dimension(STATE_DIMENSIONS[name])
+        for name in NewtonState._fields
+    ]

@@ -1,1 +1,0 @@
-"""Measurements: speed against accuracy, overheads, stability at the extremes."""

@@ -1,1 +1,0 @@
-"""The normal force and its denominator at zero."""

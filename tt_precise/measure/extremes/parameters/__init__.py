@@ -1,1 +1,0 @@
-"""Friction, shape, scale and spin at their edges."""
