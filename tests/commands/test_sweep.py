@@ -7,7 +7,7 @@ import pytest
 
 from tt_precise.cli import main
 
-GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--honesty", "0"]
+GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--recheck", "0"]
 
 
 def test_sweep_writes_rows_and_prints_a_summary(
@@ -32,7 +32,7 @@ def test_sweep_writes_rows_and_prints_a_summary(
 def test_sweep_reads_toml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "small.toml"
     path.write_text('scene = "reference"\nuntil = "0.3"\n[vary]\nmu = "0.3,0.4"\n', "utf-8")
-    assert main(["sweep", str(path), "--workers", "1", "--honesty", "0"]) == 0
+    assert main(["sweep", str(path), "--workers", "1", "--recheck", "0"]) == 0
     assert "2 of 2 rows" in capsys.readouterr().out
     assert main(["sweep", str(path), "--until", "1"]) == 2
 

@@ -11,7 +11,7 @@ import tt_precise as tt
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.scene import Inclination
-from tt_precise.sweep import logbook, specification
+from tt_precise.sweep import specification, step_buffer
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.columns import TIMES, check_names
 from tt_precise.sweep.specification import Specification, blocks
@@ -196,7 +196,7 @@ def test_a_periodic_motion_keeps_few_steps_and_none_that_matters(
     spec = specification("frictionless", until="3", vary={"phi_dot": "0:20:9"})
     values = values_of(spec)
     rows = compute(spec.plan, values, 8)
-    monkeypatch.setattr(logbook, "LOWEST_KEPT", 9)
+    monkeypatch.setattr(step_buffer, "LOWEST_KEPT", 9)
     assert same(compute(spec.plan, values, 8), rows)
     for row, (phi_dot,) in enumerate(values.tolist()):
         run = tt.integrate(spec.plan.scene_of({"phi_dot": phi_dot}), events=("extremum:g_n",))

@@ -11,11 +11,11 @@ import pandas
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.sweep import honesty, read_rows, specification, sweep
+from tt_precise.sweep import read_rows, specification, spot_check, sweep
 from tt_precise.sweep import run as running
 from tt_precise.sweep.columns import FIXED
-from tt_precise.sweep.honesty import differences, drawn
 from tt_precise.sweep.specification import Specification
+from tt_precise.sweep.spot_check import differences, drawn
 
 SPEC = specification("reference", until="0.5", vary={"phi_dot": "-20:20:41"})
 CHUNK = 8  # six chunks
@@ -141,25 +141,25 @@ def test_one_row_of_each_thousand_is_drawn() -> None:
     assert not list(drawn(100, seed=1, one_in=0))
 
 
-def test_honesty_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = specification("reference", until="0.2", vary={"phi_dot": "90,95,100"})
-    honest = sweep(spec, one_in=1).summary["honesty"]
-    assert honest["rows"] == 3
-    assert not honest["other_outcome"]
-    assert not honest["only_in_one"]
-    assert not honest["errors"]
-    largest = {name: found["value"] for name, found in honest["largest_difference"].items()}
+    found = sweep(spec, one_in=1).summary["recheck"]
+    assert found["rows"] == 3
+    assert not found["other_outcome"]
+    assert not found["only_in_one"]
+    assert not found["errors"]
+    largest = {name: found["value"] for name, found in found["largest_difference"].items()}
     # g_n of size 0.2 N over 40 steps: some eps of it, which the stiff force enlarges tenfold
     assert largest["min_g_n"] < 1e3 * 0.2 * 2.0**-52
-    right = honesty.recomputed
+    right = spot_check.recomputed
     monkeypatch.setattr(
-        honesty,
+        spot_check,
         "recomputed",
         lambda scene, record: {
             **right(scene, record), "min_g_n": 0.1, "t_init_A": 0.5, "outcome": "inverts",
         },
     )  # fmt: skip
-    spoiled = sweep(spec, one_in=3).summary["honesty"]
+    spoiled = sweep(spec, one_in=3).summary["recheck"]
     assert spoiled["largest_difference"]["min_g_n"]["value"] > 1e-3
     assert spoiled["other_outcome"]
     assert spoiled["only_in_one"]

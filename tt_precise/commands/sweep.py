@@ -38,7 +38,13 @@ def command() -> None:
 @click.option("--box", multiple=True, metavar="NAME=LOW:HIGH", help="A range to sample from.")
 @click.option("--samples", type=int, default=0, help="How many samples of the box.")
 @click.option("--sampler", default="sobol", show_default=True, help="sobol or latin.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of samples and honesty.")
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    help="Of samples and of the rows integrated again.",
+)
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--record", help="Further columns, separated by commas, such as climb_A,max_nu_y.")
 @click.option(
@@ -50,7 +56,11 @@ def command() -> None:
 @click.option("--dask", metavar="ADDRESS", help="A dask.distributed scheduler, for a cluster.")
 @click.option("--batch", type=int, help="SIMD lanes; by default two vectors of the processor.")
 @click.option("--chunk", type=int, help="Rows of a task and of a file.")
-@click.option("--honesty", type=int, default=1000, show_default=True, help="One row in so many.")
+@click.option(
+    "--recheck", type=int, default=1000, show_default=True,
+    help="One row in so many is integrated again in quad; 0: none.",
+)  # fmt: skip
+@click.option("--honesty", "recheck", type=int, hidden=True)
 @click.option("--json", "as_json", is_flag=True, help="The summary, one JSON object, on stdout.")
 def run(
     scene: str,
@@ -68,7 +78,7 @@ def run(
     dask: str | None,
     batch: int | None,
     chunk: int | None,
-    honesty: int,
+    recheck: int,
     as_json: bool,
 ) -> int:
     """Integrate SCENE from many starts: a shipped name, a scene, or a TOML file of a sweep.
@@ -104,7 +114,7 @@ def run(
             dask=dask,
             batch=batch,
             chunk=chunk,
-            one_in=honesty,
+            one_in=recheck,
             progress=progress,
             checking=checking,
         )
@@ -158,16 +168,16 @@ def lines(summary: dict[str, Any]) -> list[str]:
         found = summary["columns"].get(name)
         if found and found["min"] is not None:
             told.append(f"  {name:>13}: {found['min']:.6g} to {found['max']:.6g}")
-    honest = summary["honesty"]
-    if honest["rows"]:
-        told.append(f"  {honest['rows']} rows again in quad; largest differences:")
+    recheck = summary["recheck"]
+    if recheck["rows"]:
+        told.append(f"  {recheck['rows']} rows again in quad; largest differences:")
         told += [
             f"  {name:>13}: {found['value']:.2g} (row {found['index']})"
-            for name, found in honest["largest_difference"].items()
+            for name, found in recheck["largest_difference"].items()
         ]
-    told += [f"  ANOTHER OUTCOME IN QUAD: {one}" for one in honest["other_outcome"]]
-    told += [f"  ONLY IN DOUBLE OR QUAD: {one}" for one in honest["only_in_one"]]
-    told += [f"  ROW {index} FAILED IN QUAD: {error}" for index, error in honest["errors"].items()]
+    told += [f"  ANOTHER OUTCOME IN QUAD: {one}" for one in recheck["other_outcome"]]
+    told += [f"  ONLY IN DOUBLE OR QUAD: {one}" for one in recheck["only_in_one"]]
+    told += [f"  ROW {index} FAILED IN QUAD: {error}" for index, error in recheck["errors"].items()]
     told += [
         f"  MISSING: rows {one['first']} to {one['first'] + one['rows'] - 1}: {one['error']}"
         for one in summary["quarantined"]

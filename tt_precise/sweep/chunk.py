@@ -37,10 +37,10 @@ from tt_precise.sweep.columns import (
     part_named,
     turning_events,
 )
-from tt_precise.sweep.lanes import Arrival, Build, Departure, lanes
-from tt_precise.sweep.logbook import EARLY, Events
-from tt_precise.sweep.lowest import lowest_states
+from tt_precise.sweep.lanes import Build, LaneResult, LaneStart, lanes
+from tt_precise.sweep.min_normal_force import lowest_states
 from tt_precise.sweep.specification import PARAMETERS, Plan
+from tt_precise.sweep.step_buffer import EARLY, Events
 
 SAME = 2.0**-53
 DOUBLE = precision_named("double")
@@ -68,15 +68,15 @@ def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
     form = integrated(plan.scene.model, "newton")
     begun = _begin(plan, values)
     build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
-    landed = [_refused(form, one, plan.contact) for one in begun]
-    flying = [row for row, arrival in enumerate(landed) if arrival is None]
+    ended = [_refused(form, one, plan.contact) for one in begun]
+    moving = [row for row, result in enumerate(ended) if result is None]
     with lanes(build) as lent:
-        flown = lent.fly([_departure(form, begun[row], lent.order) for row in flying])
-    for row, arrival in zip(flying, flown.arrivals, strict=True):
-        landed[row] = arrival
-    events = flown.events._replace(flight=numpy.array(flying, dtype=int)[flown.events.flight])
-    arrivals = [arrival for arrival in landed if arrival is not None]
-    return _Landed(plan, form, build, begun, arrivals, events).columns()
+        found = lent.integrate([_lane_start(form, begun[row], lent.order) for row in moving])
+    for row, result in zip(moving, found.results, strict=True):
+        ended[row] = result
+    events = found.events._replace(row=numpy.array(moving, dtype=int)[found.events.row])
+    results = [result for result in ended if result is not None]
+    return _Integrated(plan, form, build, begun, results, events).columns()
 
 
 def _begin(plan: Plan, values: Any) -> list[Begun]:
@@ -120,9 +120,9 @@ def _begun(scene: Scene, given: Mapping[str, float], shared: Scene | None = None
     return Begun(body, units, vectors, euler, float(scene.until) / units.time)
 
 
-def _departure(form: Formulation, begun: Begun, order: int) -> Departure:
+def _lane_start(form: Formulation, begun: Begun, order: int) -> LaneStart:
     longest = longest_step(begun.body, begun.vectors, order, DOUBLE)
-    return Departure(
+    return LaneStart(
         begun.state(form),
         tuple(float(getattr(begun.body, name)) for name in form.parameters),
         begun.until,
@@ -130,8 +130,8 @@ def _departure(form: Formulation, begun: Begun, order: int) -> Departure:
     )
 
 
-def _refused(form: Formulation, begun: Begun, contact: str) -> Arrival | None:
-    """The arrival of a start from which there is no contact to begin with."""
+def _refused(form: Formulation, begun: Begun, contact: str) -> LaneResult | None:
+    """The result of a start from which there is no contact to begin with."""
     if form.model == "rolling":
         numerator, denominator = rolling.constraint_force(begun.body, begun.vectors)[2], 1.0
     else:
@@ -142,10 +142,10 @@ def _refused(form: Formulation, begun: Begun, contact: str) -> Arrival | None:
         status = "contact_lost"
     else:
         return None
-    return Arrival(status, 0.0, numpy.array(begun.state(form)), 0, ())
+    return LaneResult(status, 0.0, numpy.array(begun.state(form)), 0, ())
 
 
-class _Landed:
+class _Integrated:
     """The rows of a chunk after the integration: everything is evaluated for all at once."""
 
     def __init__(
@@ -154,14 +154,14 @@ class _Landed:
         form: Formulation,
         build: Build,
         begun: Sequence[Begun],
-        arrivals: Sequence[Arrival],
+        results: Sequence[LaneResult],
         events: Events,
     ):
 
-        self.plan, self.form, self.begun, self.arrivals = plan, form, begun, arrivals
+        self.plan, self.form, self.begun, self.results = plan, form, begun, results
         self.detectors = build.detectors
         self.rows = len(begun)
-        self.owner, self.times, self.states = events.flight, events.time, events.state
+        self.owner, self.times, self.states = events.row, events.time, events.state
         self.kind = 2 * events.detector + (events.direction > 0)
         self._drop_starts([one.event for one in build.detectors])
 
@@ -176,11 +176,11 @@ class _Landed:
             for which in DEFINITIONS:
                 one = [getattr(getattr(climb, which), when) for climb in times]
                 found[f"{when}_{which}"] = numpy.array(one, dtype=float) * unit
-        lost = [one.status == "contact_lost" and one.time > 0 for one in self.arrivals]
+        lost = [one.status == "contact_lost" and one.time > 0 for one in self.results]
         found["min_g_n"] = numpy.where(lost, 0.0, self._part("min", "g_n"))
         found["jellett_drift"] = self._drift()
-        found["steps"] = numpy.array([one.steps for one in self.arrivals], dtype=numpy.int64)
-        found["t_stop"] = numpy.array([one.time for one in self.arrivals]) * unit
+        found["steps"] = numpy.array([one.steps for one in self.results], dtype=numpy.int64)
+        found["t_stop"] = numpy.array([one.time for one in self.results]) * unit
         for name in self.plan.record:
             found[name] = self._asked(name, found, times, unit)
         return found
@@ -215,7 +215,7 @@ class _Landed:
         return found
 
     def _outcome(self, row: int, times: InversionTimes) -> str:
-        status = self.arrivals[row].status
+        status = self.results[row].status
         if status != "complete":
             return status
         return "does_not_invert" if times.A.t_end is None else "inverts"
@@ -243,7 +243,7 @@ class _Landed:
     @cached_property
     def _end_motion(self) -> Motion:
 
-        states = numpy.array([one.state for one in self.arrivals])
+        states = numpy.array([one.state for one in self.results])
         return self._motion(states, numpy.arange(self.rows))
 
     def _kinds(self, *names: str) -> Any:
@@ -271,10 +271,8 @@ class _Landed:
     def _at_extrema(self, part: Part) -> tuple[Any, Motion]:
         """Rows and motions among which an extreme value is, if it lies between start and end."""
         if part == SMALLEST_FORCE:
-            owner = numpy.repeat(
-                numpy.arange(self.rows), [len(one.lowest) for one in self.arrivals]
-            )
-            steps = [step for one in self.arrivals for step in one.lowest]
+            owner = numpy.repeat(numpy.arange(self.rows), [len(one.lowest) for one in self.results])
+            steps = [step for one in self.results for step in one.lowest]
             states, owner = lowest_states(steps, owner, self.form.columns.index("kz"))
             return owner, self._motion(states.reshape(-1, len(self.form.columns)), owner)
         chosen, q = self._at_events(*turning_events(part.quantity))

@@ -5,7 +5,7 @@ Every row has ``FIXED``. Further ones are asked for by name: ``climb_A``, ``clim
 (lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses nu_x around the
 climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
 are events of the integration together with both ends, never samples; the smallest g_n and the
-turning points of theta are read off the series of the steps (``lowest``, ``turning``).
+turning points of theta are read off the Taylor polynomials of the steps.
 """
 
 from __future__ import annotations

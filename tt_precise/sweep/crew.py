@@ -1,7 +1,7 @@
 """Where tasks run: in this process, on its cores, or on any ``concurrent.futures.Executor``.
 
-Tasks in flight are bounded. A task that raises is tried again and finally given back as a
-``Failure``; when worker processes die, the tasks that were in flight are run one at a time, so
+Tasks in row are bounded. A task that raises is tried again and finally given back as a
+``Failure``; when worker processes die, the tasks that were in row are run one at a time, so
 that the one that kills is told from its neighbours.
 """
 

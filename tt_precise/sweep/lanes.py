@@ -29,8 +29,8 @@ from tt_precise.integrate.system import (
 )
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.sweep.columns import Detector
-from tt_precise.sweep.logbook import ROOM, Events, Logbook
-from tt_precise.sweep.lowest import Step
+from tt_precise.sweep.min_normal_force import Step
+from tt_precise.sweep.step_buffer import ROOM, Events, StepBuffer
 
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
 # heyoka takes the step from the largest of state and event functions: scaled down, these do not
@@ -48,7 +48,7 @@ class Build(NamedTuple):
     batch: int
 
 
-class Departure(NamedTuple):
+class LaneStart(NamedTuple):
     """A start, dimensionless: state, parameters of the formulation, horizon, longest step."""
 
     state: tuple[float, ...]
@@ -57,7 +57,7 @@ class Departure(NamedTuple):
     longest: float = math.inf
 
 
-class Arrival(NamedTuple):
+class LaneResult(NamedTuple):
     """How one trajectory ended, dimensionless.
 
     ``status`` is "complete", "contact_lost", "singular_contact" or "failed"; ``state`` is that at
@@ -72,14 +72,14 @@ class Arrival(NamedTuple):
     lowest: Sequence[Step]
 
 
-class Flown(NamedTuple):
-    """How all went: an arrival for each start, and their events.
+class LaneResults(NamedTuple):
+    """How all went: a result for each start, and their events.
 
     Each kind of events of a trajectory is in order of time. Turning points of theta are minima
     before the climb and maxima after it, unless their detector asks for every one.
     """
 
-    arrivals: list[Arrival]
+    results: list[LaneResult]
     events: Events
 
 
@@ -133,51 +133,51 @@ class Lanes:
             ],
             **numeric_options(Key(form, precision_named("double"), (), (), 0.0, ())),
         )
-        self._aboard = numpy.full(width, -1)  # which flight is in each lane, -1: none
+        self._row_in = numpy.full(width, -1)  # which row is in each lane, -1: none
         self._goals = [0.0] * width
         self._longest = [math.inf] * width
         self.order = int(self._batch.order)
-        self._age = numpy.zeros(width, dtype=int)  # steps since the start of each flight
+        self._age = numpy.zeros(width, dtype=int)  # steps since the start of each row
         self._time = self._batch.time  # a view of heyoka's own memory
-        self._log = Logbook(self._batch, form, build.detectors, hits)
+        self._buffer = StepBuffer(self._batch, form, build.detectors, hits)
 
-    def fly(self, departures: Sequence[Departure]) -> Flown:
+    def integrate(self, starts: Sequence[LaneStart]) -> LaneResults:
         """Integrate from all starts."""
         ends: dict[int, tuple[str, float, Any]] = {}
-        waiting = iter(range(len(departures)))
-        self._log.open(len(departures))
-        for lane in range(len(self._aboard) if departures else 0):
+        waiting = iter(range(len(starts)))
+        self._buffer.open(len(starts))
+        for lane in range(len(self._row_in) if starts else 0):
             number = next(waiting, -1) if lane < self.build.batch else -1
-            self._board(lane, number, departures)
-        while (self._aboard >= 0).any():
+            self._load(lane, number, starts)
+        while (self._row_in >= 0).any():
             outcomes = self._advance()
             ended = {
                 lane: status
-                for lane, number in enumerate(self._aboard.tolist())
+                for lane, number in enumerate(self._row_in.tolist())
                 if number >= 0 and (status := self._ended(lane, outcomes[lane]))
             }
             if ended:
-                self._log.close(list(ended))
+                self._buffer.close(list(ended))
             for lane, status in ended.items():
-                ends[int(self._aboard[lane])] = self._end(lane, status)
-                self._board(lane, next(waiting, -1), departures)
-            if self._log.steps > ROOM - STEPS_BETWEEN:
-                self._log.read()
-        if self._log.steps:
-            self._log.read()
-        return Flown(
+                ends[int(self._row_in[lane])] = self._end(lane, status)
+                self._load(lane, next(waiting, -1), starts)
+            if self._buffer.steps > ROOM - STEPS_BETWEEN:
+                self._buffer.read()
+        if self._buffer.steps:
+            self._buffer.read()
+        return LaneResults(
             [
-                Arrival(*ends[flight], int(self._log.taken[flight]), self._log.lowest(flight))
-                for flight in range(len(departures))
+                LaneResult(*ends[row], int(self._buffer.taken[row]), self._buffer.lowest(row))
+                for row in range(len(starts))
             ],
-            self._log.events(),
+            self._buffer.events(),
         )
 
-    def _board(self, lane: int, number: int, departures: Sequence[Departure]) -> None:
+    def _load(self, lane: int, number: int, starts: Sequence[LaneStart]) -> None:
 
-        self._aboard[lane] = number
+        self._row_in[lane] = number
         # an empty lane stands at some valid start with no time left: it takes steps of length 0
-        start = departures[max(number, 0)]
+        start = starts[max(number, 0)]
         self._batch.state[:, lane] = start.state
         self._batch.pars[:, lane] = start.parameters
         self._goals[lane] = 0.0 if number < 0 else start.until
@@ -193,18 +193,18 @@ class Lanes:
 
     def _advance(self) -> list[Any]:
 
-        before = self._log.steps
+        before = self._buffer.steps
         self._batch.propagate_until(
             self._goals,
             max_delta_t=self._longest,
             max_steps=STEPS_BETWEEN,
-            callback=self._log.take_down,
+            callback=self._buffer.record_step,
         )
         outcomes = [outcome for outcome, _ in self._batch.step_res]
         if heyoka.taylor_outcome.err_nf_state in outcomes:
-            self._log.take_down(self._batch)  # heyoka skips the callback of such a step
-        self._log.sign(before, self._aboard)
-        self._age += self._log.steps - before
+            self._buffer.record_step(self._batch)  # heyoka skips the callback of such a step
+        self._buffer.assign(before, self._row_in)
+        self._age += self._buffer.steps - before
         return outcomes
 
     def _ended(self, lane: int, outcome: Any) -> str:
@@ -218,10 +218,14 @@ class Lanes:
         return self._terminal[stopped] if 0 <= stopped < len(self._terminal) else ""
 
     def _end(self, lane: int, status: str) -> tuple[str, float, Any]:
-        """Status, time and state of a flight that has ended."""
+        """Status, time and state of a row that has ended."""
         state = self._batch.state[:, lane]
         if status == "failed":
-            return status, self._log.begun(lane) if self._age[lane] > 1 else 0.0, state * numpy.nan
+            return (
+                status,
+                self._buffer.step_start(lane) if self._age[lane] > 1 else 0.0,
+                state * numpy.nan,
+            )
         return status, float(self._time[lane]), state.copy()
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.errors import InputError
-from tt_precise.sweep import honesty
+from tt_precise.sweep import spot_check
 from tt_precise.sweep.crew import Crew, Failure, crew_of, crew_on_dask, performed
 from tt_precise.sweep.specification import Plan, Specification, blocks
 from tt_precise.sweep.store import Folder, Memory, default_chunk
@@ -47,7 +47,7 @@ def sweep(
     size: int = 1,
     batch: int | None = None,
     chunk: int | None = None,
-    one_in: int = honesty.ONE_IN,
+    one_in: int = spot_check.ONE_IN,
     progress: Told | None = None,
     checking: Told | None = None,
 ) -> Swept:
@@ -135,9 +135,9 @@ def chunk_task(plan: Plan, version: str, number: int, values: Any, batch: int) -
     return {"columns": columns, "seconds": time.perf_counter() - begun}
 
 
-def honest_task(plan: Plan, values: dict[str, float]) -> dict[str, Any]:
+def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Any]:
     """A row again in quad, in a worker."""
-    return honesty.recomputed(plan.scene_of(values), plan.record)
+    return spot_check.recomputed(plan.scene_of(values), plan.record)
 
 
 def _compute(
@@ -178,7 +178,7 @@ def _check(
     checking: Told | None,
 ) -> None:
     tell = checking or (lambda done, all_rows: None)
-    wanted = set(honesty.drawn(spec.rows, spec.seed, one_in)) - store.checked.keys()
+    wanted = set(spot_check.drawn(spec.rows, spec.seed, one_in)) - store.checked.keys()
     rows = {int(row["index"]): row for row in _rows(store, wanted)}
     if spec.contact == "bilateral":
         # quad runs end where contact is lost; beyond, there is nothing to compare with
@@ -187,7 +187,7 @@ def _check(
         (index, (spec.plan, {name: float(row[name]) for name in spec.names}))
         for index, row in rows.items()
     )
-    for done, (index, _, result) in enumerate(performed(crew, honest_task, tasks), start=1):
+    for done, (index, _, result) in enumerate(performed(crew, recheck_task, tasks), start=1):
         if isinstance(result, Failure):
             store.check(index, {"error": result.error})
         else:
@@ -196,7 +196,7 @@ def _check(
                 index,
                 {
                     "outcomes": [row["outcome"], result["outcome"]],
-                    "differences": honesty.differences(row, result),
+                    "differences": spot_check.differences(row, result),
                 },
             )
         tell(done, len(rows))

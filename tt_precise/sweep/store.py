@@ -79,7 +79,7 @@ class Folder:
         self.size: int = manifest["chunk"]
         self.quarantined: dict[int, str] = {}
         self.checked = {
-            line["index"]: line["found"] for line in _lines(self.path / "honesty.jsonl")
+            line["index"]: line["found"] for line in _lines(self.path / "recheck.jsonl")
         }
         self.done = self._verified()
 
@@ -106,7 +106,7 @@ class Folder:
     def check(self, index: int, found: dict[str, Any]) -> None:
         """Note what recomputing a row came to."""
         self.checked[index] = found
-        _append(self.path / "honesty.jsonl", {"index": index, "found": found})
+        _append(self.path / "recheck.jsonl", {"index": index, "found": found})
 
     def frames(self) -> Iterator[pandas.DataFrame]:
         """The rows, in order, some at a time."""

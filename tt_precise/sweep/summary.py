@@ -14,7 +14,7 @@ SCHEMA = "tt_precise.sweep/1"
 
 
 def summary_of(spec: Specification, store: Memory | Folder, how: dict[str, Any]) -> dict[str, Any]:
-    """Outcomes, the range of every column, what honesty found, what is missing, and how it ran.
+    """Outcomes, the range of every column, what the spot check found, what is missing, how it ran.
 
     ``columns`` gives least, greatest and mean of the values that exist, and how many are missing.
     """
@@ -33,7 +33,7 @@ def summary_of(spec: Specification, store: Memory | Folder, how: dict[str, Any])
         "expected": spec.rows,
         "outcomes": {name: outcomes.get(name, 0) for name in OUTCOMES},
         "columns": {name: found.told() for name, found in ranges.items()},
-        "honesty": _honesty(store),
+        "recheck": _recheck(store),
         "quarantined": [
             {
                 "chunk": number,
@@ -74,7 +74,7 @@ class _Range:
         return {"min": self.least, "max": self.greatest, "mean": mean, "missing": self.missing}
 
 
-def _honesty(store: Memory | Folder) -> dict[str, Any]:
+def _recheck(store: Memory | Folder) -> dict[str, Any]:
     largest: dict[str, float] = {}
     where: dict[str, int] = {}
     other, errors, unmatched = [], {}, []

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.sweep.series import HALVINGS, Bounds, bernstein_of, halves, states_in
+from tt_precise.sweep.step_polynomials import HALVINGS, Bounds, bernstein_of, halves, states_in
 
 # A step is kept if its peak may come so close to the largest: the remainder of the series moves
 # it by less. The states decide.
@@ -35,8 +35,8 @@ def may_be_lowest(bounds: Bounds, widths: Any, owner: Any, highest: Any) -> tupl
     Parameters
     ----------
     bounds, widths, owner
-        ``series.bounds``, lengths of the steps, 0 for one that was not taken, and whose they are;
-        shape (steps, lanes).
+        ``step_polynomials.bounds``, lengths of the steps, 0 for one that was not taken, and whose
+        they are; shape (steps, lanes).
     highest
         The largest second derivative of each owner so far, -inf at first. What is found at the
         ends of these steps is put in.

@@ -1,4 +1,4 @@
-"""Honesty: some rows are integrated again in quad, scalar, and compared.
+"""The spot check: some rows are integrated again in quad, scalar, and compared.
 
 One row of every thousand, drawn with the sweep's seed. The quad run shares the equations, but
 not the arithmetic, the lanes, the step sizes or the evaluation.

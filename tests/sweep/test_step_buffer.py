@@ -1,4 +1,4 @@
-"""What is read off the steps of a flight: as the scalar integration finds it, and only once."""
+"""What is read off the steps of a row: as the scalar integration finds it, and only once."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -9,16 +9,16 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.scene import Inclination, load_scene
-from tt_precise.sweep import lanes, logbook, specification
+from tt_precise.sweep import lanes, specification, step_buffer
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.columns import detectors
-from tt_precise.sweep.lanes import Build, Departure, Flown
+from tt_precise.sweep.lanes import Build, LaneResults, LaneStart
 from tt_precise.sweep.specification import blocks
 
 CLOSE = 1e-12  # dimensionless, of up to 180
 
 
-def flown(scene: Any, record: tuple[str, ...] = (), bodies: int = 1) -> Flown:
+def integrated(scene: Any, record: tuple[str, ...] = (), bodies: int = 1) -> LaneResults:
     from tt_precise.integrate.precision import precision_named
     from tt_precise.integrate.start import beginning
     from tt_precise.mechanics.formulations import integrated
@@ -27,35 +27,35 @@ def flown(scene: Any, record: tuple[str, ...] = (), bodies: int = 1) -> Flown:
     begun = beginning(scene, precision_named("double"))
     state = tuple(float(one) for one in form.start(begun.body, begun.vectors, begun.euler))
     parameters = tuple(float(getattr(begun.body, name)) for name in form.parameters)
-    departure = Departure(state, parameters, float(begun.until))
+    start = LaneStart(state, parameters, float(begun.until))
     build = Build(scene.model, "unilateral", detectors(record, scene.model), 8)
     with lanes.lanes(build) as lent:
-        return lent.fly([departure] * bodies)
+        return lent.integrate([start] * bodies)
 
 
-def turns(found: Flown, flight: int, rising: bool) -> Any:
+def turns(found: LaneResults, row: int, rising: bool) -> Any:
     events = found.events
-    mine = (events.flight == flight) & (events.detector == 0)
+    mine = (events.row == row) & (events.detector == 0)
     return events.time[mine & ((events.direction > 0) == rising)]
 
 
 @pytest.mark.parametrize("name", ["reference", "rolling", "frictionless"])
 def test_turning_points_are_those_of_the_scalar_integration(name: str) -> None:
     scene = replace(load_scene(name), until=load_scene("reference").until / 4)
-    found = flown(scene, record=("max_theta",), bodies=3)
+    found = integrated(scene, record=("max_theta",), bodies=3)
     run = tt.integrate(scene, events=("theta_min", "theta_max"))
     unit = run.start.units.time
     for rising, event in ((False, "theta_min"), (True, "theta_max")):
         expected = run.events["t"][run.events["name"] == event].to_numpy(float) / unit
-        for flight in range(3):
-            mine = turns(found, flight, rising)
+        for row in range(3):
+            mine = turns(found, row, rising)
             assert mine[mine > 1e-6] == pytest.approx(expected[expected > 1e-6], rel=0, abs=CLOSE)
         assert len(expected) > 10
 
 
 def test_only_those_that_the_climb_depends_on_unless_all_are_asked_for() -> None:
     scene = load_scene("reference")
-    every, some = flown(scene, record=("max_theta",)), flown(scene)
+    every, some = integrated(scene, record=("max_theta",)), integrated(scene)
     names = [one.event.name for one in detectors((), scene.model)]
     equator = every.events.detector == names.index("equator")
     climb = every.events.time[equator][0]
@@ -67,14 +67,14 @@ def test_only_those_that_the_climb_depends_on_unless_all_are_asked_for() -> None
 
 
 def test_rows_do_not_depend_on_when_the_steps_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A log that is full every few steps: turning points on its edges are found once."""
+    """A buffer that is full every few steps: turning points on its edges are found once."""
     spec = specification("reference", until="1", vary={"phi_dot": "-20:20:11"})
     ((_, values),) = blocks(spec, 4096, set())
     expected = compute(spec.plan, values, 8)
     monkeypatch.setattr(lanes, "_idle", {})
     monkeypatch.setattr(lanes, "STEPS_BETWEEN", 1)
     for room in (1, 2, 7):
-        monkeypatch.setattr(logbook, "ROOM", room)
+        monkeypatch.setattr(step_buffer, "ROOM", room)
         monkeypatch.setattr(lanes, "ROOM", room)
         lanes._idle.clear()
         found = compute(spec.plan, values, 8)
@@ -91,7 +91,7 @@ def test_a_log_does_not_remember_the_flights_before() -> None:
     for theta_dot in ("-3", "3", "-3"):
         start = replace(scene.start, theta_dot=Fraction(theta_dot))
         one = replace(scene, start=start, until=scene.until / 32)
-        found = flown(one, record=("max_theta",))
+        found = integrated(one, record=("max_theta",))
         run = tt.integrate(one, events=("theta_min", "theta_max"))
         assert len(turns(found, 0, True)) + len(turns(found, 0, False)) == len(run.events)
 
@@ -102,7 +102,7 @@ def test_a_start_on_the_equator_keeps_all_turning_points() -> None:
     at_equator = Inclination.parse("1.5707963267948966")  # pi/2 in double
     start = replace(scene.start, theta=at_equator, theta_dot=Fraction(1))
     one = replace(scene, start=start, until=scene.until / 4)
-    every, some = flown(one, record=("max_theta",)), flown(one)
+    every, some = integrated(one, record=("max_theta",)), integrated(one)
     for rising in (False, True):
         assert numpy.array_equal(turns(every, 0, rising), turns(some, 0, rising))
 
@@ -110,18 +110,18 @@ def test_a_start_on_the_equator_keeps_all_turning_points() -> None:
 def test_each_bound_between_steps_has_one_sign(monkeypatch: pytest.MonkeyPatch) -> None:
     """Even if it were a wrong one, minima and maxima would take turns."""
     draws = numpy.random.default_rng(1)
-    true_rates = logbook.Logbook._height_rates
+    true_rates = step_buffer.StepBuffer._height_rates
 
-    def wrong(log: Any) -> Any:
-        return true_rates(log) * draws.choice([-1, 1], size=8)
+    def wrong(buffer: Any) -> Any:
+        return true_rates(buffer) * draws.choice([-1, 1], size=8)
 
     monkeypatch.setattr(lanes, "_idle", {})
     monkeypatch.setattr(lanes, "STEPS_BETWEEN", 1)
-    monkeypatch.setattr(logbook, "ROOM", 1)
+    monkeypatch.setattr(step_buffer, "ROOM", 1)
     monkeypatch.setattr(lanes, "ROOM", 1)
-    monkeypatch.setattr(logbook.Logbook, "_height_rates", wrong)
+    monkeypatch.setattr(step_buffer.StepBuffer, "_height_rates", wrong)
     scene = replace(load_scene("reference"), until=load_scene("reference").until / 16)
-    found = flown(scene, record=("max_theta",)).events
+    found = integrated(scene, record=("max_theta",)).events
     directions = found.direction[found.detector == 0]
     assert len(directions) > 20
     assert (directions[1:] == -directions[:-1]).all()

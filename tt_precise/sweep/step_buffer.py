@@ -15,30 +15,39 @@ from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.sweep.columns import Detector
-from tt_precise.sweep.lowest import Step, lowest_steps, may_be_lowest, reaches
-from tt_precise.sweep.series import END, START, WIDTH, Bounds, bounds, states_in, stretches, zeros
+from tt_precise.sweep.min_normal_force import Step, lowest_steps, may_be_lowest, reaches
+from tt_precise.sweep.step_polynomials import (
+    END,
+    START,
+    WIDTH,
+    Bounds,
+    bounds,
+    height_columns,
+    states_in,
+    zeros,
+)
 
 ROOM = 384  # steps
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
-LOWEST_KEPT = 256  # steps of a flight, one of which has the smallest force
+LOWEST_KEPT = 256  # steps of a row, one of which has the smallest force
 
 
 class Events(NamedTuple):
     """Events, a row each: an array for each column.
 
-    ``flight`` and ``detector`` are positions, ``direction`` is +1 where the function rises and -1
+    ``row`` and ``detector`` are positions, ``direction`` is +1 where the function rises and -1
     where it falls, ``time`` is dimensionless as is ``state``, shape (events, entries), NaN where
     the detector is not ``stateful``.
     """
 
-    flight: Any
+    row: Any
     detector: Any
     direction: Any
     time: Any
     state: Any
 
 
-class Logbook:
+class StepBuffer:
     """Takes down the steps of a batch integrator, and reads them.
 
     ``hits`` is where events found by heyoka are noted: lane, detector, time and direction of each,
@@ -61,29 +70,29 @@ class Logbook:
         self._series = numpy.empty((ROOM, *self._tc.shape))
         self._ends = numpy.empty((ROOM, width))
         self._widths = numpy.empty((ROOM, width))
-        self._flights = numpy.empty((ROOM, width), dtype=int)
-        self._closing = numpy.full((ROOM, width), math.nan)  # rates of k.z where flights end
+        self._rows = numpy.empty((ROOM, width), dtype=int)
+        self._closing = numpy.full((ROOM, width), math.nan)  # rates of k.z where rows end
         self._since = numpy.zeros(width)  # when the steps begin
         self._rates = numpy.full(width, math.nan)  # of k.z where the steps begin; NaN at starts
         self._counts: list[int] = []
         self.steps = 0  # how many there are now
 
-    def open(self, flights: int) -> None:
-        """Begin with so many flights."""
+    def open(self, rows: int) -> None:
+        """Begin with so many rows."""
         self.steps = 0
         self._rates[:] = math.nan
         del self._hits[:]
         self._counts.clear()
         # the last one of these is for empty lanes
-        self.taken = numpy.zeros(flights + 1, dtype=int)  # steps of each flight
-        self._climb = numpy.full(flights + 1, math.inf)  # theta first rises through pi/2
-        self._highest = numpy.full(flights + 1, -math.inf)  # the largest curvature
+        self.taken = numpy.zeros(rows + 1, dtype=int)  # steps of each row
+        self._climb = numpy.full(rows + 1, math.inf)  # theta first rises through pi/2
+        self._highest = numpy.full(rows + 1, -math.inf)  # the largest curvature
         self._lowest: dict[int, list[tuple[float, Step]]] = defaultdict(list)
         none = numpy.empty(0, dtype=int)
         size = self._tc.shape[0]
         self._found = [Events(none, none, none, numpy.empty(0), numpy.empty((0, size)))]
 
-    def take_down(self, _: Any) -> bool:
+    def record_step(self, _: Any) -> bool:
         """Take down the last step of the integrator, which calls this after each."""
         step = self.steps
         self._series[step] = self._tc
@@ -93,24 +102,24 @@ class Logbook:
         self.steps = step + 1
         return True
 
-    def sign(self, since: int, flights: Any) -> None:
+    def assign(self, since: int, rows: Any) -> None:
         """Say whose the steps from ``since`` on are, -1 for empty lanes."""
-        self._flights[since : self.steps] = flights
+        self._rows[since : self.steps] = rows
 
-    def begun(self, lane: int) -> float:
-        """When the last step of ``lane`` began, which is not the first one of its flight."""
+    def step_start(self, lane: int) -> float:
+        """When the last step of ``lane`` began, which is not the first one of its row."""
         step = self.steps - 2
         return float(self._ends[step, lane]) if step >= 0 else float(self._since[lane])
 
     def close(self, lanes: Sequence[int]) -> None:
-        """Note that the flights in these lanes end here."""
+        """Note that the rows in these lanes end here."""
         self._closing[self.steps - 1, lanes] = self._height_rates()[lanes]
 
     def read(self) -> None:
         """Read off what happened in the steps, and give them up."""
         series, widths = self._series[: self.steps], self._widths[: self.steps]
-        columns = stretches(series[:, self._height], widths)
-        whose = self._flights[: self.steps][widths != 0]
+        columns = height_columns(series[:, self._height], widths)
+        whose = self._rows[: self.steps][widths != 0]
         self.taken += numpy.bincount(whose, minlength=len(self.taken))
         rates, closing = self._height_rates(), self._closing[: self.steps]
         first, last = columns[START], columns[END]
@@ -122,7 +131,7 @@ class Logbook:
         self._find_lowest(read)
         noted = self._noted()
         climbs = noted.detector == self._equator
-        numpy.minimum.at(self._climb, noted.flight[climbs], noted.time[climbs])
+        numpy.minimum.at(self._climb, noted.row[climbs], noted.time[climbs])
         self._found += [noted, self._turns(read, columns)]
         self._since, self._rates = self._ends[self.steps - 1].copy(), rates
         closing[:] = math.nan
@@ -131,16 +140,16 @@ class Logbook:
         self.steps = 0
 
     def events(self) -> Events:
-        """All events of the flights, in their order."""
+        """All events of the rows, in their order."""
         events = Events(*(numpy.concatenate(column) for column in zip(*self._found, strict=True)))
-        order = numpy.argsort(events.flight, kind="stable")
-        order = order[events.flight[order] >= 0]
+        order = numpy.argsort(events.row, kind="stable")
+        order = order[events.row[order] >= 0]
         return Events(*(column[order] for column in events))
 
-    def lowest(self, flight: int) -> list[Step]:
-        """The steps of a flight in one of which the normal force is smallest."""
-        highest = self._highest[flight]
-        return [step for ceiling, step in self._lowest[flight] if reaches(ceiling, highest)]
+    def lowest(self, row: int) -> list[Step]:
+        """The steps of a row in one of which the normal force is smallest."""
+        highest = self._highest[row]
+        return [step for ceiling, step in self._lowest[row] if reaches(ceiling, highest)]
 
     def _height_rates(self) -> Any:
         """Rates of k.z where the lanes are now."""
@@ -155,21 +164,21 @@ class Logbook:
 
     def _find_lowest(self, read: Bounds) -> None:
 
-        flights = self._flights[: self.steps]
-        found = may_be_lowest(read, self._widths[: self.steps], flights, self._highest)
+        rows = self._rows[: self.steps]
+        found = may_be_lowest(read, self._widths[: self.steps], rows, self._highest)
         step, lane, ceiling = found
-        for flight, above, width, series in zip(
-            flights[step, lane].tolist(),
+        for row, above, width, series in zip(
+            rows[step, lane].tolist(),
             ceiling.tolist(),
             self._widths[step, lane].tolist(),
             self._series[step, :, :, lane],
             strict=True,
         ):
-            self._lowest[flight].append((above, Step(width, series.copy())))
-        for flight in set(flights[step, lane].tolist()):
-            if len(self._lowest[flight]) > LOWEST_KEPT:  # a periodic motion has as many as periods
-                steps = lowest_steps(self.lowest(flight), self._height)
-                self._lowest[flight] = [(math.inf, step) for step in steps]
+            self._lowest[row].append((above, Step(width, series.copy())))
+        for row in set(rows[step, lane].tolist()):
+            if len(self._lowest[row]) > LOWEST_KEPT:  # a periodic motion has as many as periods
+                steps = lowest_steps(self.lowest(row), self._height)
+                self._lowest[row] = [(math.inf, step) for step in steps]
 
     def _turns(self, read: Bounds, columns: Any) -> Events:
         """The turning points of theta: cos theta = k.z turns where its rate changes sign.
@@ -180,14 +189,12 @@ class Logbook:
         """
         at = numpy.flatnonzero((read.changes > 0) & (columns[WIDTH] != 0) & read.finite)
         flat = columns.reshape(len(columns), -1)
-        end, flight, changes = (
-            one.ravel()[at] for one in (self._ends, self._flights, read.changes)
-        )
-        begun, climb = end - flat[WIDTH, at], self._climb[flight]
+        end, row, changes = (one.ravel()[at] for one in (self._ends, self._rows, read.changes))
+        begun, climb = end - flat[WIDTH, at], self._climb[row]
         # before the zeros are looked for; a step with several ones is decided by these
         every = self._every | (climb < EARLY)
         may = every | (changes > 1) | numpy.where(flat[START, at] < 0, end > climb, begun < climb)
-        at, begun, flight = at[may], begun[may], flight[may]
+        at, begun, row = at[may], begun[may], row[may]
         climb, every, changes = climb[may], every[may], changes[may]
         owner, since, rising = zeros(flat.take(at, axis=1), changes)
         time = begun[owner] + since
@@ -197,7 +204,7 @@ class Logbook:
         step, lane = numpy.divmod(at[owner], len(self._time))
         state = states_in(self._series[step, :, :, lane], since)
         detector = numpy.full(len(lane), self._turning)
-        return Events(flight[owner], detector, 2 * rising - 1, time, state)
+        return Events(row[owner], detector, 2 * rising - 1, time, state)
 
     def _noted(self) -> Events:
         """What heyoka has found."""
@@ -210,4 +217,4 @@ class Logbook:
             at, on = step[wanted], lane[wanted]
             begun = self._ends[at, on] - self._widths[at, on]
             state[wanted] = states_in(self._series[at, :, :, on], time[wanted] - begun)
-        return Events(self._flights[step, lane], detector, direction, time, state)
+        return Events(self._rows[step, lane], detector, direction, time, state)

@@ -5,9 +5,16 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.sweep import lowest
-from tt_precise.sweep.lowest import KEPT, Step, lowest_states, lowest_steps, may_be_lowest, reaches
-from tt_precise.sweep.series import bounds, stretches
+from tt_precise.sweep import min_normal_force
+from tt_precise.sweep.min_normal_force import (
+    KEPT,
+    Step,
+    lowest_states,
+    lowest_steps,
+    may_be_lowest,
+    reaches,
+)
+from tt_precise.sweep.step_polynomials import bounds, height_columns
 
 ORDER = 21
 WIDTHS = numpy.array([0.1, 0.5, 2.0])
@@ -72,7 +79,7 @@ def test_peaks_of_known_polynomials(curvature: Any, place: float | None) -> None
 
 
 def test_without_halving_a_peak_is_missed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lowest, "HALVINGS", 0)
+    monkeypatch.setattr(min_normal_force, "HALVINGS", 0)
     assert peaks(heights([0, 1, -1.0]))[0] in (0, 1)
 
 
@@ -100,7 +107,7 @@ def test_of_many_equal_peaks_the_highest_few_are_kept() -> None:
 
 
 def may_be(series: Any, widths: Any, owner: Any, highest: Any) -> Any:
-    columns = stretches(series, widths)
+    columns = height_columns(series, widths)
     return may_be_lowest(bounds(columns), widths, owner, highest)
 
 
@@ -135,7 +142,7 @@ def test_what_overflows_does_not_count() -> None:
 
 
 def test_owners_are_separate() -> None:
-    """Two lanes; in the second one another flight begins."""
+    """Two lanes; in the second one another row begins."""
     series = numpy.stack([heights([2.0], [1.0]), heights([1.0], [3.0])], axis=2)
     highest = numpy.full(3, -numpy.inf)
     step, lane, _ = may_be(series, numpy.ones((2, 2)), numpy.array([[0, 1], [0, 2]]), highest)

@@ -5,8 +5,15 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.sweep import series
-from tt_precise.sweep.series import bounds, halves, horner, states_in, stretches, zeros
+from tt_precise.sweep import step_polynomials
+from tt_precise.sweep.step_polynomials import (
+    bounds,
+    halves,
+    height_columns,
+    horner,
+    states_in,
+    zeros,
+)
 
 ORDER = 21
 
@@ -17,7 +24,7 @@ def columns(*rates: Any, width: float = 1.0) -> Any:
     for row, given in enumerate(rates):
         power = numpy.arange(1, len(given) + 1)
         heights[row, power, 0] = numpy.array(given) / (power * width ** (power - 1.0))
-    found = stretches(heights, numpy.full((len(rates), 1), width))
+    found = height_columns(heights, numpy.full((len(rates), 1), width))
     for row, given in enumerate(rates):
         found[-1, row, 0] = sum(given)
     return found
@@ -54,7 +61,7 @@ def test_a_pair_is_found_by_halving_only(monkeypatch: pytest.MonkeyPatch) -> Non
     _, place, rising = found_in(columns(close))
     assert place == pytest.approx([0.3, 0.301], rel=1e-12)
     assert list(rising) == [False, True]
-    monkeypatch.setattr(series, "HALVINGS", 3)
+    monkeypatch.setattr(step_polynomials, "HALVINGS", 3)
     assert len(found_in(columns(close))[0]) == 0
 
 

@@ -21,7 +21,7 @@ HALVINGS = 26  # a parabola loses 2^-52 of its height so near to its peak
 NEWTON_STEPS = 6  # at a time, from a secant: enough for all but a few turning points in 1,000
 SETTLED = 2.0**-30  # of a step: after so small a step of Newton's a zero is known
 ALONE = {"batch_parallel": False}  # the other cores have sweeps of their own
-WIDTH, START, END = -3, -2, -1  # the last rows of ``stretches``
+WIDTH, START, END = -3, -2, -1  # the last rows of ``height_columns``
 ITERATIONS = 10  # of so many steps: bisections alone would take 52
 
 
@@ -57,7 +57,7 @@ def states_in(series: Any, since: Any) -> Any:
     return _states(entries, terms)(inputs, **ALONE).T
 
 
-def stretches(heights: Any, widths: Any) -> Any:
+def height_columns(heights: Any, widths: Any) -> Any:
     """Columns that say how k.z goes in each step, shape (order + 3, steps, lanes).
 
     Its Taylor coefficients but the first, shape (steps, order + 1, lanes); the length of the step,
@@ -73,7 +73,7 @@ def stretches(heights: Any, widths: Any) -> Any:
 
 
 def bounds(columns: Any) -> Bounds:
-    """Bounds from ``stretches``."""
+    """Bounds from ``height_columns``."""
     rows, steps, lanes = columns.shape
     found = _bounds(rows - 2)(columns.reshape(rows, -1), **ALONE).reshape(-1, steps, lanes)
     curvature, at_ends, changes, total = found
@@ -97,7 +97,7 @@ def zeros(columns: Any, changes: Any) -> tuple[Any, Any, Any]:
     Parameters
     ----------
     columns
-        Of ``stretches``, shape (order + 3, steps).
+        Of ``height_columns``, shape (order + 3, steps).
     changes
         How many changes of sign there are at most, ``Bounds.changes``, shape (steps,); none is 0.
 
@@ -215,7 +215,7 @@ def _states(entries: int, terms: int) -> Any:
 
 @cache
 def _bounds(terms: int) -> Any:
-    """From a column of ``stretches``: three bounds and a sum.
+    """From a column of ``height_columns``: three bounds and a sum.
 
     The sum is finite only if the others mean anything.
     """
