@@ -19,15 +19,15 @@ from tt_precise.scene import load_scene
 LONG = """
 import os, signal, sys, threading
 from tt_precise import cli
-from tt_precise.integrate import run
+from tt_precise.integrate import propagate
 
-propagate = run._propagate
+advance = propagate._advance
 
 def interrupted_soon(*arguments):
     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
-    return propagate(*arguments)
+    return advance(*arguments)
 
-run._propagate = interrupted_soon
+propagate._advance = interrupted_soon
 sys.argv = ["tt-precise", "run", "frictionless", "--until", "100000", *sys.argv[1:]]
 cli.entry()
 """

@@ -15,8 +15,9 @@ from hypothesis import strategies as st
 
 import tt_precise as tt
 from tt_precise.errors import InputError
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.start import beginning
 from tt_precise.scene import Scene, load_scene, parse_scene
 
 TEXT = load_scene("reference").text
@@ -65,7 +66,9 @@ def one_line(error: InputError) -> None:
 def scene_or_error(text: str) -> Scene | None:
     try:
         scene = parse_scene(text, "fuzz", "fuzz.toml")
-        beginning(scene, precision_named("double"))
+        double = precision_named("double")
+        start = InitialState.of(scene, double.arithmetic)
+        require_contact(scene.name, start, double.context, "unilateral")
     except InputError as error:
         one_line(error)
         return None

@@ -48,7 +48,7 @@ def test_the_check_of_it_sees_an_import() -> None:
     [
         "",
         "import tt_precise.integrate",
-        "import tt_precise.integrate.run",
+        "import tt_precise.integrate.propagate",
         "from tt_precise import integrate",
         "from tt_precise.integrate import integrate",
     ],

@@ -27,6 +27,10 @@ class Parameters:
     g: Any
     mu: Any
 
+    def map(self, convert: Callable[[Any], Any]) -> Parameters:
+        """These parameters with every one of them converted."""
+        return Parameters(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
+
     @property
     def gamma(self) -> Any:
         """Ratio of the moments of inertia gamma = I1/I3; Theorem 1.1."""
@@ -76,7 +80,7 @@ class TippeTop(Parameters):
 
     def numbers(self, convert: Callable[[Fraction], Any]) -> Parameters:
         """These parameters (SI) in another arithmetic; ``convert`` rounds one exact number."""
-        return Parameters(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
+        return self.map(convert)
 
     def dimensionless(self, fn: Any, convert: Callable[[Fraction], Any]) -> Parameters:
         """The same top with m = R = g = 1 and mu sqrt(g R) for mu."""

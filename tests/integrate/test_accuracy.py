@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate import Trajectory, accuracy, integrate, trade
-from tt_precise.integrate import run as running
+from tt_precise.integrate import Trajectory, accuracy, cost_table, integrate
+from tt_precise.integrate import propagate as propagation
 from tt_precise.integrate.accuracy import KINDS
 from tt_precise.scene import Inclination, Scene, Start
 
@@ -136,7 +136,7 @@ def test_a_rung_that_does_not_deliver_is_passed(
 ) -> None:
     """What the table promises too much (here 7 digits, then 10) is added to the next wish."""
     promised = {"double": 20.5, "extended": 28.0, "quad": 40.0}
-    ladder = [trade.Setting("newton", name, 0, 0.0, d, 1.0) for name, d in promised.items()]
+    ladder = [cost_table.Setting("newton", name, 0, 0.0, d, 1.0) for name, d in promised.items()]
     monkeypatch.setattr(accuracy, "settings", lambda *_: list(ladder))
     trajectory = integrate(short, digits=20)
     assert trajectory.precision.name == "quad"
@@ -168,7 +168,7 @@ def test_digits_that_are_not_reached_are_refused(
 def test_digits_of_a_hopeless_start_are_refused(
     reference: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(running.STEPS_IN_A_PIECE, "mp", 5)
+    monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "mp", 5)
     monkeypatch.setattr(accuracy, "settings", lambda *_: [])
     hopeless = replace(reference, body=replace(reference.body, mu="1e300"))
     with pytest.raises(InputError, match="digits: got 10, but the integration of reference fails"):

@@ -130,7 +130,7 @@ def test_the_start_is_no_event(
 ) -> None:
     """theta_dot, phi_dot and the gliding velocity all start at zero."""
     assert double.events["t"].min() > 0.01
-    monkeypatch.setattr("tt_precise.integrate.run.vanishes", lambda *_: False)
+    monkeypatch.setattr("tt_precise.integrate.propagate.vanishes", lambda *_: False)
     careless = integrate(replace(reference, until=Fraction(1, 10)), events=ALL)
     early = careless.events[careless.events["t"] < 0.01]
     assert {"theta_max", "nu_x_zero"} <= set(early["name"])

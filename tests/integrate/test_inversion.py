@@ -112,7 +112,7 @@ def test_definitions_differ_but_tell_of_one_climb(double: Trajectory) -> None:
 
 def test_the_mirror_image_has_the_same_times(double: Trajectory, reference: Scene) -> None:
     start = replace(reference.start, omega_3=-reference.start.omega_3)
-    mirrored = integrate(replace(reference, start=start), events=double.key.events)
+    mirrored = integrate(replace(reference, start=start), events=double.setup.events)
     assert mirrored.state.theta == pytest.approx(double.state.theta, rel=1e-13)
     for definition in "ABC":
         times, others = (getattr(t.inversion, definition) for t in (double, mirrored))
@@ -127,6 +127,6 @@ def test_missing_events_are_integrated_for(reference: Scene, double: Trajectory)
 
 
 def test_a_horizon_before_the_climb(reference: Scene, double: Trajectory) -> None:
-    short = integrate(replace(reference, until=Fraction(5)), events=double.key.events)
+    short = integrate(replace(reference, until=Fraction(5)), events=double.setup.events)
     assert short.inversion.equator is None
     assert short.inversion.A == NONE

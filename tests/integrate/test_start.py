@@ -8,10 +8,11 @@ import mpmath
 import pytest
 
 from tt_precise.errors import InputError
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate import integrate
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.start import beginning, vanishes
-from tt_precise.integrate.system import Key
+from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.vanishing import vanishes
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import Inclination, Scene
@@ -26,7 +27,7 @@ def starting(scene: Scene, **entries: Any) -> Scene:
 
 
 def test_dimensionless_numbers_of_the_reference_scene(reference: Scene) -> None:
-    begun = beginning(starting(reference, nu_y="0.1"), QUAD)
+    begun = InitialState.of(starting(reference, nu_y="0.1"), QUAD.arithmetic)
     with mpmath.workdps(60):
         second = mpmath.sqrt(mpmath.mpf("0.02") / mpmath.mpf("9.82"))
         speed = mpmath.sqrt(mpmath.mpf("9.82") * mpmath.mpf("0.02"))
@@ -48,7 +49,7 @@ def test_dimensionless_numbers_of_the_reference_scene(reference: Scene) -> None:
 
 
 def test_a_start_1e_300_from_the_inverted_pole_keeps_its_digits(reference: Scene) -> None:
-    begun = beginning(starting(reference, theta="pi - 1e-300"), QUAD)
+    begun = InitialState.of(starting(reference, theta="pi - 1e-300"), QUAD.arithmetic)
     assert begun.vectors.kz == -1
     assert abs(begun.vectors.kx / mpmath.mpf("1e-300") - 1) < mpmath.mpf("1e-15")
     assert begun.vectors.kx > 0
@@ -56,7 +57,7 @@ def test_a_start_1e_300_from_the_inverted_pole_keeps_its_digits(reference: Scene
 
 @pytest.mark.parametrize(("theta", "kz"), [("0", 1), ("pi", -1)])
 def test_the_poles_are_exact(reference: Scene, theta: str, kz: int) -> None:
-    vectors = beginning(starting(reference, theta=theta), QUAD).vectors
+    vectors = InitialState.of(starting(reference, theta=theta), QUAD.arithmetic).vectors
     assert (vectors.kx, vectors.ky, vectors.kz) == (0, 0, kz)
     assert vectors.Lx == vectors.Ly == 0
 
@@ -124,23 +125,26 @@ def test_a_rolling_start_off_the_table_is_refused() -> None:
 
 
 def test_which_events_vanish_at_the_start(reference: Scene) -> None:
-    key = Key(integrated("gliding", "newton"), QUAD, (), (), 0.0, ())
-    begun = beginning(reference, QUAD)
+    setup = Setup(formulation=integrated("gliding", "newton"), precision=QUAD)
+    begun = InitialState.of(reference, QUAD.arithmetic)
     at_rest = ("theta_min", "theta_max", "phi_dot_zero", "nu_x_zero", "nu_y_zero", "nu_crossing")
-    assert all(vanishes(name, key, begun) for name in at_rest)
+    assert all(vanishes(name, setup, begun) for name in at_rest)
     moving = ("equator", "omega_3_zero", "Lk_equals_Lz", "Lk_equals_minus_Lz")
-    assert not any(vanishes(name, key, begun) for name in moving)
-    turning = beginning(starting(reference, theta_dot="1e-25"), QUAD)
-    assert not vanishes("theta_min", key, turning)
+    assert not any(vanishes(name, setup, begun) for name in moving)
+    turning = InitialState.of(starting(reference, theta_dot="1e-25"), QUAD.arithmetic)
+    assert not vanishes("theta_min", setup, turning)
 
 
 def test_which_extrema_are_at_the_start(reference: Scene) -> None:
-    key = Key(integrated("gliding", "newton"), QUAD, (), (), 0.0, ())
-    at_rest, moving = beginning(reference, QUAD), beginning(starting(reference, nu_y="1"), QUAD)
+    setup = Setup(formulation=integrated("gliding", "newton"), precision=QUAD)
+    at_rest, moving = (
+        InitialState.of(reference, QUAD.arithmetic),
+        InitialState.of(starting(reference, nu_y="1"), QUAD.arithmetic),
+    )
     for name in ("extremum:E_pot", "extremum:theta"):
-        assert vanishes(name, key, at_rest), name
-    assert not vanishes("extremum:g_n", key, moving)
-    assert not vanishes("extremum:omega_3", key, moving)
+        assert vanishes(name, setup, at_rest), name
+    assert not vanishes("extremum:g_n", setup, moving)
+    assert not vanishes("extremum:omega_3", setup, moving)
 
 
 def test_a_start_off_the_table_is_refused_unless_the_table_may_pull(reference: Scene) -> None:
@@ -179,7 +183,7 @@ def test_a_lean_of_any_size_keeps_its_digits(
         return abs(one / other - 1) / eps
 
     assert spread() < 100  # 24 steps, about 1 eps each, margin 4
-    monkeypatch.setattr("tt_precise.integrate.run.longest_step", lambda *_: None)
+    monkeypatch.setattr("tt_precise.integrate.propagate.longest_step", lambda *_: None)
     assert spread() > 1e9
 
 

@@ -1,4 +1,4 @@
-"""Compiled integrators: one for each key, used again, never with a memory of earlier runs."""
+"""Compiled integrators: one for each setup, used again, never with a memory of earlier runs."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -9,60 +9,61 @@ import pytest
 
 from tt_precise.integrate import Trajectory, integrate, system
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.system import Key, integrator, numeric_options
+from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.system import integrator, numeric_options
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import Scene
 
-KEY = Key(integrated("gliding", "newton"), precision_named("double"), (), (), 0.0, ())
+SETUP = Setup(formulation=integrated("gliding", "newton"), precision=precision_named("double"))
 
 
 @pytest.fixture
-def builds(monkeypatch: pytest.MonkeyPatch) -> list[Key]:
+def builds(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
     """Keys built during the test, which starts without idle integrators."""
-    built: list[Key] = []
+    built: list[Setup] = []
     original = system.build
 
-    def build(key: Key) -> system.Integrator:
-        built.append(key)
-        return original(key)
+    def build(setup: Setup) -> system.Integrator:
+        built.append(setup)
+        return original(setup)
 
     monkeypatch.setattr(system, "_idle", {})
     monkeypatch.setattr(system, "build", build)
     return built
 
 
-def test_one_integrator_serves_every_body_and_start(builds: list[Key], half: Scene) -> None:
+def test_one_integrator_serves_every_body_and_start(builds: list[Setup], half: Scene) -> None:
     heavy = replace(half, body=replace(half.body, m="1", I1="2", I3="3", alpha="1/7"))
     first, other, again = integrate(half), integrate(heavy), integrate(half)
     assert len(builds) == 1
     assert first.state.values == again.state.values != other.state.values
 
 
-def test_two_at_once_get_one_each(builds: list[Key]) -> None:
-    with integrator(KEY) as one, integrator(KEY) as two:
+def test_two_at_once_get_one_each(builds: list[Setup]) -> None:
+    with integrator(SETUP) as one, integrator(SETUP) as two:
         assert one is not two
     assert len(builds) == 2
-    assert len(system._idle[KEY]) == 2
+    assert len(system._idle[SETUP]) == 2
 
 
-def test_an_interrupted_integrator_is_not_used_again(builds: list[Key]) -> None:
-    with pytest.raises(KeyboardInterrupt), integrator(KEY):
+def test_an_interrupted_integrator_is_not_used_again(builds: list[Setup]) -> None:
+    with pytest.raises(KeyboardInterrupt), integrator(SETUP):
         raise KeyboardInterrupt
-    assert not system._idle[KEY]
+    assert not system._idle[SETUP]
 
 
 def test_idle_integrators_do_not_pile_up(
-    builds: list[Key], monkeypatch: pytest.MonkeyPatch
+    builds: list[Setup], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(system, "KEPT_IDLE", 1)
-    with integrator(KEY), integrator(KEY):
+    with integrator(SETUP), integrator(SETUP):
         pass
-    assert len(system._idle[KEY]) == 1
+    assert len(system._idle[SETUP]) == 1
 
 
 def test_events_of_an_earlier_run_are_forgotten(double: Trajectory, half: Scene) -> None:
-    first = integrate(half, events=double.key.events)
-    second = integrate(half, events=double.key.events)
+    first = integrate(half, events=double.setup.events)
+    second = integrate(half, events=double.setup.events)
     before = double.events[double.events["t"] <= 0.5]
     assert len(first.events) == len(second.events) == len(before) > 10
     assert first.events["t"].equals(second.events["t"])
@@ -87,11 +88,11 @@ def test_recorded_quadratures_do_not_disturb_the_state(quad: Trajectory) -> None
 
 
 def test_a_numeric_option_reaches_heyoka() -> None:
-    coarse = KEY._replace(tolerance=1e-6)
+    coarse = SETUP.but(tolerance=1e-6)
     assert numeric_options(coarse)["tol"] == 1e-6
-    assert numeric_options(KEY)["tol"] == 2.0**-56
-    assert numeric_options(KEY._replace(options=(("tol", 0.5),)))["tol"] == 0.5
-    quad = numeric_options(KEY._replace(precision=precision_named("quad")))
+    assert numeric_options(SETUP)["tol"] == 2.0**-56
+    assert numeric_options(SETUP.but(options=(("tol", 0.5),)))["tol"] == 0.5
+    quad = numeric_options(SETUP.but(precision=precision_named("quad")))
     assert quad["compact_mode"] is True
     assert quad["tol"] == precision_named("quad").fp_type(2) ** -112
 

@@ -16,11 +16,11 @@ from typing import Any
 
 import pytest
 
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.run import run
-from tt_precise.integrate.start import beginning
-from tt_precise.integrate.system import Key
+from tt_precise.integrate.propagate import propagate
+from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import load_scene
 from tt_precise.sweep import Specification, specification, sweep
@@ -41,10 +41,14 @@ def reference_kind(rows: int) -> Specification:
 def scalar_side() -> Callable[[], Any]:
     """A function that integrates the reference start ``SCALAR_RUNS`` times, with a row's events."""
     double = precision_named("double")
-    key = Key(integrated("gliding", "newton"), double, (*NEEDED, "extremum:g_n"), (), 0.0, ())
-    start = beginning(load_scene("reference"), double)
-    run(key, start)
-    return lambda: [run(key, start) for _ in range(SCALAR_RUNS)]
+    setup = Setup(
+        formulation=integrated("gliding", "newton"),
+        precision=double,
+        events=(*NEEDED, "extremum:g_n"),
+    )
+    start = InitialState.of(load_scene("reference"), double.arithmetic)
+    propagate(setup, start)
+    return lambda: [propagate(setup, start) for _ in range(SCALAR_RUNS)]
 
 
 def best(work: Callable[[], Any], clock: Callable[[], float], times: int) -> float:

@@ -19,12 +19,12 @@ CLOSE = 1e-12  # dimensionless, of up to 180
 
 
 def integrated(scene: Any, record: tuple[str, ...] = (), bodies: int = 1) -> LaneResults:
+    from tt_precise.initial_state import InitialState
     from tt_precise.integrate.precision import precision_named
-    from tt_precise.integrate.start import beginning
     from tt_precise.mechanics.formulations import integrated
 
     form = integrated(scene.model, "newton")
-    begun = beginning(scene, precision_named("double"))
+    begun = InitialState.of(scene, precision_named("double").arithmetic)
     state = tuple(float(one) for one in form.start(begun.body, begun.vectors, begun.euler))
     parameters = tuple(float(getattr(begun.body, name)) for name in form.parameters)
     start = LaneStart(state, parameters, float(begun.until))

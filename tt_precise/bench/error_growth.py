@@ -13,9 +13,10 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.body import Parameters
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.start import beginning
-from tt_precise.integrate.system import Key, extended_rates, numeric_options, symbolic_body
+from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.system import extended_rates, numeric_options, symbolic_body
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.progress import Progress, silent
@@ -86,7 +87,7 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Any]]:
 
     precision = precision_named("double")
     form = integrated(scene.model, "newton")
-    starts = [beginning(seeded(scene, seed), precision) for seed in seeds]
+    starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
     variables = tuple(heyoka.make_vars(*form.columns))
     rates = extended_rates(form, (), symbolic_body(form), variables, heyoka)
     state = numpy.array(
@@ -97,7 +98,7 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Any]]:
         list(zip(variables, rates, strict=True)),
         state.copy(),
         pars=numpy.outer(list(values.values()), numpy.ones(len(seeds))),
-        **numeric_options(Key(form, precision, (), (), 0.0, ())),
+        **numeric_options(Setup(formulation=form, precision=precision)),
     )
     # of the rounded body and start: what is looked at is what the steps add, and no more
     first = integrals(form, values, state)

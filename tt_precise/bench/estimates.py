@@ -79,11 +79,14 @@ def _scene(draws: random.Random, name: str) -> Scene:
 
 
 def _stands(scene: Scene) -> bool:
+    from tt_precise.initial_state import InitialState
+    from tt_precise.integrate.contact import require_contact
     from tt_precise.integrate.precision import precision_named
-    from tt_precise.integrate.start import beginning
 
+    double = precision_named("double")
+    start = InitialState.of(scene, double.arithmetic)
     try:
-        beginning(scene, precision_named("double"))
+        require_contact(scene.name, start, double.context, "unilateral")
     except InputError:
         return False
     return True

@@ -123,7 +123,7 @@ def _without_term(scene: Scene, number: int) -> Callable[[], pandas.DataFrame]:
         from tt_precise.bench.dropped_terms import rates_without
         from tt_precise.mechanics import euler
 
-        start, body, units = _beginning(scene)
+        start, body, units = _initial_state(scene)
         variables = euler.EulerState(*heyoka.make_vars(*EULER))
         rates, _ = rates_without(number, euler.rates, body, variables, heyoka)
         adaptive = heyoka.taylor_adaptive(
@@ -147,7 +147,7 @@ def _runge_kutta(
 
         from tt_precise.mechanics import newton
 
-        start, body, units = _beginning(scene)
+        start, body, units = _initial_state(scene)
         variables = newton.NewtonState(*heyoka.make_vars(*VECTORS))
         rates = heyoka.cfunc(list(newton.rates(body, variables)), vars=list(variables))
         stride = round(float(scene.sample_every) / step_s)
@@ -170,14 +170,13 @@ def _runge_kutta(
     return frame
 
 
-def _beginning(scene: Scene) -> tuple[Any, Any, Any]:
-    from tt_precise.body import Parameters, Units
+def _initial_state(scene: Scene) -> tuple[Any, Any, Any]:
+    from tt_precise.body import Units
+    from tt_precise.initial_state import InitialState
     from tt_precise.integrate.precision import precision_named
-    from tt_precise.integrate.start import beginning
 
-    start = beginning(scene, precision_named("double"))
-    body = Parameters(**{name: float(value) for name, value in vars(start.body).items()})
-    return start, body, Units(*map(float, start.units))
+    start = InitialState.of(scene, precision_named("double").arithmetic)
+    return start, start.body.map(float), Units(*map(float, start.units))
 
 
 def _table(times: Any, entries: Any, names: tuple[str, ...], units: Any) -> pandas.DataFrame:

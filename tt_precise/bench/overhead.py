@@ -41,8 +41,8 @@ def _bare_loop(scene: str) -> Callable[[], Any]:
     from tt_precise.integrate.system import extended_rates, numeric_options, symbolic_body
 
     trajectory = integrate(scene)
-    key, start = trajectory.key, trajectory.start
-    form, number = key.formulation, key.precision.number
+    setup, start = trajectory.setup, trajectory.start
+    form, number = setup.formulation, setup.precision.number
     variables = tuple(heyoka.make_vars(*form.columns))
     rates = extended_rates(form, (), symbolic_body(form), variables, heyoka)
     state = [number(v) for v in form.start(start.body, start.vectors, start.euler)]
@@ -50,7 +50,7 @@ def _bare_loop(scene: str) -> Callable[[], Any]:
         list(zip(variables, rates, strict=True)),
         state,
         pars=[number(getattr(start.body, name)) for name in form.parameters],
-        **numeric_options(key),
+        **numeric_options(setup),
     )
     until = number(start.until)
 

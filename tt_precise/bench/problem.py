@@ -13,9 +13,9 @@ from functools import cached_property
 from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.dense_output import VECTOR_COLUMNS
 from tt_precise.integrate.precision import Precision, precision_named
-from tt_precise.integrate.readout import VECTOR_COLUMNS
-from tt_precise.integrate.start import Beginning, beginning
 from tt_precise.mechanics.conserved import INTEGRALS, drift
 from tt_precise.mechanics.formulations import (
     STATE_DIMENSIONS,
@@ -54,9 +54,9 @@ class GoldenProblem:
         """The state that users get."""
         return formulation(self.scene.model, self.coordinates)
 
-    def start(self, precision: Precision) -> Beginning:
+    def start(self, precision: Precision) -> InitialState:
         """Body, units and start, rounded once to the guarded ``precision``."""
-        return beginning(self.scene, precision)
+        return InitialState.of(self.scene, precision.arithmetic)
 
     def state(self, precision: Precision) -> list[Any]:
         """The start in heyoka's numbers."""
@@ -87,7 +87,7 @@ class GoldenProblem:
             )
         else:
             rows = golden_rows(self.scene.name, self.times)
-        start = beginning(self.scene, precision)
+        start = InitialState.of(self.scene, precision.arithmetic)
         units = [start.units.of_dimension(STATE_DIMENSIONS[name]) for name in VECTOR_COLUMNS]
         states = [
             NewtonState(
@@ -118,7 +118,7 @@ class Truth:
 
     problem: GoldenProblem
     precision: Precision
-    start: Beginning
+    start: InitialState
     states: tuple[NewtonState, ...]
 
     def judge(

@@ -3,7 +3,7 @@
 Every setting integrates every golden scene; it is told how many digits are right in the worst
 entry at the end, and, on the reference scene, what the run costs beside double at full accuracy in
 the same minute. ``tt-precise tradeoff`` calls ``write`` in its full form, which takes some minutes.
-Writes ``tt_precise/integrate/trade.csv``.
+Writes ``tt_precise/integrate/cost_table.csv``.
 """
 
 from __future__ import annotations
@@ -120,14 +120,14 @@ def right_digits(trajectory: Trajectory) -> float:
 
 def _costs(found: dict[Setting, Trajectory]) -> dict[Setting, float]:
     """Processor time of the propagation alone, beside ``BASE``; best of rounds taken in turn."""
-    from tt_precise.integrate.run import run
+    from tt_precise.integrate.propagate import propagate
 
     best = dict.fromkeys(found, math.inf)
     for number in range(max(ROUNDS.values())):
         for setting, trajectory in found.items():
             if number < ROUNDS[setting.precision]:
                 begin = time.process_time()
-                run(trajectory.key, trajectory.start)
+                propagate(trajectory.setup, trajectory.start)
                 best[setting] = min(best[setting], time.process_time() - begin)
     return {setting: seconds / best[BASE] for setting, seconds in best.items()}
 
@@ -150,7 +150,7 @@ def _row(setting: Setting, found: list[Performance]) -> dict[str, Any]:
 def write(progress: Progress = silent) -> pandas.DataFrame:
     """Measure, and write the table of the package."""
     from tt_precise.files import atomic_write
-    from tt_precise.integrate.trade import TABLE
+    from tt_precise.integrate.cost_table import TABLE
 
     found = table(progress=progress)
     atomic_write(TABLE, found.to_csv(index=False, lineterminator="\n"))

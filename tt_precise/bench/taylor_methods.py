@@ -11,9 +11,9 @@ from typing import Any
 from tt_precise.bench.methods import Settings, Solution, Solve, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.integrate.events import catalogue
+from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import (
     Integrator,
-    Key,
     build,
     extended_rates,
     numeric_options,
@@ -25,21 +25,21 @@ LANES = (4, 8)
 SPREAD = 1e-6  # of the starts in a batch: lanes that all take the same steps would flatter it
 
 
-def key_of(
+def setup_of(
     problem: GoldenProblem,
     settings: Settings,
     events: Sequence[str] = (),
     record: Sequence[str] = (),
     **options: Any,
-) -> Key:
+) -> Setup:
     """What ``integrate`` would compile for these settings."""
-    return Key(
-        problem.form,
-        settings.precision,
-        tuple(events),
-        tuple(record),
-        settings.tolerance,
-        tuple(sorted(options.items())),
+    return Setup(
+        formulation=problem.form,
+        precision=settings.precision,
+        events=tuple(events),
+        record=tuple(record),
+        tolerance=settings.tolerance,
+        options=tuple(sorted(options.items())),
     )
 
 
@@ -47,7 +47,7 @@ def bare(problem: GoldenProblem, settings: Settings, **options: Any) -> Solve:
     """The equations and nothing else: no events, not even the end of contact."""
     import heyoka
 
-    key = key_of(problem, settings, **options)
+    setup = setup_of(problem, settings, **options)
     form = problem.form
     variables = tuple(heyoka.make_vars(*form.columns))
     rates = extended_rates(form, (), symbolic_body(form), variables, heyoka)
@@ -56,7 +56,7 @@ def bare(problem: GoldenProblem, settings: Settings, **options: Any) -> Solve:
         problem.state(settings.precision),
         pars=problem.parameters(settings.precision),
         fp_type=settings.precision.fp_type,
-        **numeric_options(key),
+        **numeric_options(setup),
     )
     return _solver(adaptive, problem, settings)
 
@@ -68,7 +68,7 @@ def supplied(
     record: Sequence[str] = (),
 ) -> Solve:
     """What ``integrate`` runs: the end of contact watched, and the events and records given."""
-    made = build(key_of(problem, settings, events, record))
+    made = build(setup_of(problem, settings, events, record))
     return _solver(made.adaptive, problem, settings, made)
 
 
@@ -127,7 +127,7 @@ def lanes(width: int, problem: GoldenProblem, settings: Settings) -> Solve:
         list(zip(variables, rates, strict=True)),
         start.copy(),
         pars=numpy.outer(problem.parameters(precision), numpy.ones(width)),
-        **numeric_options(key_of(problem, settings)),
+        **numeric_options(setup_of(problem, settings)),
     )
 
     def solve(times: Sequence[Any]) -> Solution:

@@ -11,11 +11,12 @@ from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.periods import swing
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.start import beginning
+from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.streaming import Stream
-from tt_precise.integrate.system import Key, integrator
+from tt_precise.integrate.system import integrator
 from tt_precise.integrate.variational import sensitivity
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.scene import load_scene
@@ -95,11 +96,11 @@ THERE_AND_BACK: dict[str, Any] = {
 def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observation:
     """Friction, run backwards, drives away from where it led to: the way back is the worse one."""
     scene, working = variant(until=until), precision_named(precision)
-    start, form = beginning(scene, working), formulation("gliding", "newton")
+    start, form = InitialState.of(scene, working.arithmetic), formulation("gliding", "newton")
     number, guarded = working.number, working.guarded
     first = [number(x) for x in form.start(start.body, start.vectors, start.euler)]
-    key = Key(form, working, (), (), tolerance, (), "unilateral")
-    with integrator(key) as made:
+    setup = Setup(formulation=form, precision=working, tolerance=tolerance)
+    with integrator(setup) as made:
         parameters = [number(getattr(start.body, name)) for name in form.parameters]
         made.reset(first, parameters, number(working.context.mpf(0)))
         _, _, _, steps, *_ = made.adaptive.propagate_until(number(start.until))
@@ -247,7 +248,7 @@ def zeros_close_together(apart: str, sign: int = -1) -> Observation:
     """A double root that has just split, or just vanished."""
     base, known = load_scene("frictionless"), swing("frictionless")
     working = precision_named("quad")
-    fn, start = working.context, beginning(base, working)
+    fn, start = working.context, InitialState.of(base, working.arithmetic)
     # phi_dot = (L.z - I3 omega_3 cos theta)/(I1 sin^2 theta), so with theta_dot = 0 at the cusp
     # its second derivative is I3 omega_3 theta_ddot/(I1 sin theta)
     sine = fn.sin(start.euler.theta)

@@ -12,8 +12,8 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.start import Beginning, beginning
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import load_scene
@@ -33,7 +33,7 @@ class Swing:
 def swing(scene: str) -> Swing:
     """The swing of a shipped scene that starts with theta_dot = 0, to 30 digits."""
     working = precision_named("mp", 140)
-    fn, start = working.context, beginning(load_scene(scene), working)
+    fn, start = working.context, InitialState.of(load_scene(scene), working.arithmetic)
     mass, potential = (_rolling if scene == "rolling" else _frictionless)(fn, start)
     low = start.euler.theta
     energy = potential(low)
@@ -65,7 +65,7 @@ def swing(scene: str) -> Swing:
 Function = Callable[[Any], Any]
 
 
-def _frictionless(fn: Any, start: Beginning) -> tuple[Function, Function]:
+def _frictionless(fn: Any, start: InitialState) -> tuple[Function, Function]:
     """L.z and omega_3 are constant, and the centre of mass only rises and sinks; eq (1)."""
     body, spin = start.body, start.body.I3 * start.euler.omega_3
     vertical = start.vectors.Lz
@@ -80,7 +80,7 @@ def _frictionless(fn: Any, start: Beginning) -> tuple[Function, Function]:
     return mass, potential
 
 
-def _rolling(fn: Any, start: Beginning) -> tuple[Function, Function]:
+def _rolling(fn: Any, start: InitialState) -> tuple[Function, Function]:
     """The Main Equation E~ = g(cos theta) theta_dot^2 + V(cos theta, D, lambda); eq (17)."""
     motion = Motion(start.body, start.vectors, fn, "rolling")
     routh, jellett = quantities.D(motion), quantities.jellett(motion)

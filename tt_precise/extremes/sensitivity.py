@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, together, within
 from tt_precise.golden import load, scenes
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.start import beginning
 from tt_precise.integrate.variational import sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
@@ -107,7 +107,7 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
     import numpy
 
     how = _sensitivity(scene)
-    start = beginning(load_scene(scene), integrate(scene).precision)
+    start = InitialState.of(load_scene(scene), integrate(scene).precision.arithmetic)
     body = replace(
         start.body, **{n: float(x) for n, x in zip(how.parameters, how.values, strict=True)}
     )

@@ -10,18 +10,18 @@ from typing import Any
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import theory
 from tt_precise.extremes.case import finite
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate import Trajectory
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.start import Beginning, beginning
 from tt_precise.scene import Scene
 
 DIGITS = 80  # of the theory; mp has 60
 ONE = Fraction(1)
 
 
-def exact_start(scene: Scene) -> tuple[Beginning, Any]:
+def exact_start(scene: Scene) -> tuple[InitialState, Any]:
     """The scene's dimensionless start with ``DIGITS`` digits and more, and an own context."""
-    return beginning(scene, precision_named("mp", 300)), own_context(DIGITS)
+    return InitialState.of(scene, precision_named("mp", 300).arithmetic), own_context(DIGITS)
 
 
 def side_of(scene: Scene) -> int:

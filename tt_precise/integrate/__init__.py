@@ -4,7 +4,7 @@ import sys
 from types import ModuleType
 
 from tt_precise.integrate.events import EVENTS, TERMINAL, catalogue
-from tt_precise.integrate.run import integrate
+from tt_precise.integrate.propagate import integrate
 from tt_precise.integrate.trajectory import State, Trajectory
 
 __all__ = ["EVENTS", "TERMINAL", "State", "Trajectory", "catalogue", "integrate"]

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.errors import InputError
+from tt_precise.integrate.cost_table import settings, wide
 from tt_precise.integrate.precision import NAMES, finer
-from tt_precise.integrate.trade import settings, wide
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.progress import Progress
 
@@ -65,16 +65,15 @@ def judges(trajectory: Trajectory) -> Iterator[Trajectory]:
     no better, and may happen to come out close to it: so a second one repeats the run itself,
     rounded the other way.
     """
-    from tt_precise.integrate.run import integrate, run
-    from tt_precise.integrate.start import rounded_otherwise
+    from tt_precise.integrate.propagate import integrate, propagate
     from tt_precise.integrate.trajectory import Trajectory
 
-    key, precision = trajectory.key, trajectory.precision
-    if key.tolerance >= COARSE * precision.eps:
-        start = rounded_otherwise(trajectory.start, precision)
-        for tolerance in (0.0, key.tolerance):
-            other = key._replace(tolerance=tolerance, events=())
-            yield Trajectory(trajectory.scene, other, start, run(other, start))
+    setup, precision = trajectory.setup, trajectory.precision
+    if setup.tolerance >= COARSE * precision.eps:
+        start = trajectory.start.map(precision.other_side)
+        for tolerance in (0.0, setup.tolerance):
+            other = setup.but(tolerance=tolerance, events=())
+            yield Trajectory(trajectory.scene, other, start, propagate(other, start))
         return
     better = finer(precision)
     yield integrate(
@@ -83,9 +82,9 @@ def judges(trajectory: Trajectory) -> Iterator[Trajectory]:
         bits=better.bits if better.name == "mp" else None,
         formulation=trajectory.formulation,
         events=(),
-        record=key.record,
-        options=dict(key.options),
-        contact=key.contact,
+        record=setup.record,
+        options=dict(setup.options),
+        contact=setup.contact,
     )
 
 
@@ -127,7 +126,7 @@ def integrate_to_digits(
     What a scene loses beyond the median one is known after its first run, and the next setting is
     chosen with that.
     """
-    from tt_precise.integrate.run import integrate
+    from tt_precise.integrate.propagate import integrate
 
     whole = isinstance(wanted, int) and not isinstance(wanted, bool)
     if not whole or not 1 <= wanted <= MOST_DIGITS:

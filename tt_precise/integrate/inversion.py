@@ -84,8 +84,8 @@ class InversionTimes:
 
 def inversion_times(trajectory: Trajectory) -> InversionTimes:
     """Initiation and ending times of a trajectory; integrates again if it lacks the events."""
-    if not set(NEEDED) <= set(trajectory.key.events):
-        from tt_precise.integrate.run import integrate
+    if not set(NEEDED) <= set(trajectory.setup.events):
+        from tt_precise.integrate.propagate import integrate
 
         mp = trajectory.precision.name == "mp"
         trajectory = integrate(

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import mpmath
 
+from tt_precise.arithmetic import Arithmetic
 from tt_precise.errors import InputError
 from tt_precise.numerals import to_mpmath
 
@@ -57,6 +58,11 @@ class Precision:
         Each thread has its own: mpmath's functions raise the precision of theirs for a while.
         """
         return _context(self.bits, threading.get_ident())
+
+    @property
+    def arithmetic(self) -> Arithmetic:
+        """Guarded mpmath numbers of this precision."""
+        return Arithmetic(self.context, self.exact)
 
     @property
     def eps(self) -> Any:

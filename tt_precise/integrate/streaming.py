@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.contact import require_contact
+from tt_precise.integrate.dense_output import DenseOutput, Propagation, Status
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.readout import Course, Readout, Status
-from tt_precise.integrate.run import longest_step, status_of
-from tt_precise.integrate.start import beginning
-from tt_precise.integrate.system import Key, integrator
+from tt_precise.integrate.propagate import status_of
+from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.step_limit import longest_step
+from tt_precise.integrate.system import integrator
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.numerals import to_mpmath
 from tt_precise.scene import Scene, load_scene
@@ -45,15 +48,14 @@ class Stream:
         self.scene = load_scene(scene)
         self.status: Status | None = None
         precision = precision_named("double")
-        self._key = Key(
-            integrated(self.scene.model, "newton"), precision, (), (), 0.0, (), "unilateral"
-        )
-        self._start = beginning(self.scene, precision)
-        nothing = Course("complete", 0.0, 0.0, (), 0, 0, (), ())
-        self._readout = Readout(self._key, self._start, nothing)
-        self._names = names or self._readout.columns
+        self._setup = Setup(formulation=integrated(self.scene.model, "newton"), precision=precision)
+        self._start = InitialState.of(self.scene, precision.arithmetic)
+        require_contact(self.scene.name, self._start, precision.context, "unilateral")
+        nothing = Propagation("complete", 0.0, 0.0, (), 0, 0, (), ())
+        self._dense_output = DenseOutput(self._setup, self._start, nothing)
+        self._names = names or self._dense_output.columns
         for name in self._names:
-            self._readout.dimension(name)
+            self._dense_output.dimension(name)
         step = float(to_mpmath(self.scene.sample_every, precision.context) / self._start.units.time)
         self._block = max(1, min(block, int(LONGEST_BLOCK / step)))
 
@@ -65,28 +67,28 @@ class Stream:
         for first, rows in self._rows(count):
             entries = tuple(rows.T)
             numbers = numpy.arange(first, first + len(rows))
-            moved = self._readout.moved_arrays(entries, self._times(numbers)[1])
+            moved = self._dense_output.moved_arrays(entries, self._times(numbers)[1])
             if not first:  # not moved: rates may be undefined there
                 moved = tuple(
                     numpy.where(numbers == 0, x, m) for x, m in zip(entries, moved, strict=True)
                 )
-            columns = self._readout.columns_of(self._names, moved)
+            columns = self._dense_output.columns_of(self._names, moved)
             seconds = numbers * numpy.longdouble(self.scene.sample_every.numerator)
             seconds = (seconds / self.scene.sample_every.denominator).astype(float)
             yield pandas.DataFrame({"t": seconds, **columns})
 
     def _rows(self, count: int) -> Iterator[tuple[int, Any]]:
-        start, number = self._start, self._key.precision.number
+        start, number = self._start, self._setup.precision.number
         state = [
-            number(x) for x in self._key.formulation.start(start.body, start.vectors, start.euler)
+            number(x) for x in self._setup.formulation.start(start.body, start.vectors, start.euler)
         ]
         parameters = [
-            number(getattr(start.body, name)) for name in self._key.formulation.parameters
+            number(getattr(start.body, name)) for name in self._setup.formulation.parameters
         ]
-        with integrator(self._key) as made:
+        with integrator(self._setup) as made:
             made.reset(state, parameters, 0.0)
             longest = longest_step(
-                start.body, start.vectors, made.adaptive.order, self._key.precision
+                start.body, start.vectors, made.adaptive.order, self._setup.precision
             )
             limits = {} if longest is None else {"max_delta_t": number(longest)}
             for first in range(0, count, self._block):
@@ -104,7 +106,7 @@ class Stream:
 
     def _times(self, numbers: Any) -> tuple[Any, Any]:
         """Dimensionless times of samples: rounded to double, and what the rounding cut off."""
-        context, extended = self._key.precision.context, numpy.longdouble
+        context, extended = self._setup.precision.context, numpy.longdouble
         step = to_mpmath(self.scene.sample_every, context) / self._start.units.time
         high = float(step)
         exact = numbers * (extended(high) + extended(float(step - high)))

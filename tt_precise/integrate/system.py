@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from tt_precise.body import Parameters
 from tt_precise.integrate.events import EXTREMUM, Event, event_named
 from tt_precise.integrate.precision import Precision
+from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -22,18 +23,6 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024
 SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
-
-
-class Key(NamedTuple):
-    """What a compiled integrator is for; two runs with equal keys share one."""
-
-    formulation: Formulation
-    precision: Precision
-    events: tuple[str, ...]
-    record: tuple[str, ...]
-    tolerance: float
-    options: tuple[tuple[str, Any], ...]
-    contact: str = "unilateral"
 
 
 class Hit(NamedTuple):
@@ -69,15 +58,15 @@ class Integrator:
         self.losses.clear()
 
 
-_idle: dict[Key, list[Integrator]] = {}
+_idle: dict[Setup, list[Integrator]] = {}
 KEPT_IDLE = 32
 
 
 @contextmanager
-def integrator(key: Key) -> Iterator[Integrator]:
-    """Lend an integrator for ``key``, compiled now if no idle one is left from an earlier run."""
-    shelf = _idle.setdefault(key, [])
-    lent = shelf.pop() if shelf else build(key)
+def integrator(setup: Setup) -> Iterator[Integrator]:
+    """Lend an integrator for ``setup``, compiled now if no idle one is left from an earlier run."""
+    shelf = _idle.setdefault(setup, [])
+    lent = shelf.pop() if shelf else build(setup)
     yield lent
     # only after a run without an exception: an interrupted integrator is not used again
     if sum(map(len, _idle.values())) < KEPT_IDLE:
@@ -107,26 +96,26 @@ def motion(
     return form.motion(body, form.State(*state[:size]), fn, phi)
 
 
-def build(key: Key) -> Integrator:
-    """Compile the integrator for ``key``."""
+def build(setup: Setup) -> Integrator:
+    """Compile the integrator for ``setup``."""
     import heyoka
 
     # what heyoka would log is told by a trajectory's status and its suspect_events
     heyoka.set_logger_level_critical()
-    form, fp_type = key.formulation, key.precision.fp_type
-    names = [*form.columns, *key.record]
+    form, fp_type = setup.formulation, setup.precision.fp_type
+    names = [*form.columns, *setup.record]
     variables = tuple(heyoka.make_vars(*names))
     body = symbolic_body(form)
-    rates = extended_rates(form, key.record, body, variables, heyoka)
-    q = motion(form, key.record, body, variables, heyoka)
+    rates = extended_rates(form, setup.record, body, variables, heyoka)
+    q = motion(form, setup.record, body, variables, heyoka)
     terminal = terminal_functions(form, q, variables[0])
     hits: list[Hit] = []
     losses: list[Any] = []
     noted = []
-    if key.contact == "bilateral":
+    if setup.contact == "bilateral":
         noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses.append)]
-    number = key.precision.number
-    zero = key.precision.context.mpf(0)
+    number = setup.precision.number
+    zero = setup.precision.context.mpf(0)
     made = heyoka.taylor_adaptive(
         list(zip(variables, rates, strict=True)),
         [number(zero) for _ in names],
@@ -139,11 +128,11 @@ def build(key: Key) -> Integrator:
         nt_events=[
             *(
                 _event(heyoka, name, q, variables, rates, fp_type, hits.append)
-                for name in key.events
+                for name in setup.events
             ),
             *noted,
         ],
-        **numeric_options(key),
+        **numeric_options(setup),
     )
     return Integrator(made, tuple(terminal), hits, losses)
 
@@ -168,14 +157,14 @@ def terminal_functions(form: Formulation, q: Motion, theta: Any) -> dict[str, An
     return found
 
 
-def numeric_options(key: Key) -> dict[str, Any]:
+def numeric_options(setup: Setup) -> dict[str, Any]:
     """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
-    number = key.precision.number
+    number = setup.precision.number
     # compact_mode compiles wide types in under a second instead of 26 s, and runs as fast
-    options: dict[str, Any] = {"compact_mode": key.precision.name != "double"}
-    tolerance = key.precision.context.mpf(key.tolerance) or full_tolerance(key.precision)
+    options: dict[str, Any] = {"compact_mode": setup.precision.name != "double"}
+    tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
     options["tol"] = number(tolerance)
-    return options | dict(key.options)
+    return options | dict(setup.options)
 
 
 def full_tolerance(precision: Precision) -> Any:

@@ -9,10 +9,18 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 from tt_precise.body import Dimension
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.dense_output import (
+    ARRIVED,
+    DenseOutput,
+    Propagation,
+    State,
+    Status,
+    as_fraction,
+)
 from tt_precise.integrate.precision import Precision
-from tt_precise.integrate.readout import ARRIVED, Course, Readout, State, Status, as_fraction
-from tt_precise.integrate.start import Beginning
-from tt_precise.integrate.system import Key, full_tolerance
+from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.system import full_tolerance
 from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.numerals import to_mpmath
@@ -46,11 +54,11 @@ class Trajectory:
         ``State`` at ``t_end``.
     """
 
-    def __init__(self, scene: Scene, key: Key, start: Beginning, course: Course):
-        self.scene, self.key, self.start = scene, key, start
-        self._readout = Readout(key, start, course)
-        self.status: Status = course.status
-        self.steps, self.order = course.steps, course.order
+    def __init__(self, scene: Scene, setup: Setup, start: InitialState, propagation: Propagation):
+        self.scene, self.setup, self.start = scene, setup, start
+        self._dense_output = DenseOutput(setup, start, propagation)
+        self.status: Status = propagation.status
+        self.steps, self.order = propagation.steps, propagation.order
 
     def __repr__(self) -> str:
         return (
@@ -61,29 +69,29 @@ class Trajectory:
     @property
     def precision(self) -> Precision:
         """The working precision."""
-        return self.key.precision
+        return self.setup.precision
 
     @property
     def formulation(self) -> str:
         """The coordinates integrated in: "newton" or "euler"."""
-        return self.key.formulation.coordinates
+        return self.setup.formulation.coordinates
 
     @property
     def tolerance(self) -> Any:
         """heyoka's relative tolerance that was integrated with, an mpmath number."""
-        given = self.precision.context.mpf(self.key.tolerance)
+        given = self.precision.context.mpf(self.setup.tolerance)
         return given or full_tolerance(self.precision)
 
     @cached_property
     def t_end(self) -> Any:
         """Where the solution ends, in s: a float in double, else an mpmath number."""
-        return self._readout.leaving(self._readout.end_time * self.start.units.time)
+        return self._dense_output.leaving(self._dense_output.end_time * self.start.units.time)
 
     @cached_property
     def state(self) -> State:
         """The state at ``t_end``."""
-        readout = self._readout
-        return readout.states([readout.end_time], [readout.end_row])[0]
+        dense_output = self._dense_output
+        return dense_output.states([dense_output.end_time], [dense_output.end_row])[0]
 
     def at(self, t: str | int | float | Fraction | Any) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
@@ -93,8 +101,8 @@ class Trajectory:
         InputError
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
-        time = self._readout.dimensionless_time(t)
-        return self._readout.states([time], self._readout.rows([time]))[0]
+        time = self._dense_output.dimensionless_time(t)
+        return self._dense_output.states([time], self._dense_output.rows([time]))[0]
 
     def motion(self, t: str | int | float | Fraction | Any) -> Motion:
         """What every quantity is computed from at time ``t`` (s), dimensionless (m = R = g = 1).
@@ -104,14 +112,16 @@ class Trajectory:
         InputError
             ``t`` lies outside [0, t_end].
         """
-        return self._readout.motion(self._readout.rows([self._readout.dimensionless_time(t)])[0])
+        return self._dense_output.motion(
+            self._dense_output.rows([self._dense_output.dimensionless_time(t)])[0]
+        )
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
         """The scene's exact sample times up to ``t_end``, which is added where it ends early."""
         if self.status in ARRIVED:
             return self.scene.sample_times
-        end = as_fraction(self._readout.end_time * self.start.units.time)
+        end = as_fraction(self._dense_output.end_time * self.start.units.time)
         return (*(t for t in self.scene.sample_times if t < end), end)
 
     def frame(
@@ -136,15 +146,15 @@ class Trajectory:
         """
         import pandas
 
-        wanted = names or self._readout.columns
+        wanted = names or self._dense_output.columns
         exact_times = self.sample_times if times is None else [as_fraction(t) for t in times]
-        inner_times = [self._readout.dimensionless_time(t) for t in exact_times]
+        inner_times = [self._dense_output.dimensionless_time(t) for t in exact_times]
         context = self.precision.context
         columns: dict[str, Any] = {"t": [to_mpmath(t, context) for t in exact_times]}
         if self.precision.name == "double" and numbers != "text":
-            columns |= self._readout.evaluate_arrays(wanted, inner_times)
+            columns |= self._dense_output.evaluate_arrays(wanted, inner_times)
         else:
-            columns |= self._readout.evaluate(wanted, self._readout.rows(inner_times))
+            columns |= self._dense_output.evaluate(wanted, self._dense_output.rows(inner_times))
         return pandas.DataFrame(
             {name: self._column(values, numbers) for name, values in columns.items()}
         )
@@ -158,15 +168,15 @@ class Trajectory:
         import pandas
 
         guarded = self.precision.guarded
-        hits = sorted(self._readout.course.hits, key=lambda hit: hit.time)
-        states = self._readout.states(
+        hits = sorted(self._dense_output.propagation.hits, key=lambda hit: hit.time)
+        states = self._dense_output.states(
             [guarded(hit.time) for hit in hits], [tuple(map(guarded, hit.state)) for hit in hits]
         )
         rows = [
             {"name": hit.name, "t": state.t, "direction": hit.direction, **state.values}
             for hit, state in zip(hits, states, strict=True)
         ]
-        names = ["name", "t", "direction", *self._readout.columns]
+        names = ["name", "t", "direction", *self._dense_output.columns]
         return pandas.DataFrame(rows, columns=names)
 
     @cached_property
@@ -178,9 +188,9 @@ class Trajectory:
         """
         directions: dict[str, list[int]] = {}
         for name, direction in zip(self.events["name"], self.events["direction"], strict=True):
-            key = "turning points" if name in ("theta_min", "theta_max") else name
-            directions.setdefault(key, []).append(int(direction))
-        if not {"theta_min", "theta_max"} <= set(self.key.events):
+            kind = "turning points" if name in ("theta_min", "theta_max") else name
+            directions.setdefault(kind, []).append(int(direction))
+        if not {"theta_min", "theta_max"} <= set(self.setup.events):
             directions.pop("turning points", None)
         return tuple(
             name
@@ -198,26 +208,26 @@ class Trajectory:
 
     def drift_over_time(self) -> dict[str, list[Any]]:
         """Relative drift of everything the scene conserves, at each sample and the end."""
-        times = [self._readout.dimensionless_time(t) for t in self.sample_times[:-1]]
-        rows = [*self._readout.rows(times), self._readout.end_row]
-        exact_start = self.key.formulation.start(
+        times = [self._dense_output.dimensionless_time(t) for t in self.sample_times[:-1]]
+        rows = [*self._dense_output.rows(times), self._dense_output.end_row]
+        exact_start = self.setup.formulation.start(
             self.start.body, self.start.vectors, self.start.euler
         )
-        recorded = (self.precision.context.mpf(0),) * len(self.key.record)
+        recorded = (self.precision.context.mpf(0),) * len(self.setup.record)
         motions = [
-            self._readout.motion((*exact_start, *recorded)),
-            *map(self._readout.motion, rows),
+            self._dense_output.motion((*exact_start, *recorded)),
+            *map(self._dense_output.motion, rows),
         ]
         return {
             integral.name: drift(integral, motions)[1:]
             for integral in conserved(self.scene)
-            if self._readout.has_azimuth or not integral.azimuth
+            if self._dense_output.has_azimuth or not integral.azimuth
             if self.formulation == "newton" or integral.name != "axis_norm"
         }
 
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses names that ``frame`` does not know."""
-        return self._readout.dimension(name)
+        return self._dense_output.dimension(name)
 
     @cached_property
     def error_estimate(self) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.start import beginning
 from tt_precise.integrate.system import symbolic_body
 from tt_precise.mechanics.formulations import Formulation, formulation
 from tt_precise.scene import Scene, load_scene
@@ -127,12 +127,12 @@ def sensitivity(scene: str | Scene, times: Sequence[Any] | None = None) -> Sensi
     import heyoka
     import numpy
 
-    from tt_precise.integrate.run import integrate
+    from tt_precise.integrate.propagate import integrate
 
     heyoka.set_logger_level_critical()
     scene = load_scene(scene)
     form = formulation(scene.model, "newton")
-    start = beginning(scene, precision_named("double"))
+    start = InitialState.of(scene, precision_named("double").arithmetic)
     end = float(integrate(scene, events=(), record=()).t_end)
     moments = [float(t) for t in (scene.sample_times if times is None else times)]
     moments = [t for t in moments if t <= end]

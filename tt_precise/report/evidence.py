@@ -8,8 +8,8 @@ from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integrate.dense_output import VECTOR_COLUMNS
 from tt_precise.integrate.precision import NAMES
-from tt_precise.integrate.readout import VECTOR_COLUMNS
 
 SCENE = "reference"
 

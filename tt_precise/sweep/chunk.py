@@ -19,7 +19,7 @@ from tt_precise.body import Parameters, Units
 from tt_precise.integrate.events import EXTREMUM, Event
 from tt_precise.integrate.inversion import InversionTimes, Marks, Turns, from_marks
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.start import longest_step
+from tt_precise.integrate.step_limit import longest_step
 from tt_precise.mechanics import newton, rolling, thresholds
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState

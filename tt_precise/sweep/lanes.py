@@ -17,8 +17,8 @@ import heyoka
 import numpy
 
 from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import (
-    Key,
     event_expression,
     extended_rates,
     heyoka_direction,
@@ -131,7 +131,7 @@ class Lanes:
                 for position, one in enumerate(build.detectors)
                 if not one.turning
             ],
-            **numeric_options(Key(form, precision_named("double"), (), (), 0.0, ())),
+            **numeric_options(Setup(formulation=form, precision=precision_named("double"))),
         )
         self._row_in = numpy.full(width, -1)  # which row is in each lane, -1: none
         self._goals = [0.0] * width

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.errors import InputError
-from tt_precise.integrate.run import CONTACTS
+from tt_precise.integrate.contact import CONTACTS
 from tt_precise.numerals import exact
 from tt_precise.scene import Scene, Start, load_scene
 from tt_precise.sweep.columns import check_names

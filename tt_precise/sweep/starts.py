@@ -58,13 +58,13 @@ def lambda_of_start(scene: Scene, theta: float) -> float:
 
     lambda is linear in omega_3.
     """
+    from tt_precise.initial_state import InitialState
     from tt_precise.integrate.precision import precision_named
-    from tt_precise.integrate.start import beginning
     from tt_precise.mechanics.quantities import Motion, jellett
 
     start = replace(
         scene.start, theta=Inclination(Fraction(theta)), omega_3=Fraction(1), phi_dot=Fraction(0)
     )
     double = precision_named("double")
-    begun = beginning(replace(scene, start=start), double)
+    begun = InitialState.of(replace(scene, start=start), double.arithmetic)
     return float(jellett(Motion(begun.body, begun.vectors, double.context)))

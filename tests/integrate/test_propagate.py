@@ -14,7 +14,7 @@ import pytest
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate, system
-from tt_precise.integrate import run as running
+from tt_precise.integrate import propagate as propagation
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import subtracted
@@ -226,7 +226,7 @@ def test_a_failure_under_way_ends_at_the_last_good_step(
 def test_a_run_that_cannot_arrive_is_given_up(
     reference: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(running.STEPS_IN_A_PIECE, "extended", 40)
+    monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "extended", 40)
     stuck = integrate(with_mu(reference, "1e100"), "extended")
     assert stuck.status == "failed"
     assert 0 < stuck.t_end < 1e-90
@@ -268,7 +268,7 @@ def test_progress_rises_to_one(half: Scene, precision: str) -> None:
 
 def test_progress_is_told_between_pieces(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = integrate(half)
-    monkeypatch.setitem(running.STEPS_IN_A_PIECE, "double", 10)
+    monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "double", 10)
     told: list[float] = []
     pieces = integrate(half, progress=told.append)
     assert len(told) > 5

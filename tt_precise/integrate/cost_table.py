@@ -1,6 +1,6 @@
 """What each setting of the integrator costs and delivers: the measured trade behind ``digits``.
 
-``trade.csv`` holds one row for each formulation, precision and tolerance; ``python -m
+``cost_table.csv`` holds one row for each formulation, precision and tolerance; ``python -m
 tt_precise.bench.settings_table`` writes it from the golden scenes, nobody else does. Its numbers
 are only where a choice begins: whether a scene got its digits is decided by the estimate of that
 very run.
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-TABLE = Path(__file__).with_name("trade.csv")
+TABLE = Path(__file__).with_name("cost_table.csv")
 DIGITS_PER_BIT = math.log10(2)
 FINER = {"double": "extended", "extended": "quad"}
 

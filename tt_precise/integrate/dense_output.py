@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from numbers import Integral
@@ -11,12 +11,11 @@ from typing import Any, Literal
 
 from tt_precise.body import Dimension, Parameters
 from tt_precise.errors import InputError
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import Precision
-from tt_precise.integrate.start import Beginning
-from tt_precise.integrate.system import QUADRATURE_SCALE, Hit, Key, extended_rates, motion
-from tt_precise.mechanics.euler import EulerState
+from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.system import QUADRATURE_SCALE, Hit, extended_rates, motion
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.numerals import exact, to_mpmath
 
@@ -31,7 +30,7 @@ TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits
 
 
 @dataclass(frozen=True)
-class Course:
+class Propagation:
     """How one propagation went, in heyoka's own numbers, dimensionless.
 
     The end is at ``time`` + ``time_low``: a step to an event ends between two numbers.
@@ -73,20 +72,20 @@ class State:
         }
 
 
-class Readout:
+class DenseOutput:
     """One propagation, read: guarded dimensionless rows inside, SI outside.
 
     A row is the state with the recorded quadratures behind it, as guarded mpmath numbers.
     """
 
-    def __init__(self, key: Key, start: Beginning, course: Course):
-        self.key, self.start, self.course = key, start, course
-        self.form, self.precision = key.formulation, key.precision
+    def __init__(self, setup: Setup, start: InitialState, propagation: Propagation):
+        self.setup, self.start, self.propagation = setup, start, propagation
+        self.form, self.precision = setup.formulation, setup.precision
 
     @cached_property
     def end_time(self) -> Any:
         """Dimensionless end of the solution: the exact horizon where it was reached."""
-        if self.course.status in ARRIVED:
+        if self.propagation.status in ARRIVED:
             return self.start.until
         return self._reached
 
@@ -95,19 +94,19 @@ class Readout:
         """The row at t = 0, not rounded to heyoka's precision: v = 0 there is exactly 0."""
         start, zero = self.start, self.precision.context.mpf(0)
         first = self.form.start(start.body, start.vectors, start.euler)
-        return (*first, *(zero for _ in self.key.record))
+        return (*first, *(zero for _ in self.setup.record))
 
     @cached_property
     def end_row(self) -> tuple[Any, ...]:
         """The row at ``end_time``."""
         if not self.end_time:
             return self.start_row
-        row = tuple(map(self.precision.guarded, self.course.state))
+        row = tuple(map(self.precision.guarded, self.propagation.state))
         return self._moved(row, self.end_time - self._reached)
 
     @cached_property
     def _reached(self) -> Any:
-        return sum(map(self.precision.guarded, (self.course.time, self.course.time_low)))
+        return sum(map(self.precision.guarded, (self.propagation.time, self.propagation.time_low)))
 
     def _moved(self, row: tuple[Any, ...], delay: Any) -> tuple[Any, ...]:
         # heyoka takes times rounded to its precision, which costs up to t eps of state at late
@@ -115,7 +114,7 @@ class Readout:
         if not delay:
             return row
         rates = extended_rates(
-            self.form, self.key.record, self.start.body, row, self.precision.context
+            self.form, self.setup.record, self.start.body, row, self.precision.context
         )
         return tuple(x + rate * delay for x, rate in zip(row, rates, strict=True))
 
@@ -127,7 +126,7 @@ class Readout:
         if wanted < 0 or time > self._latest:
             raise InputError(
                 f"t: got {float(wanted):.17g} s, expected 0 to {float(end):.17g} s, where the "
-                f"trajectory ends ({self.course.status}); it is never extrapolated"
+                f"trajectory ends ({self.propagation.status}); it is never extrapolated"
             )
         if time >= end or self.leaving(time) == self.leaving(end):
             return self.end_time
@@ -144,13 +143,13 @@ class Readout:
     @cached_property
     def _outputs(self) -> tuple[Any, ...]:
         """heyoka's dense outputs, one behind the other; none for a horizon of zero."""
-        if self.course.outputs or not self.course.steps:
-            return self.course.outputs
-        from tt_precise.integrate.run import run
+        if self.propagation.outputs or not self.propagation.steps:
+            return self.propagation.outputs
+        from tt_precise.integrate.propagate import propagate
 
-        until = self.course.time if self.course.status == "failed" else None
-        again = run(self.key, self.start, until=until, dense=True)
-        if again.state != self.course.state:
+        until = self.propagation.time if self.propagation.status == "failed" else None
+        again = propagate(self.setup, self.start, until=until, dense=True)
+        if again.state != self.propagation.state:
             raise RuntimeError("the same integration gave another result when it was repeated")
         return again.outputs
 
@@ -158,7 +157,7 @@ class Readout:
         for output in self._outputs:
             if time <= output.bounds[1]:
                 return output(time)
-        return self._outputs[-1](time) if self._outputs else self.course.state
+        return self._outputs[-1](time) if self._outputs else self.propagation.state
 
     def rows(self, times: Sequence[Any]) -> list[tuple[Any, ...]]:
         """States at guarded dimensionless ``times``, in guarded numbers."""
@@ -183,13 +182,13 @@ class Readout:
             piece = numpy.searchsorted(ends, rounded)
             # all times of a piece at once: a call with one time returns a buffer that the next
             # call overwrites
-            entries = [numpy.empty(len(rounded)) for _ in self.course.state]
+            entries = [numpy.empty(len(rounded)) for _ in self.propagation.state]
             for number, output in enumerate(self._outputs):
                 chosen = piece == number
                 for entry, values in zip(entries, output(rounded[chosen]).T, strict=True):
                     entry[chosen] = values
         else:  # a horizon of zero
-            entries = [numpy.full(len(rounded), float(x)) for x in self.course.state]
+            entries = [numpy.full(len(rounded), float(x)) for x in self.propagation.state]
         for entry, value in zip(entries, self._float_start, strict=False):
             entry[rounded == 0] = value
         delay = numpy.array([float(t - r) for t, r in zip(times, rounded.tolist(), strict=True)])
@@ -201,7 +200,7 @@ class Readout:
 
         with numpy.errstate(all="ignore"):
             rates = extended_rates(
-                self.form, self.key.record, self._float_body, tuple(entries), numpy
+                self.form, self.setup.record, self._float_body, tuple(entries), numpy
             )
             moved = [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
         # at a pole the rates of phi and psi are undefined; there the entry stands as it is
@@ -211,29 +210,26 @@ class Readout:
 
     @cached_property
     def _float_start(self) -> tuple[float, ...]:
-        start = self.start
-        vectors = NewtonState(*map(float, start.vectors))
-        euler = EulerState(*map(float, start.euler))
-        return tuple(self.form.start(self._float_body, vectors, euler))
+        start = self.start.map(float)
+        return tuple(self.form.start(start.body, start.vectors, start.euler))
 
     @cached_property
     def _float_body(self) -> Parameters:
-        body = self.start.body
-        return Parameters(**{f.name: float(getattr(body, f.name)) for f in fields(body)})
+        return self.start.body.map(float)
 
     def motion(self, row: tuple[Any, ...]) -> Motion:
         """The ``Motion`` of a row."""
-        return motion(self.form, self.key.record, self.start.body, row, self.precision.context)
+        return motion(self.form, self.setup.record, self.start.body, row, self.precision.context)
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Default columns: vectors where the azimuth is known, Euler state, quadratures."""
-        return (*(VECTOR_COLUMNS if self.has_azimuth else ()), *EULER_COLUMNS, *self.key.record)
+        return (*(VECTOR_COLUMNS if self.has_azimuth else ()), *EULER_COLUMNS, *self.setup.record)
 
     @property
     def has_azimuth(self) -> bool:
         """Whether the direction of lean is known, and not only the Euler rates."""
-        return self.form.coordinates == "newton" or "phi" in self.key.record
+        return self.form.coordinates == "newton" or "phi" in self.setup.record
 
     def evaluate(
         self, names: Sequence[str], rows: Sequence[tuple[Any, ...]]
@@ -255,7 +251,7 @@ class Readout:
         """Named columns (SI) of entries in double, an array each; NaN where undefined."""
         import numpy
 
-        q = motion(self.form, self.key.record, self._float_body, arrays, numpy)
+        q = motion(self.form, self.setup.record, self._float_body, arrays, numpy)
         columns = {}
         with numpy.errstate(all="ignore"):
             for name in names:
@@ -275,8 +271,8 @@ class Readout:
         )
 
     def _entry(self, name: str, row: tuple[Any, ...], q: Motion) -> Any:
-        if name in self.key.record:
-            position = len(self.form.columns) + self.key.record.index(name)
+        if name in self.setup.record:
+            position = len(self.form.columns) + self.setup.record.index(name)
             return row[position] * QUADRATURE_SCALE
         if name in VECTOR_COLUMNS:
             return getattr(q.state, name)

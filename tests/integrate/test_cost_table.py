@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate import trade
+from tt_precise.integrate import cost_table
+from tt_precise.integrate.cost_table import Setting
 from tt_precise.integrate.precision import NAMES, precision_named
-from tt_precise.integrate.trade import Setting
 
 EVERY = frozenset(("double", "extended", "quad"))
 
@@ -17,7 +17,7 @@ EVERY = frozenset(("double", "extended", "quad"))
 @pytest.fixture
 def two_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A table in which the cheaper run has the dearer judge."""
-    table = tmp_path / "trade.csv"
+    table = tmp_path / "cost_table.csv"
     table.write_text(
         "formulation,precision,tolerance,order,digits_worst,digits_median,cost,scenes\n"
         "newton,quad,0,40,1,30,1000,9\n"
@@ -25,14 +25,14 @@ def two_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         "newton,extended,1e-15,19,1,14,9,9\n"
         "euler,extended,1e-15,19,1,14.5,99,9\n"
     )
-    monkeypatch.setattr(trade, "TABLE", table)
-    trade.measured.cache_clear()
+    monkeypatch.setattr(cost_table, "TABLE", table)
+    cost_table.measured.cache_clear()
     yield
-    trade.measured.cache_clear()
+    cost_table.measured.cache_clear()
 
 
 def test_the_table_holds_what_can_be_integrated() -> None:
-    rows = trade.measured()
+    rows = cost_table.measured()
     assert {row.precision for row in rows} == EVERY < set(NAMES)
     for row in rows:
         precision = precision_named(row.precision)
@@ -44,28 +44,31 @@ def test_the_table_holds_what_can_be_integrated() -> None:
 
 @pytest.mark.parametrize("formulation", [None, "newton", "euler"])
 def test_dearer_settings_have_more_digits(formulation: str | None) -> None:
-    chosen = trade.settings(formulation, EVERY)
-    digits, costs = [s.digits for s in chosen], [trade.judged_cost(s) for s in chosen]
+    chosen = cost_table.settings(formulation, EVERY)
+    digits, costs = [s.digits for s in chosen], [cost_table.judged_cost(s) for s in chosen]
     assert digits == sorted(set(digits))
     assert costs == sorted(costs)
     assert {s.formulation for s in chosen} == {formulation or "newton"}
 
 
 def test_arithmetics_that_are_missing_are_not_chosen() -> None:
-    assert {s.precision for s in trade.settings(None, EVERY - {"extended"})} == {"double", "quad"}
+    assert {s.precision for s in cost_table.settings(None, EVERY - {"extended"})} == {
+        "double",
+        "quad",
+    }
 
 
 @pytest.mark.usefixtures("two_rows")
 def test_what_the_judges_cost_counts() -> None:
-    coarse, full, quad = trade.settings(None, EVERY)
+    coarse, full, quad = cost_table.settings(None, EVERY)
     assert (coarse.tolerance, full.tolerance, quad.precision) == (1e-15, 0, "quad")
-    assert [trade.judged_cost(s) for s in (coarse, full, quad)] == [26, 1008, math.inf]
-    (only,) = trade.settings("euler", EVERY)
+    assert [cost_table.judged_cost(s) for s in (coarse, full, quad)] == [26, 1008, math.inf]
+    (only,) = cost_table.settings("euler", EVERY)
     assert only.digits == 14.5
 
 
 def test_mp_gets_bits_for_the_digits_and_for_what_a_scene_loses() -> None:
-    fifty, hundred = trade.wide(50, None), trade.wide(100, "euler")
+    fifty, hundred = cost_table.wide(50, None), cost_table.wide(100, "euler")
     assert 50 / math.log10(2) < fifty.bits < 60 / math.log10(2)
     assert hundred.bits - fifty.bits == pytest.approx(50 / math.log10(2), abs=1)
     assert (fifty.formulation, hundred.formulation) == ("newton", "euler")

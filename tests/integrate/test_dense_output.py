@@ -12,8 +12,8 @@ import pytest
 
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate import run as running
-from tt_precise.integrate.readout import EULER_COLUMNS, VECTOR_COLUMNS, as_fraction
+from tt_precise.integrate import propagate as propagation_module
+from tt_precise.integrate.dense_output import EULER_COLUMNS, VECTOR_COLUMNS, as_fraction
 from tt_precise.scene import Scene
 
 QUADRATURES = ("phi", "psi", "x", "y")
@@ -229,20 +229,22 @@ def test_track_in_euler_form_records_the_azimuth_it_needs(half: Scene) -> None:
     track = integrate(
         replace(half, until=Fraction(1, 10)), "extended", formulation="euler", record=("x",)
     )
-    assert track.key.record == ("phi", "x")
+    assert track.setup.record == ("phi", "x")
 
 
 def test_a_repetition_that_differs_is_not_hidden(
     half: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trajectory = integrate(half)
-    original: Callable[..., Any] = running.run
+    original: Callable[..., Any] = propagation_module.propagate
 
     def unreliable(*args: Any, **keywords: Any) -> Any:
-        course = original(*args, **keywords)
-        return replace(course, state=(course.state[0] * (1 + 2.0**-52), *course.state[1:]))
+        propagation = original(*args, **keywords)
+        return replace(
+            propagation, state=(propagation.state[0] * (1 + 2.0**-52), *propagation.state[1:])
+        )
 
-    monkeypatch.setattr(running, "run", unreliable)
+    monkeypatch.setattr(propagation_module, "propagate", unreliable)
     with pytest.raises(RuntimeError, match="another result when it was repeated"):
         trajectory.at("0.1")
 

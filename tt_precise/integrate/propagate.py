@@ -7,17 +7,20 @@ from dataclasses import replace
 from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.contact import CONTACTS, contact_terms, require_contact
+from tt_precise.integrate.dense_output import Propagation, Status
 from tt_precise.integrate.events import event_named
 from tt_precise.integrate.precision import Precision, precision_named
-from tt_precise.integrate.readout import Course, Status
-from tt_precise.integrate.start import Beginning, beginning, contact_terms, longest_step, vanishes
-from tt_precise.integrate.system import Integrator, Key, integrator
+from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.step_limit import longest_step
+from tt_precise.integrate.system import Integrator, integrator
 from tt_precise.integrate.trajectory import Trajectory
+from tt_precise.integrate.vanishing import vanishes
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene, load_scene
 
-CONTACTS = ("unilateral", "bilateral")
 STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}  # 0.2 s or more
 
 # Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
@@ -97,29 +100,30 @@ def integrate(
         raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
     if not 0 <= tolerance < 1:
         raise InputError(f"tolerance: got {tolerance}, expected 0 (for eps) or a number below 1")
-    key = Key(
-        form,
-        working,
-        _checked_events(scene, events),
-        _checked_record(scene, record, formulation),
-        float(tolerance),
-        tuple(sorted((options or {}).items())),
-        contact,
+    setup = Setup(
+        formulation=form,
+        precision=working,
+        events=_checked_events(scene, events),
+        record=_checked_record(scene, record, formulation),
+        tolerance=float(tolerance),
+        options=tuple(sorted((options or {}).items())),
+        contact=contact,
     )
     # wide arithmetics take seconds, so there the dense output is kept at once, not made again
     dense = working.name in ("quad", "mp")
-    start = beginning(scene, working, contact)
-    return Trajectory(scene, key, start, run(key, start, dense=dense, progress=progress))
+    start = InitialState.of(scene, working.arithmetic)
+    require_contact(scene.name, start, working.context, contact)
+    return Trajectory(scene, setup, start, propagate(setup, start, dense=dense, progress=progress))
 
 
-def run(
-    key: Key,
-    start: Beginning,
+def propagate(
+    setup: Setup,
+    start: InitialState,
     *,
     until: Any = None,
     dense: bool = False,
     progress: Progress | None = None,
-) -> Course:
+) -> Propagation:
     """Propagate once from ``start``; how it went, in heyoka's own numbers.
 
     ``until`` (a number of heyoka's type) replaces the start's own horizon. A propagation that
@@ -128,34 +132,34 @@ def run(
     """
     import heyoka
 
-    number, zero = key.precision.number, key.precision.context.mpf(0)
-    state = [number(v) for v in key.formulation.start(start.body, start.vectors, start.euler)]
-    state += [number(zero) for _ in key.record]
-    parameters = [number(getattr(start.body, name)) for name in key.formulation.parameters]
+    number, zero = setup.precision.number, setup.precision.context.mpf(0)
+    state = [number(v) for v in setup.formulation.start(start.body, start.vectors, start.euler)]
+    state += [number(zero) for _ in setup.record]
+    parameters = [number(getattr(start.body, name)) for name in setup.formulation.parameters]
     horizon = number(start.until) if until is None else until
-    with integrator(key) as made:
+    with integrator(setup) as made:
         made.reset(state, parameters, number(zero))
-        first = number(key.precision.context.mpf(FIRST_STEP)) if key.events else horizon
+        first = number(setup.precision.context.mpf(FIRST_STEP)) if setup.events else horizon
         goals = [first, horizon] if first < horizon else [horizon]
-        longest = longest_step(start.body, start.vectors, made.adaptive.order, key.precision)
+        longest = longest_step(start.body, start.vectors, made.adaptive.order, setup.precision)
         limits = {} if longest is None else {"max_delta_t": number(longest)}
-        outcome, steps, outputs = _propagate(made, goals, dense, progress, key.precision, limits)
+        outcome, steps, outputs = _advance(made, goals, dense, progress, setup.precision, limits)
         status = status_of(outcome, made.terminal)
-        if status == "complete" and key.contact == "bilateral" and _pulled(key, start, made):
+        if status == "complete" and setup.contact == "bilateral" and _pulled(setup, start, made):
             status = "contact_ignored"
         if status != "failed":
-            return _course(key, start, made, status, steps, outputs)
+            return _propagation_of(setup, start, made, status, steps, outputs)
         last_good = made.adaptive.time
         if outcome == heyoka.taylor_outcome.err_nf_state:
             last_good = _time_before_failure(made, state, parameters, number(zero), horizon)
         if last_good == number(zero):
             made.reset(state, parameters, number(zero))
-            return _course(key, start, made, status, 0, ())
-    course = run(key, start, until=last_good, dense=dense)
-    return replace(course, status="failed")
+            return _propagation_of(setup, start, made, status, 0, ())
+    propagation = propagate(setup, start, until=last_good, dense=dense)
+    return replace(propagation, status="failed")
 
 
-def _propagate(
+def _advance(
     made: Integrator,
     goals: list[Any],
     dense: bool,
@@ -198,20 +202,20 @@ def _propagate(
     return outcome, steps, tuple(output for output in outputs if output is not None)
 
 
-def _course(
-    key: Key,
-    start: Beginning,
+def _propagation_of(
+    setup: Setup,
+    start: InitialState,
     made: Integrator,
     status: Status,
     steps: int,
     outputs: tuple[Any, ...],
-) -> Course:
+) -> Propagation:
     # a zero of order k at the start splits into roots up to eps^(1/k) behind it; phi_dot has k = 2
-    early = 2.0 ** (-key.precision.bits / 4)
+    early = 2.0 ** (-setup.precision.bits / 4)
     first = {hit.name for hit in made.hits if hit.time < early}
-    at_start = {name for name in first if vanishes(name, key, start)}
+    at_start = {name for name in first if vanishes(name, setup, start)}
     time, time_low = made.adaptive.dtime
-    return Course(
+    return Propagation(
         status=status,
         time=time,
         time_low=time_low,
@@ -254,9 +258,9 @@ def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
     return ended
 
 
-def _pulled(key: Key, start: Beginning, made: Integrator) -> bool:
+def _pulled(setup: Setup, start: InitialState, made: Integrator) -> bool:
     """Whether g_n was negative at the start or fell through zero later."""
-    numerator, _ = contact_terms(key.formulation.model, start.body, start.vectors)
+    numerator, _ = contact_terms(setup.formulation.model, start.body, start.vectors)
     return bool(numerator <= 0 or made.losses)
 
 

@@ -1,0 +1,75 @@
+"""``InitialState``: the one place where a scene's exact numbers become those of an arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from tt_precise.arithmetic import Arithmetic, Functions, Scalar
+from tt_precise.body import Parameters, Units
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.scene import Scene
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Body and state of a scene at t = 0 in one arithmetic, the axis at azimuth 0.
+
+    ``vectors`` and ``euler`` are the same state, each made from the exact numbers: beside the
+    inverted pole the vectors do not go through theta = pi - offset. ``until`` is the scene's
+    horizon. All in the units ``units``, which are in SI.
+    """
+
+    model: str
+    body: Parameters
+    units: Units
+    vectors: NewtonState
+    euler: EulerState
+    until: Scalar
+
+    @classmethod
+    def of(cls, scene: Scene, arithmetic: Arithmetic) -> InitialState:
+        """The start of ``scene``, dimensionless (m = R = g = 1)."""
+        fn, exact = arithmetic.fn, arithmetic.exact
+        units = Units.of(scene.body, fn, exact)
+        return cls._in_units(scene, arithmetic, scene.body.dimensionless(fn, exact), units)
+
+    @classmethod
+    def in_si(cls, scene: Scene, arithmetic: Arithmetic) -> InitialState:
+        """The start of ``scene`` in SI."""
+        return cls._in_units(
+            scene, arithmetic, scene.body.numbers(arithmetic.exact), Units(1, 1, 1)
+        )
+
+    @classmethod
+    def _in_units(
+        cls, scene: Scene, arithmetic: Arithmetic, body: Parameters, units: Units
+    ) -> InitialState:
+        fn, exact, start = arithmetic.fn, arithmetic.exact, scene.start
+        euler = EulerState(
+            start.theta.radians(fn, exact),
+            **{
+                name: exact(getattr(start, name)) / units.of_dimension(STATE_DIMENSIONS[name])
+                for name in EulerState._fields[1:]
+            },
+        )
+        sine_cosine = start.theta.sine_cosine(fn, exact)
+        vectors = vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine)
+        return cls(scene.model, body, units, vectors, euler, exact(scene.until) / units.time)
+
+    def motion(self, fn: Functions) -> Motion:
+        """What quantities at the start are functions of."""
+        return Motion(self.body, self.vectors, fn, self.model)
+
+    def map(self, convert: Callable[[Scalar], Scalar]) -> InitialState:
+        """The same with every number of body and state converted; ``units`` and ``until`` stay."""
+        return replace(
+            self,
+            body=self.body.map(convert),
+            vectors=NewtonState(*map(convert, self.vectors)),
+            euler=EulerState(*map(convert, self.euler)),
+        )

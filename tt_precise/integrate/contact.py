@@ -1,0 +1,43 @@
+"""Contact at the start: whether the table pushes on the top at t = 0."""
+
+from __future__ import annotations
+
+from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.body import Parameters
+from tt_precise.errors import InputError
+from tt_precise.initial_state import InitialState
+from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics.newton import NewtonState
+
+CONTACTS = ("unilateral", "bilateral")
+
+
+def contact_terms(model: str, body: Parameters, vectors: NewtonState) -> tuple[Scalar, Scalar]:
+    """Numerator and denominator of g_n; rolling has no denominator that could vanish."""
+    if model == "rolling":
+        return rolling.constraint_force(body, vectors)[2], 1
+    return newton.contact_terms(body, vectors)
+
+
+def require_contact(name: str, start: InitialState, fn: Functions, contact: str) -> None:
+    """Refuse a start, of the scene ``name``, that the model does not cover.
+
+    Raises
+    ------
+    InputError
+        The top would not stay on the table at t = 0: g_n or its denominator is not positive.
+        With ``contact`` "bilateral" g_n may be negative.
+    """
+    numerator, denominator = contact_terms(start.model, start.body, start.vectors)
+    if denominator <= 0:
+        raise InputError(
+            f"{name}: the denominator of g_n is {fn.nstr(denominator / start.body.I1, 6)} I1 "
+            "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
+        )
+    if numerator <= 0 and contact == "unilateral":
+        weight = numerator / denominator
+        raise InputError(
+            f"{name}: g_n is {fn.nstr(weight, 6)} m g at t = 0, expected above 0: "
+            "the top is not on the table; lower the start's rates, or run the equations beyond "
+            "their meaning with contact bilateral"
+        )
