@@ -24,6 +24,7 @@ COMMANDS = {
     "events": "The catalogue of events, or the events of a scene.",
     "golden": "Make, verify or list golden reference trajectories.",
     "check": "Conservation checks on a trajectory from anywhere.",
+    "columns": "Columns of a trajectory: names, units, frames, conventions.",
     "claims": "Judge the paper's claims.",
     "tradeoff": "Measure speed against accuracy, peers included.",
     "extremes": "Numerical stability at the extremes, case by case.",

@@ -24,29 +24,16 @@ from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS as CATALOGUE
 from tt_precise.integrate.events import TERMINAL
-from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.mechanics.columns import described
 from tt_precise.scene import Scene
 
 SCHEMA = "tt_precise.golden/1"
 SELF_HASH = "sha256_of_manifest"
 
-# unit and meaning of the columns that are no quantities of `mechanics.quantities`
-_COLUMNS = {
+# what an event table has besides the columns of a trajectory
+_EVENT_COLUMNS = {
     "name": ("", "event, see event_meanings"),
-    "t": ("s", "time since the start; exact where it is a plain decimal"),
     "direction": ("1", "+1 where the event's function rises through zero, -1 where it falls"),
-    "kx": ("1", "symmetry axis (unit vector), along the inertial X axis"),
-    "ky": ("1", "symmetry axis, along Y"),
-    "kz": ("1", "symmetry axis, along the vertical Z: cos theta"),
-    "Lx": ("kg m^2/s", "angular momentum about the centre of mass, along X"),
-    "Ly": ("kg m^2/s", "angular momentum about the centre of mass, along Y"),
-    "Lz": ("kg m^2/s", "angular momentum about the centre of mass, along Z"),
-    "vx": ("m/s", "velocity of the contact point of the body, along X"),
-    "vy": ("m/s", "velocity of the contact point of the body, along Y"),
-    "phi": ("rad", "azimuth of the axis, counted from its start at 0"),
-    "psi": ("rad", "angle of rotation about the axis, from 0"),
-    "x": ("m", "centre of mass along X, from 0"),
-    "y": ("m", "centre of mass along Y, from 0"),
 }
 
 
@@ -159,10 +146,7 @@ def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Any]:
 
 
 def _described(name: str) -> tuple[str, str]:
-    if name in _COLUMNS:
-        return _COLUMNS[name]
-    quantity = QUANTITIES[name]
-    return quantity.unit, quantity.meaning
+    return _EVENT_COLUMNS.get(name) or described(name)
 
 
 def _run(run: Run) -> dict[str, Any]:

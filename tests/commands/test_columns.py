@@ -1,0 +1,32 @@
+"""``tt-precise columns``: names, units, frames."""
+
+import json
+
+import pytest
+
+from tt_precise import cli
+from tt_precise.check.columns import COLUMN_SETS
+
+
+def test_a_person_reads_every_column(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["columns"]) == 0
+    told = capsys.readouterr().out
+    for found in COLUMN_SETS.values():
+        assert f"\n{found.name}\n" in told
+        for name in found.names:
+            assert f"\n  {name} " in told
+    assert max(map(len, told.splitlines())) <= 110
+    for word in ("inertial", "right-handed", "quaternion", "centre of mass", "SI"):
+        assert word in told
+
+
+def test_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["columns", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["schema"] == "tt_precise.columns/1"
+    rigid = told["sets"]["rigid body"]
+    assert rigid["t"]["required"]
+    assert rigid["qw"]["required"]
+    assert not rigid["vcx"]["required"]
+    assert rigid["wx"]["unit"] == "rad/s"
+    assert "inertial" in rigid["wx"]["meaning"]

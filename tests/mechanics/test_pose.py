@@ -1,0 +1,82 @@
+"""The pose leads back to the vectors it was made from, at both poles too."""
+
+import random
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+from tt_precise.body import Parameters, TippeTop
+from tt_precise.mechanics.conversion import (
+    RigidBodyState,
+    horizontal_length,
+    vectors_from_euler,
+    vectors_from_rigid_body,
+)
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.pose import Pose, pose
+from tt_precise.mechanics.quantities import Motion
+
+PHI, PSI = "0.7", "-1.9"
+
+
+def made(body: Parameters, theta: Any, fn: Any, seed: int = 1) -> tuple[Motion, Pose]:
+    """A motion at inclination ``theta``, and its pose."""
+    source = random.Random(seed)
+    state = EulerState(theta, *(source.uniform(-3, 3) for _ in range(5)))
+    phi, psi = type(theta)(PHI), type(theta)(PSI)
+    q = Motion(body, vectors_from_euler(body, state, fn, phi), fn)
+    return q, pose(q, horizontal_length(fn, q.state.kx, q.state.ky), phi, psi, 0, 0)
+
+
+@pytest.mark.parametrize("theta", ["0.3", "1.5", "2.9", "1e-40"])
+def test_a_rigid_body_in_this_pose_has_the_same_vectors(
+    body: TippeTop, mp: Any, theta: str
+) -> None:
+    """Through ``vectors_from_rigid_body``, which shares no formula with ``pose``."""
+    numbers = body.numbers(lambda value: mp.mpf(value.numerator) / value.denominator)
+    q, found = made(numbers, mp.mpf(theta), mp)
+    entries = found._asdict()
+    state, vertical = vectors_from_rigid_body(
+        numbers, RigidBodyState(*(entries[name] for name in RigidBodyState._fields))
+    )
+    bound = 100 * mp.eps  # a dozen operations on numbers below 10
+    assert all(abs(a - b) <= bound for a, b in zip(state, q.state, strict=True))
+    assert abs(vertical) <= bound
+    assert abs(sum(entries[f"q{name}"] ** 2 for name in "wxyz") - 1) <= bound
+    swapped = found._replace(qw=found.qx, qx=found.qw)._asdict()
+    wrong, _ = vectors_from_rigid_body(
+        numbers, RigidBodyState(*(swapped[name] for name in RigidBodyState._fields))
+    )
+    assert max(abs(a - b) for a, b in zip(wrong, q.state, strict=True)) > 0.1
+
+
+def rotation(theta: float, phi: float, psi: float) -> np.ndarray:
+    """Rz(phi) Ry(theta) Rz(psi), multiplied out."""
+    c, s = np.cos, np.sin
+
+    def z(angle: float) -> np.ndarray:
+        return np.array([[c(angle), -s(angle), 0], [s(angle), c(angle), 0], [0, 0, 1]])
+
+    y = np.array([[c(theta), 0, s(theta)], [0, 1, 0], [-s(theta), 0, c(theta)]])
+    return z(phi) @ y @ z(psi)
+
+
+@pytest.mark.parametrize("theta", [1e-9, 0.4, 2.0, np.pi - 1e-9])
+def test_the_quaternion_is_that_of_the_euler_angles(body: TippeTop, theta: float) -> None:
+    from scipy.spatial.transform import Rotation
+
+    q, found = made(body.numbers(float), theta, np)
+    matrix = rotation(theta, float(PHI), float(PSI))
+    given = Rotation.from_quat(found[:4], scalar_first=True).as_matrix()
+    assert np.abs(given - matrix).max() < 1e-15 * 10  # ten operations
+    body_frame = matrix.T @ np.array([found.wx, found.wy, found.wz])
+    assert np.allclose(body_frame, [found.wbx, found.wby, found.wbz], rtol=0, atol=1e-13)
+    assert found.wbz == pytest.approx(float(np.dot(q.omega, q.k)), abs=1e-13)
+
+
+def test_the_centre_of_mass_is_at_its_height(body: TippeTop, mp: Any) -> None:
+    numbers = body.numbers(lambda value: mp.mpf(value.numerator) / value.denominator)
+    _, low = made(numbers, mp.mpf("1e-30"), mp)
+    assert abs(low.z - numbers.R * (1 - numbers.alpha)) < mpmath.mpf("1e-50")

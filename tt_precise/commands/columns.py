@@ -1,0 +1,58 @@
+"""``tt-precise columns``: the columns a trajectory may have, with units, frames and conventions."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+SCHEMA = "tt_precise.columns/1"
+CONVENTIONS = (
+    "Frames: inertial X, Y, Z, right-handed, Z up, the table is Z = 0; the body's frame has its "
+    "origin in the centre of mass and the symmetry axis k as its third axis. k points from the "
+    "centre of mass to the centre of the sphere: theta is 0 with the centre of mass lowest, pi "
+    "when inverted.",
+    "Velocities: (vx, vy) is that of the contact point of the body, (vcx, vcy, vcz) that of the "
+    "centre of mass. An engine whose origin is the centre of the sphere has "
+    "v_centre of mass = v_origin - omega x (alpha R k).",
+    "Quaternions turn the body's frame into the inertial one. Columns are found by name, so their "
+    "order in the file is free: rename x, y, z, w of a scalar-last engine to qx, qy, qz, qw.",
+    "Angular velocity (wx, wy, wz) is in the inertial frame. An engine that writes it in the "
+    "body's frame (MuJoCo does) has to be turned by the quaternion first.",
+    "Euler angles: orientation is Rz(phi) Ry(theta) Rz(psi), omega_3 = psi_dot + phi_dot cos "
+    "theta; nu_x is the contact velocity towards the lean of the axis, nu_y across it "
+    "(z x lean). Undefined where the axis is vertical.",
+    "Units: SI, angles in rad, time in s and strictly increasing.",
+)
+
+
+@click.command("columns")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(as_json: bool) -> int:
+    """List the columns that `check` reads and `run` writes: name, unit, frame, meaning."""
+    from tt_precise.check.columns import COLUMN_SETS
+    from tt_precise.mechanics.columns import described
+
+    sets = {
+        name: {
+            column: {**described(column)._asdict(), "required": column in found.required}
+            for column in ("t", *found.names)
+        }
+        for name, found in COLUMN_SETS.items()
+    }
+    for columns in sets.values():
+        columns["t"]["required"] = True
+    if as_json:
+        told = {"schema": SCHEMA, "sets": sets, "conventions": list(CONVENTIONS)}
+        click.echo(json.dumps(told, indent=2))
+        return 0
+    click.echo("A trajectory has one of these sets of columns; others are ignored.")
+    for name, columns in sets.items():
+        click.echo(f"\n{name}")
+        for column, told in columns.items():
+            note = "" if told["required"] else " (if known)"
+            click.echo(f"  {column:<10} {told['unit']:<9} {told['meaning']}{note}")
+    click.echo("")
+    for sentence in CONVENTIONS:
+        click.echo(click.wrap_text(sentence, 88, "- ", "  "))
+    return 0

@@ -1,0 +1,74 @@
+"""The pose of the body: what physics engines and viewers read, in any arithmetic.
+
+Body frame: origin in the centre of mass, third axis k, and such that orientation is
+Rz(phi) Ry(theta) Rz(psi); at t = 0 the Euler angles phi and psi are 0.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import Vector, dot
+
+
+class Pose(NamedTuple):
+    """Orientation (scalar first), position and velocity of the centre of mass, angular velocity.
+
+    (qw, qx, qy, qz) turns the body frame into the inertial one, unit length; x, y, z and vcx, vcy,
+    vcz in the inertial frame (m, m/s), z above the table; wx, wy, wz is the angular velocity in the
+    inertial frame, wbx, wby, wbz the same vector in the body frame (rad/s).
+    """
+
+    qw: Any
+    qx: Any
+    qy: Any
+    qz: Any
+    x: Any
+    y: Any
+    z: Any
+    vcx: Any
+    vcy: Any
+    vcz: Any
+    wx: Any
+    wy: Any
+    wz: Any
+    wbx: Any
+    wby: Any
+    wbz: Any
+
+
+def half_angles(fn: Any, k: Vector, s: Any) -> tuple[Any, Any]:
+    """cos(theta/2) and sin(theta/2), theta in [0, pi], without cancellation beside either pole.
+
+    ``s`` is sin theta, the length of the horizontal part of ``k``.
+    """
+    # the larger of the two by the half-angle formula, the smaller by sin theta = 2 sin cos
+    if k[2] >= 0:
+        cosine = fn.sqrt((1 + k[2]) / 2)
+        return cosine, s / (2 * cosine)
+    sine = fn.sqrt((1 - k[2]) / 2)
+    return s / (2 * sine), sine
+
+
+def pose(q: Motion, s: Any, phi: Any, psi: Any, x: Any, y: Any) -> Pose:
+    """The pose of a motion at azimuth ``phi`` and rotation ``psi`` about the axis.
+
+    ``s`` is sin theta; ``x``, ``y`` is the horizontal position of the centre of mass.
+    """
+    fn, body = q.fn, q.body
+    cosine, sine = half_angles(fn, q.k, s)
+    total, difference = (phi + psi) / 2, (phi - psi) / 2
+    height = body.R * (1 - body.alpha * q.k[2])  # eq (1): (s + a).z = 0
+    qw, qz = cosine * fn.cos(total), cosine * fn.sin(total)
+    qx, qy = -sine * fn.sin(difference), sine * fn.cos(difference)
+    # the body's first two axes: the columns of the quaternion's matrix
+    first = (1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy))
+    second = (2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qw * qx))
+    return Pose(
+        qw, qx, qy, qz,
+        x, y, height,
+        *q.s_dot,
+        *q.omega,
+        dot(q.omega, first), dot(q.omega, second), dot(q.omega, q.k),
+    )  # fmt: skip
