@@ -36,7 +36,6 @@ TOPICS: dict[str, tuple[str, ...]] = {
     "time": ("horizons",),
     "sensitivity": ("sensitivity",),
     "machine": ("machine",),
-    "abuse": ("abuse.interrupted", "abuse.places", "abuse.readers"),
 }
 _topic_of = {module: topic for topic, modules in TOPICS.items() for module in modules}
 LIMIT_S = 60.0  # a case that takes longer is taken for one that hangs

@@ -1,0 +1,185 @@
+"""Disks that are full, folders that cannot be written, builds side by side, millions of samples."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tt_precise.files import atomic_write
+from tt_precise.golden import load
+from tt_precise.golden.store import home
+
+OLD = "old\n"
+LARGEST = 3000  # bytes that a file may have
+WRITERS = ("run", "check", "sweep", "golden build")
+FAST = "run"  # the one that belongs to the default tests
+SLOW_WRITERS = [
+    one if one == FAST else pytest.param(one, marks=pytest.mark.slow) for one in WRITERS
+]
+PRINTERS = (
+    "events",
+    *(
+        pytest.param(command, marks=pytest.mark.slow)
+        for command in (
+            "run reference --until 0.1",
+            "golden list",
+            "sweep --help",
+            "claims EQ-8 --json",
+        )
+    ),
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with old results in it."""
+    out = tmp_path / "out"
+    out.mkdir()
+    for old in ("a.csv", "a.svg"):
+        (out / old).write_text(OLD)
+    return out
+
+
+def arguments(writer: str, folder: Path) -> list[str]:
+    """A call of the command that writes into ``folder``."""
+    golden = home() / "reference" / "trajectory.csv"
+    return {
+        "run": ["run", "reference", "--until", "1", "--out", str(folder / "a.csv")],
+        "check": ["check", str(golden), "--scene", "reference", "--plot", str(folder / "a.svg")],
+        "sweep": [
+            "sweep", "reference", "--vary", "omega_3=150:155:64", "--until", "0.5",
+            "--workers", "1", "--honesty", "0", "--out", str(folder / "sweep"),
+        ],
+        "golden build": ["golden", "build", "upright", "--workers", "1", "--folder", str(folder)],
+    }[writer]  # fmt: skip
+
+
+def files_of(most: int) -> Callable[[], None]:
+    """Let files have at most so many bytes, as on a full disk; setrlimit(2)."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+
+
+@pytest.mark.parametrize("writer", SLOW_WRITERS)
+def test_a_full_disk_leaves_the_old_files_and_no_other(
+    commands: Any, folder: Path, writer: str
+) -> None:
+    """Writing fails in the middle of a file."""
+    answer = commands.outside(arguments(writer, folder), before=files_of(LARGEST))
+    assert answer.one_line, answer
+    assert {path.name: path.read_text() for path in folder.glob("a.*")} == {
+        "a.csv": OLD, "a.svg": OLD,
+    }  # fmt: skip
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    assert [path.name for path in files if path.stat().st_size >= LARGEST] == []
+    assert list(folder.rglob(".*")) == []
+
+
+@pytest.mark.slow
+def test_with_room_on_the_disk_the_file_is_written(commands: Any, folder: Path) -> None:
+    answer = commands.outside(arguments(FAST, folder), before=files_of(10**9))
+    assert answer.status == 0, answer
+    assert (folder / "a.csv").read_text() != OLD
+
+
+@pytest.mark.parametrize("command", PRINTERS)
+def test_a_full_disk_behind_stdout_is_one_line(commands: Any, command: str) -> None:
+    """What a pipeline into a file meets."""
+    with open("/dev/full", "w") as sink:
+        answer = commands.outside(command.split(), stdout=sink)
+    assert answer.one_line, answer
+
+
+@pytest.mark.slow
+def test_an_endless_sink_is_no_full_disk(commands: Any) -> None:
+    with open("/dev/null", "w") as sink:
+        assert commands.outside(["events"], stdout=sink).status == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("writer", [*WRITERS, "report"])
+def test_a_folder_that_cannot_be_written_is_one_line(
+    commands: Any, tmp_path: Path, obey_permissions: Callable[[], None], writer: str
+) -> None:
+    folder = tmp_path / "closed"
+    folder.mkdir(mode=0o555)
+    report = ["report", "--out", str(folder / "deep")]
+    argv = report if writer == "report" else arguments(writer, folder)
+    answer = commands.outside(argv, before=obey_permissions)
+    assert answer.one_line, answer
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_folder_that_can_be_written_is_used(
+    commands: Any, folder: Path, obey_permissions: Callable[[], None]
+) -> None:
+    assert commands.outside(arguments(FAST, folder), before=obey_permissions).status == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("builds", [1, 2])
+def test_of_builds_of_one_scene_at_once_one_does_it(
+    commands: Any, tmp_path: Path, builds: int
+) -> None:
+    """The other is refused in one line (flock(2)), and waits for nobody; the data are whole."""
+    folder = tmp_path / "golden"
+    argv = ["golden", "build", "upright", "--workers", "1", "--folder", str(folder)]
+    running = [commands.start(argv) for _ in range(builds)]
+    errors = [process.communicate(timeout=200)[1] for process in running]
+    assert sorted(process.returncode for process in running) == [0, 2][:builds]
+    assert [len(error.strip().splitlines()) for error in errors if error] == [1][: builds - 1]
+    assert len(load("upright", folder=folder)) > 100
+
+
+MEMORY = """
+import pandas, resource, sys
+from dataclasses import replace
+from fractions import Fraction
+from tt_precise.integrate.streaming import Stream
+from tt_precise.scene import load_scene
+rows, peaks = 0, []
+for samples in (10**5, int(sys.argv[1])):
+    scene = replace(load_scene("reference"), sample_every=Fraction(8, samples))
+    stream = Stream(scene, "theta", "g_n")
+    rows = {counted}
+    peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(rows, peaks[1] - peaks[0])
+"""
+STREAMED, COLLECTED = "sum(map(len, stream))", "len(pandas.concat(list(stream)))"
+GROWTH_KB = 20_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("counted", "bounded"), [(STREAMED, True), (COLLECTED, False)])
+def test_ten_million_samples_stream_in_bounded_memory(counted: str, bounded: bool) -> None:
+    """A block of 16,384 rows is in memory; 20 MB where one column of all would take 80."""
+    done = subprocess.run(
+        [sys.executable, "-c", MEMORY.format(counted=counted), str(10**7)],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    rows, growth = map(int, done.stdout.split())
+    assert rows == 10**7 + 1
+    assert (growth <= GROWTH_KB) == bounded
+
+
+@pytest.mark.parametrize("replaced", [False, True])
+def test_a_pipe_as_an_output_file_stays_a_pipe(tmp_path: Path, replaced: bool) -> None:
+    """What is no regular file is written to (/dev/null!); only what has been replaced is not."""
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    reading = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        if replaced:
+            path.unlink()
+        atomic_write(path, "content")
+        assert path.is_fifo() == (not replaced)
+        assert os.read(reading, 100) == (b"" if replaced else b"content")
+    finally:
+        os.close(reading)

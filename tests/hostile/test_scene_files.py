@@ -1,0 +1,203 @@
+"""Files and names from people who mean no good: one line, status 2, and nothing executed."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tt_precise.errors import InputError
+from tt_precise.scene import load_scene
+
+TEXTS: dict[str, Callable[[], bytes]] = {
+    "10 MB of keys": lambda: b"".join(b'k%d = "%d"\n' % (i, i) for i in range(600_000)),
+    "100,000 brackets": lambda: b"a = " + b"[" * 49_000 + b"]" * 49_000,
+    "20,000 tables in tables": lambda: b"a = " + b"{b = " * 19_000,
+    "a key of 40,000 parts": lambda: b".".join([b"a"] * 40_000) + b" = 1",
+    "an integer of 90,000 digits": lambda: b"a = " + b"9" * 90_000,
+    "Latin-1": lambda: load_scene("reference").text.encode() + "# Kreisel f\xfcr".encode("latin-1"),
+    "UTF-16": lambda: load_scene("reference").text.encode("utf-16"),
+    "a null character": lambda: b'title = "\0"',
+    "nothing": lambda: b"",
+}
+READERS: dict[str, list[str]] = {
+    "run": [],
+    "sweep": [],
+    "thresholds": [],
+    "events": [],
+    "golden build": ["--folder", "golden"],
+}
+
+
+@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("reader", READERS)
+def test_a_hostile_toml_file_is_refused(
+    commands: Any, tmp_path: Path, reader: str, text: str
+) -> None:
+    """At once: some of them take tomllib minutes, if they are let."""
+    file = tmp_path / "a.toml"
+    file.write_bytes(TEXTS[text]())
+    options = [str(tmp_path / one) if one == "golden" else one for one in READERS[reader]]
+    answer = commands.here(*reader.split(), str(file), *options)
+    assert answer.one_line, answer
+    assert not (tmp_path / "golden").exists()
+
+
+def test_a_good_toml_file_is_accepted(commands: Any, tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text(load_scene("reference").text)
+    assert commands.here("events", str(file)).status == 0
+
+
+NAMES = {
+    "a file above": "../../etc/passwd",
+    "an endless device": "/dev/zero",
+    "this folder": ".",
+    "the root": "/",
+    "nothing": "",
+    "a blank": " ",
+    "a dash": "-",
+    "two lines": "a\nb",
+    "an escape sequence": "\x1b[31m",
+    "a null character": "a\0b",
+    "no Unicode": "\udcff.toml",
+    "5000 letters": "a" * 5000,
+    "a file name too long": "a" * 300 + ".toml",
+    "an address": "file:///etc/passwd",
+    "a command": "$(touch hacked)",
+    "the folder above": "..",
+}
+
+
+@pytest.mark.parametrize("command", ["run", "thresholds", "events", "golden verify"])
+@pytest.mark.parametrize("kind", NAMES)
+def test_a_hostile_scene_name_is_refused(commands: Any, kind: str, command: str) -> None:
+    """Names of scenes are names of shipped ones or paths of files, and nothing else."""
+    answer = commands.here(*command.split(), NAMES[kind])
+    assert answer.one_line, answer
+
+
+@pytest.mark.parametrize("command", ["thresholds", "events"])
+def test_a_shipped_scene_name_is_accepted(commands: Any, command: str) -> None:
+    assert commands.here(command, "reference").status == 0
+
+
+BUILD = ["golden", "build", "--workers", "1", "--folder"]
+
+
+def scene_file(folder: Path, name: str) -> Path:
+    """A scene of ten milliseconds in a file with this name."""
+    file = folder / name
+    file.write_text(load_scene("upright").text.replace('until = "8"', 'until = "0.01"'))
+    return file
+
+
+@pytest.mark.parametrize("name", ["...toml", "..toml", ".new-upright.toml", "a b.toml", "-x.toml"])
+def test_a_scene_s_name_cannot_lead_golden_data_elsewhere(
+    commands: Any, tmp_path: Path, name: str
+) -> None:
+    """The scene's name becomes the name of a folder; Path("...toml").stem is the folder above."""
+    folder = tmp_path / "golden" / "data"
+    answer = commands.here(*BUILD, str(folder), "--", str(scene_file(tmp_path, name)))
+    assert answer.one_line, answer
+    assert [path for path in folder.parent.glob("*") if path != folder] == []
+    assert not folder.exists() or list(folder.glob("*")) == []
+
+
+@pytest.mark.slow
+def test_golden_data_of_a_harmless_name_are_built(commands: Any, tmp_path: Path) -> None:
+    folder = tmp_path / "golden" / "data"
+    answer = commands.here(*BUILD, str(folder), "--", str(scene_file(tmp_path, "fine.toml")))
+    assert answer.status == 0, answer
+    assert [path.name for path in folder.glob("[!.]*")] == ["fine"]
+
+
+def test_a_scene_of_more_samples_than_anybody_keeps_is_refused(
+    commands: Any, tmp_path: Path
+) -> None:
+    """Before the work, not by a kill of the system an hour later."""
+    file = tmp_path / "many.toml"
+    text = load_scene("reference").text
+    file.write_text(text.replace('sample_every = "0.01"', 'sample_every = "1e-9"'))
+    answer = commands.here("run", str(file))
+    assert answer.one_line, answer
+    file.write_text(text)
+    assert commands.here("run", str(file), "--until", "0.1").status == 0
+
+
+FORBIDDEN = (
+    "pickle.find_class",
+    "os.system",
+    "subprocess.Popen",
+    "os.exec",
+    "os.posix_spawn",
+    "exec",
+)
+
+
+class Payload:
+    """What runs a command when it is unpickled."""
+
+    def __reduce__(self) -> Any:
+        return print, ("unpickled",)
+
+
+PAYLOAD = pickle.dumps(Payload())
+FORMULA = "=cmd|' /C calc'!A0,@SUM(1),__import__('os').system('true')"
+DATA = {
+    "CSV": ("a.csv", f"t,kx,ky,kz,Lx,Ly,Lz\n{FORMULA},0,0,0\n".encode()),
+    "Parquet": ("a.parquet", b"PAR1" + PAYLOAD + b"PAR1"),
+    "JSON": ("manifest.json", b'{"py/object": "os.system", "py/reduce": ["true"]}'),
+    "TOML": ("a.toml", b"title = \"{__import__('os').system('true')}\""),
+    "gzip": ("a.csv.gz", PAYLOAD),
+    "pickle": ("a.csv", PAYLOAD),
+}
+
+
+@pytest.mark.parametrize("kind", DATA)
+def test_no_code_in_a_data_file_is_run(tmp_path: Path, kind: str) -> None:
+    """No unpickling, exec or new process: ``sys.addaudithook`` would hear of it (PEP 578)."""
+    name, content = DATA[kind]
+    path = tmp_path / "x" / name
+    path.parent.mkdir()
+    path.write_bytes(content)
+    read(path)  # imports, which do execute code, are done here
+    assert audited(lambda: read(path)) == []
+
+
+def test_code_that_is_run_is_heard_of() -> None:
+    assert audited(lambda: pickle.loads(PAYLOAD)) == ["pickle.find_class"]
+
+
+def read(path: Path) -> None:
+    """As the commands read the files that others hand them."""
+    import tt_precise as tt
+
+    with suppress(InputError):
+        if path.suffix == ".toml":
+            tt.load_scene(str(path))
+        elif path.suffix == ".json":
+            tt.golden.load(path.parent.name, folder=path.parent.parent)
+        else:
+            tt.check.conservation(path, "reference")
+
+
+def audited(function: Callable[[], Any]) -> list[str]:
+    """The forbidden events while ``function`` runs."""
+    seen: list[str] = []
+    watching = True
+
+    def hook(event: str, arguments: Any) -> None:
+        # a hook stays for the life of the process
+        if watching and event in FORBIDDEN:
+            seen.append(event)
+
+    sys.addaudithook(hook)
+    function()
+    watching = False
+    return seen
