@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.body import Dimension, Parameters, TippeTop, Units
 from tt_precise.mechanics import thresholds
-from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT
+from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT, d
 
 Round = Callable[[Fraction], Any]
 
@@ -88,3 +88,21 @@ def test_slow_tops_gain_energy_by_inverting(body: TippeTop, mp: Any, rounded: Ro
     for lambda_, loses in ((mp.mpf(0), False), (mp.mpf(100), True)):
         lost = thresholds.E0(numbers, lambda_) - thresholds.E1(numbers, lambda_)
         assert (lost > 0) is loses
+
+
+@pytest.mark.parametrize("above_the_bar", ["gamma", "alpha"])
+def test_d_is_a_square_for_the_rational_sigma_and_not_for_the_printed_one(
+    above_the_bar: str,
+) -> None:
+    alpha, gamma = Fraction(3, 10), Fraction(19, 20)
+    one = Fraction(1)
+    made = Parameters(m=one, R=one, alpha=alpha, I1=gamma, I3=one, g=one, mu=Fraction(0))
+    sigma = {
+        "gamma": thresholds.rational_sigma(made),
+        "alpha": (1 - alpha) / (gamma + alpha**2 - 1),  # as section 1 prints it
+    }[above_the_bar]
+    body = dataclasses.replace(made, I3=1 / sigma, I1=gamma / sigma)
+    assert (body.gamma, body.sigma) == (gamma, sigma)
+    below, middle, above = (d(body, z) for z in (-1, 0, 1))
+    square, linear = (above + below) / 2 - middle, (above - below) / 2
+    assert (linear**2 == 4 * square * middle) == (above_the_bar == "gamma")

@@ -1,6 +1,5 @@
 """Pictures of sweeps."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy
@@ -8,7 +7,7 @@ import pandas
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.sweep.picture import curve, label_of, map_of, save
+from tt_precise.sweep.picture import curve, label_of, map_of
 
 
 def rows(grid: bool = True) -> pandas.DataFrame:
@@ -42,16 +41,6 @@ def test_map_shows_every_row(grid: bool, z: str) -> None:
 def test_unknown_columns_are_refused() -> None:
     with pytest.raises(InputError, match="expected one of: mu"):
         curve(rows(), "mu", "nothing")
-
-
-def test_equal_pictures_are_equal_files(tmp_path: Path) -> None:
-    for suffix in ("svg", "png"):
-        for name in ("a", "b"):
-            save(curve(rows(), "mu", "t_end"), tmp_path / f"{name}.{suffix}")
-        first, second = (tmp_path / f"{name}.{suffix}" for name in ("a", "b"))
-        assert first.read_bytes() == second.read_bytes()
-    with pytest.raises(InputError, match=r"svg or \.png"):
-        save(curve(rows(), "mu", "t_end"), tmp_path / "a.pdf")
 
 
 def test_labels_have_units() -> None:

@@ -61,7 +61,7 @@ def command(
     from tt_precise.progress import progress_bar
 
     if plot is not None:
-        from tt_precise.check.plot import require_format
+        from tt_precise.plotting import require_format
 
         require_format(plot)
     with progress_bar(f"checking {trajectory}") as progress:

@@ -140,7 +140,8 @@ def run(
 @click.option("--out", type=click.Path(dir_okay=False), help="SVG or PNG; by default Y-X.svg.")
 def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
     """Draw the rows of RESULT, a sweep's folder, Parquet or CSV file."""
-    from tt_precise.sweep.picture import curve, map_of, save
+    from tt_precise.plotting import save
+    from tt_precise.sweep.picture import curve, map_of
     from tt_precise.sweep.store import read_rows
 
     if colour and z:

@@ -21,6 +21,7 @@ from tt_precise.golden.table import Table
 from tt_precise.integrate.accuracy import KINDS
 from tt_precise.integrate.dense_output import VECTOR_COLUMNS
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.plotting import new_figure, require_format, save, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,18 +72,19 @@ class Comparison:
 
     def figure(self) -> Figure:
         """A picture of the digits over time: vectors above, the other columns below."""
-        from matplotlib.figure import Figure
+        with styled():
+            return self._figure()
 
+    def _figure(self) -> Figure:
         vectors = [name for name in self.digits.index if name in VECTOR_COLUMNS]
         others = [name for name in self.digits.index if name not in VECTOR_COLUMNS]
         panels = [names for names in (vectors, others) if names]
-        figure = Figure(figsize=(9, 1 + 3.5 * len(panels)), layout="constrained")
+        figure = new_figure(9, 1 + 3.5 * len(panels))
         shared = figure.subplots(len(panels), sharex=True, sharey=True, squeeze=False)
         for axes, names in zip(shared.flat, panels, strict=True):
             for name in names:
                 axes.plot(self.over_time["t"], self.over_time[name], label=name, linewidth=0.8)
             axes.set_ylabel("significant correct digits")
-            axes.grid(alpha=0.3)
             axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
         # entries that happen to be exact (34 digits) may leave the picture, the others may not
         usual = self.over_time[list(self.digits.index)].quantile(0.97).max()
@@ -93,10 +95,8 @@ class Comparison:
 
     def save(self, path: str | Path) -> None:
         """Write the picture; the suffix of ``path`` (.png, .svg, .pdf) says how."""
-        from tt_precise.files import replacing
-
-        with replacing(path) as temporary:
-            self.figure().savefig(temporary, dpi=150)
+        require_format(path)
+        save(self.figure(), path)
 
 
 def compare(frame: pandas.DataFrame, scene: str, *, folder: Path | None = None) -> Comparison:

@@ -11,6 +11,9 @@ from typing import Any
 from tt_precise.body import Parameters
 from tt_precise.mechanics.quantities import d
 
+# 21.95, which section 1 prints before the bracket of T_upp, as a ratio of integers
+FACTOR_OF_T_UPP = 2195, 100
+
 
 def lambda_thres(body: Parameters, fn: Any) -> Any:
     """Above this lambda (kg m^3/s) inverted spin is stable; needs gamma < 1 + alpha; Thm 1.1."""
@@ -59,12 +62,21 @@ def E1(body: Parameters, lambda_: Any) -> Any:
 def T_upp(body: Parameters, lambda_: Any, D: Any, fn: Any) -> Any:
     """Bound on the time between turning points, in s; section 1.
 
-    Only for the rational case sigma = (1 - alpha)/(gamma + alpha^2 - 1).
+    Only for the rational case, that is where ``body.sigma`` is ``rational_sigma(body)``.
     """
     alpha, gamma = body.alpha, body.gamma
     numerator = body.R * body.I3 * gamma * (alpha + 1 - gamma)
     root = fn.sqrt(gamma + alpha * alpha - 1)
-    return 2195 * numerator / (100 * (alpha * lambda_ + alpha * body.R * D * root))
+    printed, hundred = FACTOR_OF_T_UPP
+    return printed * numerator / (hundred * (alpha * lambda_ + alpha * body.R * D * root))
+
+
+def rational_sigma(body: Parameters) -> Any:
+    """sigma for which d(z) is a square and V a rational function of cos theta; section 1.
+
+    The paper prints 1 - alpha above the bar; claim EQ-26 proves that it is 1 - gamma.
+    """
+    return (1 - body.gamma) / (body.gamma + body.alpha * body.alpha - 1)
 
 
 def _spin_energy(body: Parameters, lambda_: Any, height: Any) -> Any:

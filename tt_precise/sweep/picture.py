@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.errors import InputError
-from tt_precise.files import replacing
 from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.plotting import BLACK, BLUE, GREY, ORANGE, PURPLE, RED, new_figure, styled
 from tt_precise.sweep.columns import OUTCOMES, part_named
 
 if TYPE_CHECKING:
@@ -19,12 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHORT = {"t_init": "t_init_A", "t_end": "t_end_A", "climb": "climb_A", "inverts": "outcome"}
-FORMATS = (".svg", ".png")
-# Okabe and Ito's colours, which everybody can tell apart; and a mark of its own for each
+# a colour and a mark of its own for each
 STYLES = dict(
     zip(
         OUTCOMES,
-        (("#0072B2", "o"), ("#E69F00", "^"), ("#D55E00", "x"), ("#CC79A7", "s"), ("#000000", "*")),
+        ((BLUE, "o"), (ORANGE, "^"), (RED, "x"), (PURPLE, "s"), (BLACK, "*")),
         strict=True,
     )
 )
@@ -37,6 +35,7 @@ _UNITS = {
 }  # fmt: skip
 
 
+@styled()
 def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> Figure:
     """``y`` against ``x``, a point a row; coloured by outcome, or by any other column.
 
@@ -61,14 +60,15 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
     if len(missing):
         low = axes.get_ylim()[0]
         label = f"no {y} ({len(missing)})"
-        axes.plot(missing[x], [low] * len(missing), "|", color="#999999", ms=8, label=label)
+        axes.plot(missing[x], [low] * len(missing), "|", color=GREY, ms=8, label=label)
     if shown == "outcome" or len(missing):
-        axes.legend(frameon=False, fontsize="small")
+        axes.legend()
     axes.set_xlabel(label_of(x))
     axes.set_ylabel(label_of(y))
     return figure
 
 
+@styled()
 def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
     """``z`` over the plane of ``x`` and ``y``: cells where the rows are a grid, else points."""
     figure, axes = _empty()
@@ -95,28 +95,6 @@ def draw_map(
     axes.set_xlabel(label_of(x))
     axes.set_ylabel(label_of(y))
     return drawn
-
-
-def save(figure: Figure, path: str | Path) -> None:
-    """Write a picture as SVG or PNG, by the name's ending; equal pictures make equal files.
-
-    Raises
-    ------
-    InputError
-        Another ending, or the place cannot be written.
-    """
-    import matplotlib
-
-    path = Path(path)
-    if path.suffix not in FORMATS:
-        raise InputError(f"{path}: got {path.suffix or 'no ending'}, expected .svg or .png")
-    # no date and fixed ids, so that the file changes only with the picture
-    metadata: dict[str, Any] = {"Date": None} if path.suffix == ".svg" else {"Software": None}
-    with (
-        matplotlib.rc_context({"svg.hashsalt": "tt-precise", "svg.fonttype": "none"}),
-        replacing(path) as temporary,
-    ):
-        figure.savefig(temporary, format=path.suffix[1:], metadata=metadata, dpi=150)
 
 
 def column_named(rows: pandas.DataFrame, name: str) -> str:
@@ -158,12 +136,8 @@ def label_of(name: str) -> str:
 
 
 def _empty() -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7, 4.4), layout="constrained")
-    axes = figure.add_subplot()
-    axes.spines[["top", "right"]].set_visible(False)
-    return figure, axes
+    figure = new_figure(7, 4.4)
+    return figure, figure.add_subplot()
 
 
 def _outcomes(
@@ -183,7 +157,7 @@ def _outcomes(
             for name in OUTCOMES
             if name in counts
         ],
-        frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0),
+        loc="upper left", bbox_to_anchor=(1.0, 1.0),
     )  # fmt: skip
 
 

@@ -6,42 +6,27 @@ Drawn for a column of 390 px as well as for print: 5.6 inches wide, letters of 1
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from tt_precise import plotting
+from tt_precise.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 from tt_precise.report.document import Figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Drawing
 
-BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
-SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
+__all__ = [
+    "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "curve", "finished",
+    "legend", "moments", "panels", "svg_text", "thinned",
+]  # fmt: skip
 WIDTH = 5.6  # inches
 BINS = 700  # of time across a panel; each keeps its first, least, greatest and last value
 DECIMALS = 2  # of a point (1/72 inch) in paths
-_SETTINGS: Any = {
-    "font.size": 10,
-    "axes.titlesize": 10,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e4e4e4",
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 0.9,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    "figure.facecolor": "white",
-    "savefig.facecolor": "white",
-    # letters as outlines: the dots of theta_dot stay in place whatever fonts a reader has
-    "svg.fonttype": "path",
-}
 
 
 @contextmanager
@@ -49,11 +34,8 @@ def panels(
     heights: Sequence[float], *, shared_time: bool = True
 ) -> Iterator[tuple[Drawing, list[Axes]]]:
     """A drawing with panels below each other, ``heights`` in inches."""
-    import matplotlib
-    from matplotlib.figure import Figure as Drawing
-
-    with matplotlib.rc_context(_SETTINGS):
-        drawing = Drawing(figsize=(WIDTH, sum(heights) + 0.4), layout="constrained")
+    with plotting.styled():
+        drawing = plotting.new_figure(WIDTH, sum(heights) + 0.4)
         axes = drawing.subplots(
             len(heights), 1, sharex=shared_time, squeeze=False, height_ratios=heights
         )[:, 0]
@@ -70,12 +52,7 @@ def svg_text(name: str, drawing: Drawing) -> str:
 
     Several figures can so stand in one HTML page, and the same data give the same text.
     """
-    import matplotlib
-
-    sink = io.StringIO()
-    with matplotlib.rc_context({**_SETTINGS, "svg.hashsalt": name}):
-        drawing.savefig(sink, format="svg", metadata={"Date": None, "Creator": None})
-    text = sink.getvalue()
+    text = plotting.svg_text(drawing)
     text = re.sub(r'\bid="', f'id="{name}-', text)
     text = re.sub(r'href="#', f'href="#{name}-', text)
     text = re.sub(r"url\(#", f"url(#{name}-", text)

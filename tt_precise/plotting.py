@@ -1,0 +1,119 @@
+"""One look for all pictures, and one way to save them: equal pictures make equal files.
+
+Colours are Okabe and Ito's, which everybody can tell apart. Letters are stored as outlines, so
+that a picture looks the same whatever fonts a reader has.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.errors import InputError
+from tt_precise.files import atomic_write, replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
+CYCLE = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK, GREY)
+FORMATS = (".svg", ".png", ".pdf")
+DPI = 150  # of PNG
+_SETTINGS: Any = {
+    "font.size": 10,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 0.9,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.fonttype": "path",
+    "svg.hashsalt": "tt-precise",
+}
+# neither time nor version, so that a file changes only with its picture
+_METADATA: dict[str, dict[str, Any]] = {
+    ".svg": {"Date": None, "Creator": None},
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """The look, for what is drawn inside."""
+    import matplotlib
+    from cycler import cycler
+
+    with matplotlib.rc_context({**_SETTINGS, "axes.prop_cycle": cycler(color=CYCLE)}):
+        yield
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure, in inches, whose layout finds room for labels; needs no display."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def require_format(path: str | Path) -> None:
+    """Refuse a file name that ends in no known format, before anything has been computed.
+
+    Raises
+    ------
+    InputError
+        Neither .svg nor .png nor .pdf.
+    """
+    if Path(path).suffix.lower() not in FORMATS:
+        raise InputError(f"picture: got {path}, expected a name that ends in {', '.join(FORMATS)}")
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a picture; the ending of ``path`` says as what.
+
+    Raises
+    ------
+    InputError
+        Another ending than ``FORMATS``, or the place cannot be written.
+    """
+    require_format(path)
+    ending = Path(path).suffix.lower()
+    if ending == ".svg":
+        atomic_write(path, svg_text(figure))
+        return
+    with styled(), replacing(path) as temporary:
+        figure.savefig(temporary, format=ending[1:], metadata=_METADATA[ending], dpi=DPI)
+
+
+def svg_text(figure: Figure) -> str:
+    """A picture as SVG text."""
+    sink = io.StringIO()
+    with styled():
+        figure.savefig(sink, format="svg", metadata=_METADATA[".svg"])
+    return _numbered(sink.getvalue())
+
+
+_HASHED = re.compile(r'\bid="([A-Za-z_]*?)[0-9a-f]{10}"')
+
+
+def _numbered(svg: str) -> str:
+    """The same with ids counted in order.
+
+    matplotlib makes those of clip paths and markers from numbers whose last bits may change.
+    """
+    names = {found[0][4:-1]: f"{found[1]}{n}" for n, found in enumerate(_HASHED.finditer(svg), 1)}
+    if not names:
+        return svg
+    known = re.compile("|".join(sorted(names, key=len, reverse=True)))
+    return known.sub(lambda found: names[found[0]], svg)
