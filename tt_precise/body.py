@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from tt_precise.errors import InputError
 from tt_precise.numerals import exact
@@ -17,6 +17,7 @@ class Parameters:
 
     m mass, R radius, alpha eccentricity of the centre of mass in units of R, I1 and I3 principal
     moments of inertia about it, g gravity, mu friction in F_f = -mu g_n v_A. Any consistent units.
+    ``law`` names the friction law; ``dry_friction`` has the others.
     """
 
     m: Any
@@ -26,6 +27,7 @@ class Parameters:
     I3: Any
     g: Any
     mu: Any
+    law: ClassVar[str] = "viscous"
 
     def map(self, convert: Callable[[Any], Any]) -> Parameters:
         """These parameters with every one of them converted."""

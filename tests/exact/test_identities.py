@@ -10,7 +10,7 @@ from tt_precise.errors import InputError
 from tt_precise.exact import identities
 from tt_precise.exact.identities import IDENTITIES, prove, prove_all
 from tt_precise.exact.proof import POINTS, RATIONAL_POINTS, SYMBOLIC, Identity
-from tt_precise.mechanics import conversion, euler, newton, rolling
+from tt_precise.mechanics import conversion, euler, friction, newton, rolling
 from tt_precise.mechanics.quantities import QUANTITIES
 
 Spoil = Callable[[pytest.MonkeyPatch], None]
@@ -92,6 +92,11 @@ CONTROLS: dict[str, Spoil] = {
         rolling, "euler_rates", "omega_3"
     ),
     "integrals without friction": _field(newton, "rates", "kz"),
+    "lambda is constant under any contact force": _entry(newton, "axis_rate", 0),
+    "E changes by the power of any contact force": _entry(newton, "swing", 1),
+    "dry friction: size, direction and loss": _entry(friction, "coefficient"),
+    "Coulomb's law in polar form": _field(friction, "polar_rates", "ex"),
+    "rolling meets gliding at the cone": _entry(rolling, "constraint_force", 0),
 }
 
 
@@ -179,5 +184,5 @@ def test_prove_all_proves_each(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_refuses_unknown_names() -> None:
-    with pytest.raises(InputError, match="identity: got 'Fermat', expected one of: Euler form"):
+    with pytest.raises(InputError, match="identity: got 'Fermat', expected one of: .*Euler form"):
         prove("Fermat")

@@ -150,9 +150,11 @@ class VectorChart(Chart):
     """The vector state of eq (1), poles included: kz^2 = 1 - kx^2 - ky^2."""
 
     azimuth: ClassVar = {"ky": 0}
+    more: ClassVar[tuple[str, ...]] = ()  # further symbols
 
     def __init__(self) -> None:
-        super().__init__("kz", " ".join(name for name in NewtonState._fields if name != "kz"))
+        names = [*(name for name in NewtonState._fields if name != "kz"), *self.more]
+        super().__init__("kz", " ".join(names))
         self.state = NewtonState(*(self.symbol[name] for name in NewtonState._fields))
         kx, ky, kz = self.state.k
         self._relate(kz, 1 - kz**2, kx**2 + ky**2 + kz**2 - 1)
@@ -172,3 +174,19 @@ class LeaningVectorChart(VectorChart):
     """Vectors at azimuth 0: ky = 0."""
 
     leaning = True
+
+
+class ForceChart(VectorChart):
+    """Vectors with any force F at the contact point, which may also move vertically."""
+
+    more: ClassVar = ("vz", "Fx", "Fy", "Fz")
+
+    @property
+    def v(self) -> tuple[Any, Any, Any]:
+        """Velocity of the contact point, not necessarily horizontal."""
+        return (*self.state.v[:2], self.symbol["vz"])
+
+    @property
+    def force(self) -> tuple[Any, Any, Any]:
+        """The force, three symbols."""
+        return (self.symbol["Fx"], self.symbol["Fy"], self.symbol["Fz"])

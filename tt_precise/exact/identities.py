@@ -10,20 +10,21 @@ compared through ``mechanics.conversion``. A leaning chart proves at azimuth 0, 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
+from tt_precise.exact import friction as friction  # registers its identities
 from tt_precise.exact.chart import EulerChart, LeaningEulerChart, LeaningVectorChart, VectorChart
 from tt_precise.exact.proof import (
+    IDENTITIES,
     RATIONAL_POINTS,
-    SYMBOLIC,
-    Identity,
     Proof,
     circle,
+    identity,
     positive,
     signed,
 )
@@ -33,10 +34,6 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector
-
-Residuals = Callable[[Any], Iterable[Any]]
-
-IDENTITIES: dict[str, Identity] = {}
 
 
 def prove(name: str) -> Proof:
@@ -55,16 +52,6 @@ def prove(name: str) -> Proof:
 def prove_all() -> list[Proof]:
     """Prove every identity."""
     return [prove(name) for name in IDENTITIES]
-
-
-def identity(name: str, equation: str, kind: str = SYMBOLIC) -> Callable[[Residuals], Residuals]:
-    """Register a function that yields residuals; see ``Identity``."""
-
-    def register(residuals: Residuals) -> Residuals:
-        IDENTITIES[name] = Identity(name, equation, kind, residuals)
-        return residuals
-
-    return register
 
 
 @identity("Euler form = Newton form", "(1) to (6)")

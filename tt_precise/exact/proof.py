@@ -11,6 +11,7 @@ from typing import Any
 from tt_precise.exact.chart import (
     Chart,
     EulerChart,
+    ForceChart,
     LeaningEulerChart,
     LeaningVectorChart,
     VectorChart,
@@ -24,7 +25,7 @@ LARGEST = 10**6  # numerators: a false identity of degree n survives a point wit
 
 CHARTS: dict[str, Callable[[], Chart]] = {
     chart.__name__: chart
-    for chart in (EulerChart, VectorChart, LeaningEulerChart, LeaningVectorChart)
+    for chart in (EulerChart, VectorChart, LeaningEulerChart, LeaningVectorChart, ForceChart)
 }
 
 
@@ -92,6 +93,21 @@ class Identity:
             self.name, self.equation, self.statement, not failed, self.kind,
             len(vanishing), failed, **details,
         )  # fmt: skip
+
+
+IDENTITIES: dict[str, Identity] = {}
+
+Residuals = Callable[[Any], Iterable[Any]]
+
+
+def identity(name: str, equation: str, kind: str = SYMBOLIC) -> Callable[[Residuals], Residuals]:
+    """Register a function that yields residuals; see ``Identity``."""
+
+    def register(residuals: Residuals) -> Residuals:
+        IDENTITIES[name] = Identity(name, equation, kind, residuals)
+        return residuals
+
+    return register
 
 
 def positive(draws: random.Random) -> Fraction:

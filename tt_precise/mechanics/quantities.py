@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any
 
 from tt_precise.body import Dimension, Parameters
-from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_length
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -76,11 +76,16 @@ class Motion:
         return subtracted(self.state.v, self.omega_cross_a)
 
     @cached_property
+    def viscous(self) -> Parameters:
+        """The body whose viscous friction is the body's own law's at this velocity."""
+        return friction.viscous_at(self.body, self.state.vx, self.state.vy, self.fn)
+
+    @cached_property
     def force(self) -> Vector:
         """Force at the contact point."""
         if self.model == "rolling":
             return rolling.constraint_force(self.body, self.state)
-        return newton.contact_force(self.body, self.state)
+        return newton.contact_force(self.viscous, self.state)
 
     @cached_property
     def torque(self) -> Vector:
@@ -92,7 +97,7 @@ class Motion:
         """Acceleration of the contact velocity; zero when rolling."""
         if self.model == "rolling":
             return (0, 0, 0)
-        rate = newton.rates(self.body, self.state)
+        rate = newton.rates(self.viscous, self.state)
         return (rate.vx, rate.vy, 0)
 
     @cached_property
@@ -335,7 +340,7 @@ def xi(q: Motion) -> Any:
 def theta_dot_simplified(q: Motion) -> Any:
     """theta_dot of the equation simplified by xi = 0, mu g_n R^2 (1-alpha cos)^2 nu_y/lambda."""
     height = q.body.R * (1 - q.body.alpha * q.state.kz)
-    return q.body.mu * g_n(q) * height * height * q.euler.nu_y / jellett(q)
+    return q.viscous.mu * g_n(q) * height * height * q.euler.nu_y / jellett(q)
 
 
 @quantity(ENERGY, pole=False)

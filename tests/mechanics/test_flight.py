@@ -1,0 +1,62 @@
+"""Free flight against its equations of motion, its integrals and a plain integration."""
+
+from typing import Any
+
+import mpmath
+import pytest
+
+from tt_precise.body import Parameters
+from tt_precise.mechanics import flight
+from tt_precise.mechanics.conversion import RigidBodyState
+from tt_precise.mechanics.vectors import cross, dot, scaled
+
+BODY = (1.7, 0.6, 0.3, 0.37, 0.41, 9.82, 0)
+
+
+@pytest.fixture
+def free(mp: Any) -> tuple[Parameters, RigidBodyState]:
+    body = Parameters(*map(mp.mpf, BODY))
+    q = [mp.mpf(x) for x in (0.1, 0.7, -0.5, 0.5)]
+    size = mp.sqrt(sum(x * x for x in q))
+    return body, RigidBodyState(*(x / size for x in q), *map(mp.mpf, (3, -4, 5, 0.1, 0.2, 2)))
+
+
+def axis(state: RigidBodyState) -> Any:
+    return flight.turned(state[:4], (0, 0, 1))
+
+
+def momentum(body: Parameters, state: RigidBodyState) -> Any:
+    k, omega = axis(state), (state.wx, state.wy, state.wz)
+    along = scaled((body.I3 - body.I1) * dot(omega, k), k)
+    return tuple(body.I1 * w + a for w, a in zip(omega, along, strict=True))
+
+
+def test_angular_momentum_and_spin_are_constant(free: Any, mp: Any) -> None:
+    body, start = free
+    for t in (mp.mpf("0.3"), mp.mpf(7)):
+        state = flight.flown(body, start, t, mp)
+        for one, other in zip(momentum(body, state), momentum(body, start), strict=True):
+            assert abs(one - other) < mp.mpf("1e-55")
+        assert abs(sum(x * x for x in state[:4]) - 1) < mp.mpf("1e-55")
+
+
+def test_the_orientation_turns_with_omega(free: Any, mp: Any) -> None:
+    """Each body vector e obeys e_dot = omega x e, by a difference of second order."""
+    body, start = free
+    t, h = mp.mpf("0.4"), mp.mpf("1e-20")
+    here = flight.flown(body, start, t, mp)
+    omega = (here.wx, here.wy, here.wz)
+    for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
+        ahead, now, behind = (
+            flight.turned(flight.flown(body, start, t + s, mp)[:4], e) for s in (h, 0, -h)
+        )
+        for one, other, rate in zip(ahead, behind, cross(omega, now), strict=True):
+            assert abs((one - other) / (2 * h) - rate) < mp.mpf("1e-35")
+
+
+def test_the_parabola(free: Any, mp: Any) -> None:
+    body, start = free
+    t = mp.mpf(2)
+    assert flight.flown(body, start, t, mp).vcz == start.vcz - body.g * t
+    assert flight.height(body, mp.mpf(3), start.vcz, t) == 3 + 2 * start.vcz - 2 * body.g
+    assert flight.rotation((0, 0, 0), t, mpmath) == (1, 0, 0, 0)

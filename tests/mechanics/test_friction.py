@@ -1,0 +1,116 @@
+"""Friction laws: their limits, their agreement with the viscous equations, and the polar form."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy
+import pytest
+
+from tt_precise.body import Parameters, TippeTop
+from tt_precise.dry_friction import (
+    CoulombParameters,
+    CoulombTop,
+    RegularisedTop,
+    top_with_friction,
+)
+from tt_precise.errors import InputError
+from tt_precise.mechanics import friction, newton
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+
+BODY: dict[str, Any] = {
+    "m": "1.7", "R": "0.6", "alpha": "0.3", "I1": "0.37", "I3": "0.41", "g": "9.82",
+}  # fmt: skip
+
+
+def dry(law: str, **keys: str) -> TippeTop:
+    return top_with_friction(BODY, {"law": law, "mu": "0.23", **keys})
+
+
+def test_a_viscous_body_is_handed_on_as_it_is(body: TippeTop) -> None:
+    assert friction.viscous_at(body, 1, 2, None) is body
+    assert type(top_with_friction(BODY, {"law": "viscous", "mu": "0.23"})) is TippeTop
+
+
+def test_regularised_is_viscous_below_epsilon_and_coulomb_above(mp: Any, rounded: Any) -> None:
+    top = dry("regularised", epsilon="1e-3").numbers(rounded)
+    coulomb = dry("coulomb").numbers(rounded)
+    slow, fast = mp.mpf("1e-12"), mp.mpf(10)
+    # corrections (v/epsilon)^2/2 and (epsilon/v)^2/2
+    assert abs(friction.coefficient(top, slow, 0, mp) / (top.mu * 1000) - 1) < mp.mpf("1e-18")
+    ratio = friction.coefficient(top, 0, fast, mp) / friction.coefficient(coulomb, 0, fast, mp)
+    assert abs(ratio - 1 + mp.mpf("5e-9")) < mp.mpf("1e-15")
+
+
+def test_the_force_of_coulomb_has_one_size(
+    vector_states: list[NewtonState], mp: Any, rounded: Callable[[Fraction], Any]
+) -> None:
+    top = dry("coulomb").numbers(rounded)
+    for state in vector_states:
+        q = Motion(top, NewtonState(*map(rounded, state)), mp)
+        size = mp.hypot(q.force[0], q.force[1])
+        assert mp.almosteq(size, abs(top.mu * q.force[2]), rel_eps=mp.mpf("1e-55"))
+
+
+def test_dimensionless_and_si_give_the_same_force(mp: Any, rounded: Any) -> None:
+    for top in (dry("coulomb"), dry("regularised", epsilon="0.05")):
+        si, bare = top.numbers(rounded), top.dimensionless(mp, rounded)
+        time = mp.sqrt(si.R / si.g)
+        momentum = si.m * si.R**2 / time
+        k, L, v = (mp.mpf("0.6"), 0, mp.mpf("0.8")), (1, 2, 3), (mp.mpf("0.3"), mp.mpf("0.1"))
+        scaled = NewtonState(*k, *(x / momentum for x in L), *(x * time / si.R for x in v))
+        force = Motion(si, NewtonState(*k, *L, *v), mp).force
+        other = Motion(bare, scaled, mp).force
+        for one, two in zip(force, other, strict=True):
+            assert mp.almosteq(one, two * si.m * si.g, rel_eps=mp.mpf("1e-55"))
+
+
+def test_polar_rates_are_finite_where_the_gliding_ends() -> None:
+    body = CoulombParameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3)
+    state = friction.PolarState(0.6, 0.0, 0.8, 1.0, 2.0, 3.0, 0.0, 0.6, 0.8, 0.0)
+    rates = friction.polar_rates(body, state)
+    assert numpy.isfinite(rates).all()
+    # at v = 0 only the direction moves, and it stays a unit vector
+    assert [i for i, rate in enumerate(rates) if rate] == [7, 8]
+    assert rates.ex * state.ex + rates.ey * state.ey == pytest.approx(0, abs=1e-16)
+
+
+def test_a_steep_cone_holds_and_a_flat_one_does_not() -> None:
+    plain = Parameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3)
+    state = NewtonState(0.6, 0.0, 0.8, 0.1, 0.2, 1.0, 0.0, 0.0)
+    assert friction.cone_margin(replace(plain, mu=10.0), state) > 0
+    assert friction.cone_margin(replace(plain, mu=0.0), state) < 0
+
+
+def test_wrapped_equations_are_those_of_the_law() -> None:
+    body = CoulombParameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3)
+    state = NewtonState(0.6, 0.0, 0.8, 1.0, 2.0, 3.0, 0.3, 0.4)
+    rates = friction.with_coefficient(newton.rates)(body, state, numpy)
+    assert rates == newton.rates(Parameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.6), state)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"law": "sticky"}, "friction.law: got 'sticky', expected one of: viscous, regularised"),
+        ({"law": "regularised", "mu": "0.3"}, "missing key friction.epsilon"),
+        ({"law": "coulomb", "mu": "0.3", "epsilon": "1"}, "unknown key friction.'epsilon'"),
+        ({"law": "regularised", "mu": "0.3", "epsilon": "0"}, "epsilon: got 0, expected a speed"),
+        ({"law": "coulomb", "mu": "-1"}, "mu: got -1"),
+    ],
+)
+def test_refuses(table: dict[str, str], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        top_with_friction(BODY, table)
+
+
+def test_refuses_two_mu() -> None:
+    with pytest.raises(InputError, match=r"body\.mu: got it beside a table"):
+        top_with_friction({**BODY, "mu": "1"}, {"law": "coulomb", "mu": "0.3"})
+
+
+def test_laws_of_the_classes() -> None:
+    assert isinstance(dry("regularised", epsilon="1e-3"), RegularisedTop)
+    assert isinstance(dry("coulomb"), CoulombTop)

@@ -1,0 +1,106 @@
+"""Friction laws at the contact point, generic in the arithmetic.
+
+Every law here has F_f = -c g_n v_A with a coefficient c (s/m) that may depend on the state:
+
+- viscous, the paper's: c = mu;
+- regularised: c = mu/sqrt(v_A^2 + epsilon^2), mu dimensionless;
+- Coulomb's while the top glides: c = mu/|v_A|.
+
+Eqs (1) to (7) are algebraic in mu, so with c for mu they are the equations of motion of each law:
+no formula is written twice. What differentiates mu g_n v_A (``newton.normal_force_slope``) is not.
+
+Coulomb's law is singular where v_A = 0. With v_A = v e, |e| = 1, and a time tau with
+d tau = dt/v, the equations of ``polar_rates`` are regular there; v = 0 is reached as tau -> oo,
+exponentially.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tt_precise.body import Parameters
+from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics.newton import NewtonState
+
+
+def coefficient(body: Parameters, vx: Any, vy: Any, fn: Any) -> Any:
+    """c in F_f = -c g_n v_A, in s/m, at the gliding velocity (vx, vy); the law is the body's.
+
+    Divides by zero for Coulomb's law at v_A = 0.
+    """
+    if body.law == "viscous":
+        return body.mu
+    square = vx * vx + vy * vy
+    if body.law == "regularised":
+        epsilon = body.epsilon  # type: ignore[attr-defined]
+        square = square + epsilon * epsilon
+    return body.mu / fn.sqrt(square)
+
+
+def viscous_at(body: Parameters, vx: Any, vy: Any, fn: Any) -> Parameters:
+    """The top with viscous friction that feels the same force as ``body`` at this velocity."""
+    if body.law == "viscous":
+        return body
+    return Parameters(
+        body.m, body.R, body.alpha, body.I1, body.I3, body.g, coefficient(body, vx, vy, fn)
+    )
+
+
+class PolarState(NamedTuple):
+    """Axis k, angular momentum L about CM, gliding speed v, its unit direction e, and the time.
+
+    The state of a top with Coulomb's friction, along tau with d tau = dt/v.
+    """
+
+    kx: Any
+    ky: Any
+    kz: Any
+    Lx: Any
+    Ly: Any
+    Lz: Any
+    v: Any
+    ex: Any
+    ey: Any
+    t: Any
+
+
+def along_direction(body: Parameters, state: PolarState) -> NewtonState:
+    """Rates (d/dt) under the force g_n (z - mu e): ``newton.rates`` with e in the place of v_A.
+
+    Neither g_n nor the accelerations contain v_A other than in the force, so they are finite
+    where v vanishes.
+    """
+    return newton.rates(body, NewtonState(*state[:6], state.ex, state.ey))
+
+
+def polar_rates(body: Parameters, state: PolarState, fn: Any = None) -> PolarState:
+    """d/d tau of the state, d tau = dt/v: polynomial but for the one division in g_n.
+
+    v_A_dot = v_dot e + v e_dot gives v' = v (e.v_A_dot) and e' = (n.v_A_dot) n, n = z x e.
+    """
+    rate = along_direction(body, state)
+    ex, ey, v = state.ex, state.ey, state.v
+    along = ex * rate.vx + ey * rate.vy
+    across = ex * rate.vy - ey * rate.vx
+    return PolarState(*(v * one for one in rate[:6]), v * along, -(across * ey), across * ex, v)
+
+
+def cone_margin(body: Parameters, state: NewtonState) -> Any:
+    """mu^2 F_z^2 - F_x^2 - F_y^2 of the force that keeps the top rolling, in N^2.
+
+    A contact with v_A = 0 sticks under Coulomb's law where this is not negative and F_z > 0.
+    """
+    force = rolling.constraint_force(body, state)
+    return body.mu * body.mu * force[2] * force[2] - force[0] * force[0] - force[1] * force[1]
+
+
+def with_coefficient(rates: Any) -> Any:
+    """The equations of motion ``rates`` of a viscous top as those of the body's own law.
+
+    ``rates(body, state, fn)`` is of a state whose last two entries are the gliding velocity.
+    """
+
+    def of_law(body: Parameters, state: Any, fn: Any) -> Any:
+        return rates(viscous_at(body, *state[-2:], fn), state, fn)
+
+    return of_law
