@@ -184,5 +184,5 @@ def test_prove_all_proves_each(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_refuses_unknown_names() -> None:
-    with pytest.raises(InputError, match="identity: got 'Fermat', expected one of: .*Euler form"):
+    with pytest.raises(InputError, match=r"identity: got 'Fermat', expected one of: .*Euler form"):
         prove("Fermat")
