@@ -98,14 +98,13 @@ def _gliding(
     (ring, height), (x, y), (vx, vy), share = (circle(draws) for _ in range(4))
     length, speed = positive(draws), positive(draws)
     values = [positive(draws) for _ in range(7)]
-    momentum = [signed(draws) for _ in range(3)]
+    turning = (ring * x, ring * y, height, *(signed(draws) for _ in range(3)))
     # speed^2 + epsilon^2 is a square because cosine and sine of ``share`` are fractions
     glide = abs(share[0]) * length
-    smooth = RegularisedParameters(*values, epsilon=abs(share[1]) * length)
-    axis = (ring * x, ring * y, height)
+    smooth = RegularisedParameters(*(*values, abs(share[1]) * length))
     return (
-        (smooth, NewtonState(*axis, *momentum, glide * vx, glide * vy), glide),
-        (CoulombParameters(*values), NewtonState(*axis, *momentum, speed * vx, speed * vy), speed),
+        (smooth, NewtonState(*(*turning, glide * vx, glide * vy)), glide),
+        (CoulombParameters(*values), NewtonState(*(*turning, speed * vx, speed * vy)), speed),
     )
 
 

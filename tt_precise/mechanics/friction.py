@@ -82,7 +82,8 @@ def polar_rates(body: Parameters, state: PolarState, fn: Any = None) -> PolarSta
     ex, ey, v = state.ex, state.ey, state.v
     along = ex * rate.vx + ey * rate.vy
     across = ex * rate.vy - ey * rate.vx
-    return PolarState(*(v * one for one in rate[:6]), v * along, -(across * ey), across * ex, v)
+    body_rates = (v * one for one in rate[:6])
+    return PolarState(*(*body_rates, v * along, -(across * ey), across * ex, v))
 
 
 def cone_margin(body: Parameters, state: NewtonState) -> Any:
@@ -101,6 +102,7 @@ def with_coefficient(rates: Any) -> Any:
     """
 
     def of_law(body: Parameters, state: Any, fn: Any) -> Any:
-        return rates(viscous_at(body, *state[-2:], fn), state, fn)
+        vx, vy = state[-2:]
+        return rates(viscous_at(body, vx, vy, fn), state, fn)
 
     return of_law
