@@ -16,6 +16,7 @@ from flint import arb
 import tt_precise as tt
 from tt_precise.certify import NotProved, Problem, balls, enclose, problem_of, prove, zeros
 from tt_precise.certify.balls import Balls, ball
+from tt_precise.certify.onset import Onset
 from tt_precise.certify.problem import body_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
@@ -212,8 +213,33 @@ def test_zeros_of_a_component_that_is_tiny_beside_another() -> None:
 
 def test_a_zero_at_the_start_is_passed_over() -> None:
     enclosure = enclose(oscillator(Fraction(2), Fraction(2)), BITS)
-    found = zeros(enclosure.stretches, lambda state: state[1], zero_at_start=True)
+    found = zeros(enclosure.stretches, lambda state: state[1], begins=Onset(1, -1))
     assert next(found).time.overlaps(arb.pi() / 2)
+
+
+def test_a_stretch_in_which_the_end_is_undecided_is_not_delivered() -> None:
+    asked: list[Any] = []
+
+    def ends(stretch: Any) -> bool:
+        asked.append(stretch)
+        if len(asked) == 3:
+            raise NotProved("contact", "as if")
+        return False
+
+    enclosure = enclose(oscillator(Fraction(2), Fraction(20)), BITS, ends=ends)
+    assert enclosure.failure is not None
+    assert len(enclosure.stretches) == 2
+    with pytest.raises(NotProved, match="proof ends"):
+        enclosure.at(asked[2].finish)
+
+
+def test_a_touching_zero_that_is_known_changes_no_sign() -> None:
+    # x - 1 and its derivative vanish at each period
+    enclosure = enclose(oscillator(Fraction(2), Fraction(5)), BITS)
+    with flint.ctx.workprec(BITS):
+        known = [arb.pi() * k for k in (1, 2)]
+        found = zeros(enclosure.stretches, lambda y: y[0] - 1, begins=Onset(2, -1), touches=known)
+        assert [zero for zero in found if zero.time < 5] == []
 
 
 def test_a_touching_zero_is_undecided() -> None:

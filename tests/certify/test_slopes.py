@@ -26,3 +26,8 @@ def test_a_value_without_slopes_stays_constant() -> None:
     (a,) = variables([Fraction(2)])
     assert (a - a).partials[0] == 0
     assert Slope(Fraction(1), {}).partials == {}
+
+
+def test_division_by_an_integer_rounds_nothing() -> None:
+    third = Slope(Fraction(1), {0: Fraction(2)}) / 3
+    assert (third.value, third.partials[0]) == (Fraction(1, 3), Fraction(2, 3))

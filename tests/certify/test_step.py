@@ -12,7 +12,7 @@ import flint
 from flint import arb, arb_poly
 
 import tt_precise as tt
-from tt_precise.certify import NotProved, Problem, problem_of
+from tt_precise.certify import NotProved, Problem, problem_of, step
 from tt_precise.certify.approximation import Piece, Steps
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.step import Crossing, cross
@@ -122,3 +122,12 @@ def test_an_approximation_that_is_not_exact_is_refused(piece: Piece) -> None:
 def test_a_step_made_too_long(problem: Problem, piece: Piece, factor: int) -> None:
     with pytest.raises(NotProved):
         crossed(problem, replace(piece, end=piece.end * factor))
+
+
+def test_weights_that_are_not_positive_prove_nothing(
+    problem: Problem, piece: Piece, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # with all of them negative the bounds of the errors would be negative, and pass
+    monkeypatch.setattr(step, "_weights", lambda bound, sizes: [arb(-1) for _ in sizes])
+    with pytest.raises(NotProved, match="positive weights"):
+        crossed(problem, piece)

@@ -215,9 +215,6 @@ def _events(
             undecided[name] = str(events.failure)
             matched += [(row, {}) for row in rows]
             continue
-        if events and events.since > 0:
-            since = float(events.since) * float(proof.finish_s / proof.enclosure.finish)
-            undecided[name] = f"not searched before {since:.3g} s"
         states = [proof.event_state(zero) for zero in found]
         directions = [f"{zero.direction}" for zero in found]
         same &= len(rows) == len(states) and [row[2] for row in rows] == directions

@@ -156,15 +156,17 @@ def enclose(
                 continue
             halvings, limit = 0, min(limit * 5 / 4, longest)
             stretch = _stretch(problem, time, piece, crossing, zero)
-            stretches.append(stretch)
-            errors, reached, time = crossing.after, piece.last, stretch.finish
-            progress(min(1.0, float(time / until)))
             try:
-                if ends and ends(stretch):
-                    break
+                ended = ends is not None and ends(stretch)
             except NotProved as why:
+                # whether the model holds throughout this stretch is undecided: it proves nothing
                 failure = why
                 break
+            stretches.append(stretch)
+            if ended:
+                break
+            errors, reached, time = crossing.after, piece.last, stretch.finish
+            progress(min(1.0, float(time / until)))
         return Enclosure(problem, bits, tuple(stretches), failure)
 
 

@@ -6,25 +6,34 @@ zero, F is monotone: exactly one zero if its signs at the two ends differ, none 
 part of a stretch where neither holds is halved; where that does not help, sharper bands may. A
 zero is then refined by interval Newton, N = m - F(m)/F'(T): it contains every zero in T (R. E.
 Moore, "Interval analysis", 1966).
+
+At t = 0 the order n to which F vanishes and the sign beside it are exact (``onset``). Where the
+band of the n-th derivative excludes zero on [0, b], F has no zero in (0, b], by Taylor's theorem.
+Likewise F has no other zero than an instant of which it is known that F = F' = 0 there, in a part
+where the band of F'' excludes zero; and it does not change sign there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import flint
 from flint import arb
 
-from tt_precise.certify.balls import between, largest
+from tt_precise.certify.balls import Balls, between, fraction, largest
 from tt_precise.certify.bands import Band
 from tt_precise.certify.enclosure import Stretch
+from tt_precise.certify.jets import Jet, taylor
+from tt_precise.certify.onset import Onset
 from tt_precise.certify.slopes import Slope
 from tt_precise.certify.verdict import NotProved
 
 Function = Callable[[Sequence[Any]], Any]
-MOST_HALVINGS = 30  # of a stretch, in the search for a part where F or F' has a sign
+MOST_HALVINGS = 30  # of a part, in the search for one where F or F' has a sign
+MOST_HALVINGS_AT_START = 200  # of the first stretch, for [0, b]; each costs two evaluations
 NEWTON_STEPS = 100  # each adds about 15 digits, or a few where the slope is known roughly
 
 
@@ -44,15 +53,15 @@ def zeros(
     stretches: Iterable[Stretch],
     function: Function,
     *,
-    zero_at_start: bool = False,
-    since: arb | int = 0,
+    begins: Onset | None = None,
+    touches: Sequence[arb] = (),
 ) -> Iterator[Zero]:
-    """All zeros in the stretches, in the order of these, as they are proved.
+    """All zeros after t = 0 in the stretches, in the order of these, as they are proved.
 
-    ``reversed(enclosure.stretches)`` gives the last one first. ``zero_at_start`` says that F is
-    exactly zero at t = 0, which is then not reported and must be simple; ``since`` is the local
-    time at which the search of the first stretch begins. A function that vanishes identically
-    has none.
+    ``reversed(enclosure.stretches)`` gives the last one first. ``begins`` is how F begins at
+    t = 0, where that is known; a stretch that begins there needs it unless F has a sign there.
+    ``touches`` are balls around instants at which F and its derivative are known to be zero; where
+    F does not change sign there is no event. A function that vanishes identically has none.
 
     Raises
     ------
@@ -60,21 +69,14 @@ def zeros(
         Whether there is a zero could not be decided.
     """
     for stretch in stretches:
+        near = [t for t in touches if not (t < stretch.begin or t > stretch.finish)]
         with flint.ctx.workprec(stretch.bits):
             try:
-                part = _Part.of(stretch, function, zero_at_start)
-                found = [part.zero(*where) for where in part.isolated(since)]
+                found = _Part.of(stretch, function, begins, near).zeros()
             except NotProved:
                 # the function may be tiny beside the components that it is made of
-                part = _Part.of(stretch, function, zero_at_start, sharp=True)
-                found = [part.zero(*where) for where in part.isolated(since)]
-        yield from sorted(found, key=lambda zero: float(zero.time))
-
-
-def start_slope(stretch: Stretch, function: Function) -> arb:
-    """A ball around the derivative of the function at the start of the stretch."""
-    with flint.ctx.workprec(stretch.bits):
-        return _Part.of(stretch, function, False, sharp=True).slope.polynomial(arb(0))
+                found = _Part.of(stretch, function, begins, near, sharp=True).zeros()
+        yield from found
 
 
 def lower_bound(stretch: Stretch, function: Function, pieces: int = 8) -> arb:
@@ -98,25 +100,63 @@ class _Part:
     function: Function
     value: Band
     slope: Band
+    sharp: bool
 
-    zero_at_start: bool
+    begins: Onset | None
+    touches: Sequence[arb]  # as local times
 
     @classmethod
     def of(
-        cls, stretch: Stretch, function: Function, zero_at_start: bool, *, sharp: bool = False
+        cls,
+        stretch: Stretch,
+        function: Function,
+        begins: Onset | None,
+        touches: Sequence[arb],
+        *,
+        sharp: bool = False,
     ) -> _Part:
         tube, rates = stretch.sharp if sharp else (stretch.tube, stretch.rates)
         moving = [Slope(y, {0: rate}) for y, rate in zip(tube, rates, strict=True)]
         along = function(moving)
-        starts = zero_at_start and stretch.begin == 0
-        return cls(stretch, function, along.value, along.partials[0], starts)
+        local = [(t - stretch.begin) / stretch.piece.unit for t in touches]
+        first = begins if stretch.begin == 0 else None
+        return cls(stretch, function, along.value, along.partials[0], sharp, first, local)
 
-    def isolated(self, since: arb | int) -> Iterator[tuple[arb, arb, int]]:
-        """Parts [a, b] of local time with exactly one zero each, and its direction."""
-        first = arb(since) if self.stretch.begin == 0 else arb(0)
+    def zeros(self) -> list[Zero]:
+        """All zeros in the stretch but one at t = 0, in order of time."""
         if not self.value.polynomial.length():
-            return
-        waiting = [(first, self.stretch.piece.end, MOST_HALVINGS)]
+            return []
+        found = sorted(self._isolated(), key=lambda where: fraction(where[0]))
+        return [self._zero(*where) for where in found]
+
+    def _isolated(self) -> Iterator[tuple[arb, arb, int]]:
+        """Parts [a, b] of local time with exactly one zero each, and its direction."""
+        end = self.stretch.piece.end
+        a = arb(0)
+        if self.begins is not None:
+            a = self._first_part(self.begins)
+            slope = self.slope.polynomial(between(arb(0), a))
+            # the sign just after t = 0 is exact; an F of order 1 or more has no zero in (0, a]
+            if not self.begins.order and self.begins.sign != self._sign(a):
+                yield arb(0), a, 1 if slope > 0 else -1
+        while a < end:
+            b = min(2 * a, end) if a > 0 else end
+            yield from self._within(a, b)
+            a = b
+
+    def _first_part(self, begins: Onset) -> arb:
+        """Some b > 0 such that F has no zero in (0, b], or one at most if F(0) is not zero."""
+        end = self.stretch.piece.end
+        bands = [self.value, self.slope] if not begins.order else [self.derivative(begins.order)]
+        for _ in range(MOST_HALVINGS_AT_START):
+            ranges = [band.polynomial(between(arb(0), end)) for band in bands]
+            if not all(found.contains(0) for found in ranges):
+                return end
+            end = (end / 2).mid()
+        raise NotProved("zeros", "a sign just after t = 0 is undecided")
+
+    def _within(self, a: arb, b: arb) -> Iterator[tuple[arb, arb, int]]:
+        waiting = [(a, b, MOST_HALVINGS)]
         while waiting:
             a, b, halvings = waiting.pop()
             where = between(a, b)
@@ -124,23 +164,40 @@ class _Part:
                 continue
             slope = self.slope.polynomial(where)
             if not slope.contains(0):
-                # monotone from zero, it meets no other zero
-                passed = a == 0 and self.zero_at_start
-                if not passed and self._sign(a) != self._sign(b):
+                if self._sign(a) != self._sign(b):
                     yield a, b, 1 if slope > 0 else -1
                 continue
+            if any(a < touch < b for touch in self.touches):
+                bend = self.second.polynomial(where)
+                if not bend.contains(0):
+                    continue
             if not halvings:
                 raise NotProved(
                     "zeros", f"a sign near t = {float(self.stretch.begin):.6g} is undecided"
                 )
-            middle = ((a + b) / 2).mid()
+            middle = self._middle(a, b)
             waiting += [(a, middle, halvings - 1), (middle, b, halvings - 1)]
 
-    def zero(self, a: arb, b: arb, direction: int) -> Zero:
+    @cached_property
+    def second(self) -> Band:
+        """Half the band of F''."""
+        return self.derivative(2)
+
+    def derivative(self, order: int) -> Band:
+        """The band of the derivative of this order divided by its factorial, in problem time."""
+        problem = self.stretch.problem
+        tube = self.stretch.sharp[0] if self.sharp else self.stretch.tube
+        parameters = problem.parameters()
+        series = taylor(lambda y: problem.rates(parameters, y, Balls), list(tube), order)
+        found = self.function(series)
+        assert isinstance(found, Jet)  # a function of the state
+        return Band.of(found.coefficients[order], tube[0].frame)
+
+    def _zero(self, a: arb, b: arb, direction: int) -> Zero:
         """The zero in [a, b], refined as far as the enclosure allows."""
         where = between(a, b)
         for _ in range(NEWTON_STEPS):
-            middle = where.mid()
+            middle = self._middle(where.lower(), where.upper())
             image = middle - self._sharp(middle) / self.slope.polynomial(where)
             narrower = where.intersection(image) if image.is_finite() else where
             if not narrower.rad() < where.rad() / 2:
@@ -149,6 +206,11 @@ class _Part:
         inside = where.intersection(between(a, b))
         time = self.stretch.begin + inside * self.stretch.piece.unit
         return Zero(time, direction, tuple(self.stretch.state(inside)))
+
+    def _middle(self, a: arb, b: arb) -> arb:
+        """An exact number between a and b, and within the stretch, however they are rounded."""
+        middle = ((a + b) / 2).mid()
+        return max(arb(0), a, min(middle, b, self.stretch.piece.end))
 
     def _sharp(self, s: arb) -> arb:
         return arb(self.function(self.stretch.state(s)))

@@ -14,10 +14,12 @@ from flint import arb
 
 from tt_precise.certify.balls import largest
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
-from tt_precise.certify.interval_newton import Zero, lower_bound, start_slope, zeros
+from tt_precise.certify.interval_newton import Zero, lower_bound, zeros
 from tt_precise.certify.observed import columns_in_si, observed
+from tt_precise.certify.onset import onset
 from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
 from tt_precise.certify.verdict import NotProved
+from tt_precise.errors import InputError
 from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
@@ -28,16 +30,14 @@ from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
 
 BITS = 200
-FIRST_PART = 1024  # an undecided sign at t = 0 leaves out this part of the first stretch
 
 
 @dataclass(frozen=True)
 class ProvedEvents:
-    """All zeros of one event from ``since`` (dimensionless) on, or why they are not proved."""
+    """All zeros of one event after t = 0, or why they are not proved."""
 
     name: str
     zeros: tuple[Zero, ...]
-    since: arb
     failure: NotProved | None = None
 
 
@@ -130,30 +130,62 @@ class Proof:
         return found
 
     def events(self, name: str) -> ProvedEvents:
-        """All zeros of an event of the catalogue."""
+        """All zeros after t = 0 of an event of the catalogue.
+
+        Raises
+        ------
+        InputError
+            The catalogue does not have it for this model.
+        """
         event = event_named(name, self.scene.model)
-        function = observed(self.scene, event.function)
-        stretches, since = self.enclosure.stretches, arb(0)
-        found: list[Zero] = []
-        failure = None
+        if name not in catalogue(self.scene.model):
+            raise InputError(f"event: got {name}, expected one of the catalogue, no extremum")
         with flint.ctx.workprec(self.enclosure.working_bits):
             # the last stretch reaches beyond the horizon
             end = self.lost.time if self.lost else self.enclosure.problem.until()
-            at_start = arb(function(self.enclosure.problem.start()))
-        slope = start_slope(stretches[0], function)
-        at_zero = bool(at_start == 0) and not slope.contains(0)
-        vanishing = bool(at_start == 0) and bool(slope == 0)
-        if at_start.contains(0) and not at_zero and not vanishing:
-            since = stretches[0].piece.end / FIRST_PART
+        function = observed(self.scene, event.function)
+        found: list[Zero] = []
         try:
-            for zero in zeros(stretches, function, zero_at_start=at_zero, since=since):
+            every = zeros(
+                self.enclosure.stretches,
+                function,
+                begins=onset(self.scene, event.function),
+                touches=self._touches if name == "phi_dot_zero" else (),
+            )
+            for zero in every:
                 if zero.time > end:
                     break
+                if not zero.time < end:
+                    raise NotProved(
+                        "zeros", f"whether one of {name} is beyond the end is undecided"
+                    )
                 if event.direction in (0, zero.direction):
                     found.append(zero)
         except NotProved as why:
-            failure = why
-        return ProvedEvents(name, tuple(found), since * stretches[0].piece.unit, failure)
+            return ProvedEvents(name, tuple(found), why)
+        return ProvedEvents(name, tuple(found))
+
+    @cached_property
+    def _touches(self) -> tuple[arb, ...]:
+        """Instants at which phi_dot is zero without changing sign, because the motion comes back.
+
+        Without friction, and rolling, the equations for k and L admit reversal of time together
+        with a mirror that is a vertical plane. At a turning point of theta k and L go over into
+        themselves by the one whose plane contains the axis, so the motion before it is the mirror
+        image of that after it, and phi_dot is the same. Where it starts from a turning point with
+        phi_dot = 0, so is every second turning point, the next one of the same kind.
+        """
+        if self.scene.body.mu and self.scene.model == "gliding":
+            return ()
+        begins = [
+            onset(self.scene, event_named(name, self.scene.model).function)
+            for name in ("phi_dot_zero", "theta_max")
+        ]
+        precession, turn = begins
+        if precession is None or precession.order < 2 or turn is None or turn.order != 1:
+            return ()
+        same = self.events("theta_max" if turn.sign > 0 else "theta_min")
+        return () if same.failure else tuple(zero.time for zero in same.zeros)
 
     @cached_property
     def all_events(self) -> dict[str, ProvedEvents]:
@@ -231,7 +263,7 @@ def _require_certainty(rows: list[dict[str, Any]]) -> None:
     """Raise unless the definitions of ``inversion`` decide alike for all numbers in these balls.
 
     A comparison of balls is true only if it is certain, else false: what the definitions compare
-    has to be apart. These are times with each other, and at turning points signs and sides.
+    has to be apart. These are times with each other, and at turning points signs and sides of pi/2.
     """
     for row, after in itertools.pairwise(rows):
         if not row["t"] < after["t"]:
@@ -240,8 +272,10 @@ def _require_certainty(rows: list[dict[str, Any]]) -> None:
     for row in rows:
         if row["name"] not in ("theta_min", "theta_max"):
             continue
-        told = {name: row[name] for name in ("phi_dot", "kz", "theta")}
-        told["pi - theta"] = None if row["theta"] is None else arb.pi() - row["theta"]
-        for name, value in told.items():
+        compared = {name: row[name] for name in ("phi_dot", "kz", "theta")}
+        theta = row["theta"]
+        compared["pi/2 - theta"] = None if theta is None else arb.pi() / 2 - theta
+        compared["pi - theta"] = None if theta is None else arb.pi() - theta
+        for name, value in compared.items():
             if value is None or value.contains(0):
                 raise NotProved("inversion", f"the sign of {name} at an event is undecided")

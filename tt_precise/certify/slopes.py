@@ -59,7 +59,10 @@ class Slope:
         return Slope(root, {i: slope * outer for i, slope in self.partials.items()})
 
     def __truediv__(self, other: Any) -> Slope:
-        return self * (other.inverse() if isinstance(other, Slope) else 1 / other)
+        if isinstance(other, Slope):
+            return self * other.inverse()
+        # not times 1/other, which is rounded where other is an int
+        return Slope(self.value / other, {i: s / other for i, s in self.partials.items()})
 
     def __rtruediv__(self, other: Any) -> Slope:
         return self.inverse() * other

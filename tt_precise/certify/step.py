@@ -63,6 +63,8 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
         rates, jacobian = _linearised(problem, piece, tube)
         bound = _upper(jacobian)
         weights = _weights(bound, sizes)
+        if not all(w.is_finite() and w > 0 for w in weights):
+            raise NotProved("S2", "no positive weights were found for the norm")
         rate = largest((_norm(bound, weights), arb(0)))
         growth = (rate * piece.end).exp().upper()
         if not growth < MOST_GROWTH:

@@ -160,7 +160,7 @@ def _perigee(minima: Turns, climb: Any) -> Any:
 def _apogee(maxima: Turns, climb: Any, pi: Any) -> Any:
     before = None
     for i in range(bisect.bisect_right(maxima.t, climb), len(maxima.t)):
-        if maxima.theta[i] > float(pi) / 2:
+        if maxima.theta[i] > pi / 2:
             b = pi - maxima.theta[i] if maxima.phi_dot[i] > 0 else -(pi - maxima.theta[i])
             if before is not None and before[1] > 0 > b:
                 return _line_zero(before, (maxima.t[i], b))
