@@ -6,14 +6,14 @@ from typing import Any
 import pandas
 import pytest
 
-from tt_precise.bench import extras, hidden, speed, wishes
-from tt_precise.bench.finding import Finding
-from tt_precise.bench.findings import GROWTH, TABLE, Tables, findings, read
+from tt_precise.bench.evaluators import Entry
+from tt_precise.bench.findings import Comparison, comparisons, findings
+from tt_precise.bench.tables import GROWTH, TABLE, Tables, read
 
 DEFAULTS: dict[str, Any] = {
     "scene": "reference", "horizon_s": 8.0, "precision": "double", "bits": 53,
     "formulation": "newton", "tolerance": 1.0, "setup_s": 1.0, "jellett_drift": 1e-12,
-    "peer": False, "setting": "",
+    "peer": False, "setting": "s",
 }  # fmt: skip
 
 
@@ -39,28 +39,43 @@ CURVES = table(
 )
 
 
-def values(found: list[Finding]) -> dict[str, float | None]:
-    return {one.name: one.value for one in found}
+def values(rows: pandas.DataFrame) -> dict[str, float | None]:
+    return {one.name: one.value for one in findings(Tables(rows))}
 
 
 def test_ratios_to_the_fastest_peer() -> None:
-    found = values(speed.findings(CURVES))
+    found = values(CURVES)
     assert found["any peer at 1e-09, newton"] == pytest.approx(3)
     assert found["any peer but CyRK at 1e-09, newton"] == pytest.approx(30)
     assert found["any peer at 1e-12, newton"] == pytest.approx(30)
     assert found["SciPy DOP853 at 1e-11, newton"] == pytest.approx(200)
     assert found["full accuracy over 1e-6"] == pytest.approx(128 / 8)
-    assert found["any peer at 1e-03, euler"] is None
+    assert "any peer at 1e-03, euler" not in found
 
 
-def test_bars_are_judged() -> None:
-    met = {one.name: one.met for one in speed.findings(CURVES)}
+def test_every_comparison_is_declared_once() -> None:
+    names = [comparison.name for comparison in comparisons()]
+    assert len(names) == len(set(names))
+
+
+def test_the_fastest_peer_is_named() -> None:
+    (found,) = (f for f in findings(Tables(CURVES)) if f.name == "any peer at 1e-12, newton")
+    assert "(diffrax Dopri8)" in found.definition
+
+
+def test_what_was_aimed_at_and_not_measured_is_said() -> None:
+    (found,) = (f for f in findings(Tables(CURVES)) if f.name == "30 digits in quad")
+    assert (found.value, found.met) == (None, None)
+
+
+def test_aims_are_met_or_not() -> None:
+    met = {one.name: one.met for one in findings(Tables(CURVES))}
     assert met["any peer at 1e-09, newton"] is False
     assert met["any peer but CyRK at 1e-09, newton"] is True
     assert met["full accuracy over 1e-6"] is False
     assert met["any peer at 1e-03, newton"] is None
     with pytest.raises(ValueError, match="at least"):
-        Finding("x", 1.0, "", "", ("above", 1.0))
+        Comparison("x", Entry("seconds", {}), None, "", aim=("above", 1.0))
 
 
 def test_what_is_on_top_is_measured_against_what_is_below() -> None:
@@ -70,7 +85,7 @@ def test_what_is_on_top_is_measured_against_what_is_below() -> None:
         row("heyoka, all events", 2e-15, 3.0, tolerance=0.0),
         row("heyoka, 8 lanes", 1e-15, 0.2, tolerance=0.0),
     )
-    found = values([*extras.on_top(rows), *extras.simd(rows)])
+    found = values(rows)
     assert found["contact watched, newton"] == pytest.approx(1.2)
     assert found["all events, newton"] == pytest.approx(2.5)
     assert found["SIMD"] == pytest.approx(5)
@@ -86,11 +101,11 @@ def test_exponent_of_the_digits() -> None:
             for bits, name in {53: "double", **ladder}.items()
         )
     )  # fmt: skip
-    found = values(extras.ladder(rows))
+    found = values(rows)
     assert found["exponent of time, 16 to 300 digits"] == pytest.approx(2.5)
     assert found["exponent of compile time, 16 to 300 digits"] == pytest.approx(0, abs=1e-12)
-    without = values(extras.ladder(rows[rows["bits"] < 500]))
-    assert without["exponent of time, 16 to 300 digits"] is None
+    assert found["1000 bits"] == pytest.approx((1000 / 53) ** 2.5)
+    assert "exponent of time, 16 to 300 digits" not in values(rows[rows["bits"] < 500])
 
 
 def test_what_conservation_hides() -> None:
@@ -98,12 +113,12 @@ def test_what_conservation_hides() -> None:
         row("heyoka", 1e-3, 1.0, jellett_drift=1e-7),
         row("diffrax Tsit5", 1e-1, 1.0, jellett_drift=1e-5),
     )
-    found = values(hidden.findings(rows))
+    found = values(rows)
     assert found["hidden by conservation"] == pytest.approx(1e-2)  # the other one lets lambda go
     assert found["error over drift, median"] == pytest.approx(1e5)
 
 
-def test_what_the_knob_delivers() -> None:
+def test_what_requested_digits_deliver() -> None:
     estimates = pandas.DataFrame(
         {
             "status": ["complete", "complete", "contact_lost", "raised"],
@@ -112,8 +127,8 @@ def test_what_the_knob_delivers() -> None:
             "right": [10.5, 8.5, 10.25, None],
         }
     )
-    found = values(wishes.findings(estimates))
-    assert found["digits wished for and not delivered"] == 1
+    found = {one.name: one.value for one in findings(Tables(None, None, estimates))}
+    assert found["digits requested and not delivered"] == 1
     assert found["estimates too optimistic"] == 1
     assert found["pessimism of the estimates"] == pytest.approx(0.25)
 
@@ -122,5 +137,5 @@ def test_a_table_survives_its_file(tmp_path: Path) -> None:
     CURVES.to_csv(tmp_path / TABLE, index=False)
     tables = read(tmp_path)
     assert tables.long_runs is None
-    assert values(findings(tables)) == pytest.approx(values(findings(Tables(CURVES))))
+    assert findings(tables) == findings(Tables(CURVES))
     assert not (tmp_path / GROWTH).exists()

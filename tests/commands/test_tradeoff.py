@@ -7,9 +7,9 @@ import pandas
 import pytest
 
 from tt_precise import cli
-from tt_precise.bench import error_growth, methods, plan, tradeoff
-from tt_precise.bench.findings import GROWTH, TABLE
+from tt_precise.bench import error_growth, findings, methods, plan, settings_table, tradeoff
 from tt_precise.bench.plan import Group, Trial
+from tt_precise.bench.tables import GROWTH, TABLE
 
 KEYS = {"method", "setting", "precision", "error", "seconds", "steps", "jellett_drift"}
 CASES = (
@@ -25,8 +25,9 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tradeoff, "IMPORTED", ())
     monkeypatch.setattr(tradeoff, "WORKLOAD_ROUNDS", 2)
     frame = pandas.DataFrame(
-        [{"scene": "s", "seed": seed, "t_s": t, "jellett": 1e-16 * t**0.5, "energy": 1e-16 * t}
-         for seed in range(3) for t in (1.0, 10.0, 100.0)]
+        [{"scene": "rolling", "seed": seed, "t_s": t,
+          "jellett": 1e-16 * t**0.5, "energy": 1e-16 * t}
+         for seed in range(3) for t in (1.0, 10.0, 1000.0)]
     )  # fmt: skip
     monkeypatch.setattr(error_growth, "table", lambda spans, progress: frame)
 
@@ -43,8 +44,8 @@ def test_json_has_the_rows_and_the_ratios(capsys: pytest.CaptureFixture[str]) ->
     assert all(row["seconds"] > 0 and row["jellett_drift"] < 1e-4 for row in told["rows"])
     assert "SIMD" in told["ratios"]
     exponents = {name: value for name, value in told["ratios"].items() if "growth" in name}
-    assert exponents["growth of lambda, s, to 1e+02 s"] == pytest.approx(0.5)
-    assert exponents["growth of E, s, to 1e+02 s"] == pytest.approx(1)
+    assert exponents["growth of lambda, rolling, to 1e+03 s"] == pytest.approx(0.5)
+    assert exponents["growth of E, rolling, to 1e+03 s"] == pytest.approx(1)
     assert told["skipped"] == []
 
 
@@ -80,3 +81,18 @@ def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
 def test_a_folder_that_cannot_be_written_is_told_at_once(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     assert cli.main(["tradeoff", "--quick", "--out", str(tmp_path / "file" / "x")]) == 2
+
+
+@pytest.mark.parametrize("option", ["--settings-table", "--knob"])
+def test_the_table_behind_digits_is_renewed_on_request(
+    option: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """``--knob`` is its spelling before 0.2.0."""
+    renewed: list[str] = []
+    nothing = tradeoff.Tradeoff(pandas.DataFrame(), ())
+    monkeypatch.setattr(tradeoff, "measure", lambda groups, tell, progress: nothing)
+    monkeypatch.setattr(findings, "findings", lambda tables: [])
+    monkeypatch.setattr(settings_table, "write", lambda progress: renewed.append("written"))
+    for asked in ([option], [], [option.replace("--", "--no-")]):
+        assert cli.main(["tradeoff", "--quick", *asked]) == 0
+    assert renewed == ["written"]

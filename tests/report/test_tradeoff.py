@@ -6,7 +6,7 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.bench.findings import GROWTH, TABLE
+from tt_precise.bench.tables import GROWTH, TABLE
 from tt_precise.report.document import Figure, Section, Table, Text
 from tt_precise.report.sections import tradeoff
 

@@ -12,7 +12,7 @@ import click
 if TYPE_CHECKING:
     import pandas
 
-    from tt_precise.bench.finding import Finding
+    from tt_precise.bench.findings import Evaluated
 
 SCHEMA = "tt_precise.tradeoff/1"
 REPORTS = Path("reports")
@@ -25,17 +25,19 @@ REPORTS = Path("reports")
     help="Folder for the tables and figures; by default reports, and none with --quick.",
 )  # fmt: skip
 @click.option(
-    "--knob/--no-knob", default=None,
+    "--settings-table/--no-settings-table", default=None,
     help="Also renew the table behind --digits; by default if all is measured for reports.",
 )  # fmt: skip
+@click.option("--knob/--no-knob", "settings_table", default=None, hidden=True)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(quick: bool, out: Path | None, knob: bool | None, as_json: bool) -> int:
+def command(quick: bool, out: Path | None, settings_table: bool | None, as_json: bool) -> int:
     """Time every method at every setting on golden scenes, and judge it by the golden data.
 
     Peers that are not installed are skipped with a line on stderr.
     """
     from tt_precise.bench import error_growth, plan
-    from tt_precise.bench.findings import GROWTH, TABLE, Tables, findings
+    from tt_precise.bench.findings import findings
+    from tt_precise.bench.tables import GROWTH, TABLE, Tables
     from tt_precise.bench.tradeoff import measure
     from tt_precise.progress import progress_bar
 
@@ -54,27 +56,27 @@ def command(quick: bool, out: Path | None, knob: bool | None, as_json: bool) -> 
         )
     if folder:
         _write(folder, {GROWTH: _csv(long_runs)} | _figures(measured.rows, long_runs))
-    if knob if knob is not None else not quick and out is None:
+    if settings_table if settings_table is not None else not quick and out is None:
         from tt_precise.bench.settings_table import write
 
         with progress_bar("table behind --digits") as progress:
             write(progress)
     found = findings(Tables(measured.rows, long_runs))
     if as_json:
-        click.echo(json.dumps(_told(measured.rows, found, measured.skipped)))
+        click.echo(json.dumps(_json_object(measured.rows, found, measured.skipped)))
     else:
         click.echo("\n".join(map(line, found)))
     return 0
 
 
-def line(finding: Finding) -> str:
+def line(finding: Evaluated) -> str:
     """A finding as a person reads it."""
     value = "-" if finding.value is None else f"{finding.value:.3g} {finding.unit}".strip()
-    bar = ""
-    if finding.bar:
+    aim = ""
+    if finding.aim:
         verdict = {True: "met", False: "NOT met", None: "not measured"}[finding.met]
-        bar = f" [{finding.bar[0]} {finding.bar[1]:g}: {verdict}]"
-    return f"{finding.name}: {value}{bar}  ({finding.definition})"
+        aim = f" [{finding.aim[0]} {finding.aim[1]:g}: {verdict}]"
+    return f"{finding.name}: {value}{aim}  ({finding.definition})"
 
 
 def _csv(rows: pandas.DataFrame) -> str:
@@ -97,7 +99,9 @@ def _write(folder: Path, files: dict[str, str]) -> None:
             click.echo(str(folder / name), err=True)
 
 
-def _told(rows: pandas.DataFrame, found: list[Finding], skipped: tuple[str, ...]) -> dict[str, Any]:
+def _json_object(
+    rows: pandas.DataFrame, found: list[Evaluated], skipped: tuple[str, ...]
+) -> dict[str, Any]:
     records = [
         {name: _plain(value) for name, value in row.items()} for row in rows.to_dict("records")
     ]
@@ -110,7 +114,8 @@ def _told(rows: pandas.DataFrame, found: list[Finding], skipped: tuple[str, ...]
         "findings": [
             {
                 "name": one.name, "value": _plain(one.value), "unit": one.unit,
-                "definition": one.definition, "bar": one.bar, "met": one.met,
+                "definition": one.definition, "aim": one.aim, "met": one.met,
+                "bar": one.aim,  # its name before 0.2.0
             }
             for one in found
         ],

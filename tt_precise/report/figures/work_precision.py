@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.bench.error_growth import INTEGRALS_SHOWN
-from tt_precise.bench.finding import chosen, points
-from tt_precise.bench.hidden import PRINTED, scatter
+from tt_precise.bench.statistics import PRINTED, conservation_scatter
+from tt_precise.bench.tables import WHOLE_S, chosen, points
 from tt_precise.bench.work_precision import Point, front
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-WHOLE_S = 8.0
 ERROR = "largest error at 8 s"
 
 
@@ -93,7 +92,7 @@ def hidden_by_conservation(rows: pandas.DataFrame) -> Figure:
     """The drift of lambda against the error of the state, a dot for each setting."""
     import numpy
 
-    mine = scatter(rows)
+    mine = conservation_scatter(rows)
     with style.panels([3.8]) as (drawing, (panel,)):
         for family, colour in (
             ("SciPy", style.RED), ("diffrax", style.ORANGE), ("CyRK", style.GREEN),

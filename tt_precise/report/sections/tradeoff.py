@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.bench.finding import Finding
-from tt_precise.bench.findings import TABLE, findings, read
-from tt_precise.bench.speed import ACCURACIES, costs
+from tt_precise.bench.findings import Evaluated, findings
+from tt_precise.bench.tables import ACCURACIES, TABLE, costs, read
 from tt_precise.report.document import Block, Figure, Section, Table, Text
 from tt_precise.report.figures.work_precision import (
     growth_of_errors,
@@ -75,10 +74,10 @@ def _milliseconds(seconds: float | None) -> str:
     return "-" if seconds is None else short(1e3 * seconds)
 
 
-def _findings_table(found: list[Finding]) -> Table:
+def _findings_table(found: list[Evaluated]) -> Table:
     rows = []
     for one in found:
-        aim = "" if one.bar is None else f"{one.bar[0]} {one.bar[1]:g}"
+        aim = "" if one.aim is None else f"{one.aim[0]} {one.aim[1]:g}"
         verdict = {True: "right", False: "missed", None: ""}[one.met]
         value = "-" if one.value is None else f"{short(one.value, 3)} {one.unit}".strip()
         rows.append((one.name, value, aim, verdict, one.definition))
