@@ -21,7 +21,8 @@ def test_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
     lines = capsys.readouterr().out.splitlines()
     for name, event in EVENTS.items():
         assert f"{name:<20} {event.meaning}" in lines
-    assert any(line.startswith("extremum:QUANTITY ") for line in lines)
+    for of_any in ("extremum:QUANTITY ", "zero:QUANTITY "):
+        assert any(line.startswith(of_any) for line in lines)
     start = lines.index("always watched; they end a trajectory:")
     assert [line.split()[0] for line in lines[start + 1 :]] == list(TERMINAL)
 

@@ -12,7 +12,7 @@ import pytest
 
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, catalogue, integrate
-from tt_precise.integrate.events import EVENTS, EXTREMUM, event_named
+from tt_precise.integrate.events import EVENTS, EXTREMUM, ZERO, event_named
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.scene import Scene, load_scene
 
@@ -186,6 +186,27 @@ def test_extrema_of_any_quantity(half: Scene) -> None:
         assert (rising * (right - here) > 0).all()
 
 
+def test_zeros_of_any_quantity(half: Scene) -> None:
+    same = {"zero:nu_y": "nu_y_zero", "zero:omega_3": "omega_3_zero", "zero:tau_x": ""}
+    found = integrate(half, events=(*same, "nu_y_zero", "omega_3_zero")).events
+    for name, other in same.items():
+        times = found["t"][found["name"] == name].to_numpy(dtype=float)
+        expected = found["t"][found["name"] == other].to_numpy(dtype=float)
+        if other:
+            # the same zero of another function: a few eps of 4 s apart
+            assert numpy.abs(times - expected).max(initial=0) < 1e-13
+            assert len(times) == len(expected)
+    rows = found[found["name"] == "zero:tau_x"]
+    assert len(rows) > 2
+    run = integrate(half)
+    before, after = (
+        run.frame("tau_x", times=rows["t"] + side)["tau_x"].to_numpy() for side in (-1e-6, 1e-6)
+    )
+    rising = rows["direction"].to_numpy()
+    assert (rising * before < 0).all()
+    assert (rising * after > 0).all()
+
+
 def test_a_missing_event_is_suspected(double: Trajectory) -> None:
     assert double.suspect_events == ()
     for lost in ("theta_max", "nu_x_zero", "phi_dot_zero"):
@@ -212,7 +233,9 @@ def test_rolling_scenes_have_no_gliding_events() -> None:
         integrate("rolling", events=("nu_x_zero",))
 
 
-@pytest.mark.parametrize("name", ["perigee", "extremum:nothing", "", EXTREMUM])
+@pytest.mark.parametrize(
+    "name", [*("perigee", "g_n", "extremum:nothing", "zero:nothing", ""), EXTREMUM, ZERO]
+)
 def test_unknown_names_are_refused(name: str) -> None:
     with pytest.raises(InputError, match="expected one of: theta_min"):
         integrate("reference", events=(name,))

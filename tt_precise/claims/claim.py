@@ -56,6 +56,9 @@ class Claim:
         Judges it: keyword arguments (defaults: what the paper says) to a ``Finding``.
     control
         Keyword arguments that make the claim false; None for wording that nothing can test.
+    slow
+        Whether judging it, and its control after it, takes a second of a core or more; the
+        tests leave such controls to ``make slow``.
     """
 
     id: str
@@ -65,6 +68,7 @@ class Claim:
     definition: str
     function: Callable[..., Finding] = field(repr=False)
     control: Mapping[str, Any] | None = field(repr=False)
+    slow: bool = False
 
     def __post_init__(self) -> None:
         if not _ID.fullmatch(self.id):
@@ -102,6 +106,7 @@ def claim(
     where: str,
     control: Mapping[str, Any] | None,
     definition: str = "",
+    slow: bool = False,
 ) -> Callable[[Callable[..., Finding]], Callable[..., Finding]]:
     """Register the decorated function as the judge of a claim; see ``Claim``."""
 
@@ -109,7 +114,7 @@ def claim(
         if id in _registered:
             raise ValueError(f"claim {id}: registered twice, in {function.__module__} again")
         statement = " ".join((function.__doc__ or "").split())
-        _registered[id] = Claim(id, statement, quote, where, definition, function, control)
+        _registered[id] = Claim(id, statement, quote, where, definition, function, control, slow)
         return function
 
     return register

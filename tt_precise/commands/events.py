@@ -14,7 +14,7 @@ SCHEMA = "tt_precise.events/1"
 @click.command("events")
 @click.argument("scene", required=False)
 @click.option("--precision", type=click.Choice(["double", "extended", "quad", "mp"]))
-@click.option("--only", help="Names separated by commas; also extremum:QUANTITY.")
+@click.option("--only", help="Names separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(scene: str | None, precision: str | None, only: str | None, as_json: bool) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb."""
@@ -60,7 +60,7 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
 
 
 def _catalogue(as_json: bool) -> int:
-    from tt_precise.integrate.events import EVENTS, EXTREMUM, TERMINAL
+    from tt_precise.integrate.events import EVENTS, EXTREMUM, TERMINAL, ZERO
 
     if as_json:
         listed = {name: event.meaning for name, event in EVENTS.items()}
@@ -69,6 +69,7 @@ def _catalogue(as_json: bool) -> int:
     for name, event in EVENTS.items():
         click.echo(f"{name:<20} {event.meaning}")
     click.echo(f"{EXTREMUM + 'QUANTITY':<20} extremum of any quantity, such as {EXTREMUM}g_n")
+    click.echo(f"{ZERO + 'QUANTITY':<20} any quantity changes sign, such as {ZERO}E_dot")
     click.echo("always watched; they end a trajectory:")
     for name, meaning in TERMINAL.items():
         click.echo(f"{name:<20} {meaning}")

@@ -1,7 +1,7 @@
 """The catalogue of events: a name, a function whose zeros are the event, and what it means.
 
 Event functions are written on a ``Motion`` like the quantities, and smooth at the poles. A new
-event is one new entry here. Extrema of any quantity are named ``extremum:QUANTITY``.
+event is one new entry here. Any quantity has ``extremum:QUANTITY`` and ``zero:QUANTITY``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tt_precise.mechanics import newton
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 
-EXTREMUM = "extremum:"
+EXTREMUM, ZERO = "extremum:", "zero:"
 
 
 @dataclass(frozen=True)
@@ -99,12 +99,12 @@ TERMINAL = {
 
 
 def catalogue(model: str) -> tuple[str, ...]:
-    """Names of all events that ``model`` can have, extrema apart."""
+    """Names of all events that ``model`` can have, those of any quantity apart."""
     return tuple(name for name, event in EVENTS.items() if model == "gliding" or not event.gliding)
 
 
 def event_named(name: str, model: str) -> Event:
-    """The event called ``name``, or the extremum of a quantity.
+    """The event called ``name``, or the extremum or zero of a quantity.
 
     Raises
     ------
@@ -116,7 +116,9 @@ def event_named(name: str, model: str) -> Event:
         if event.gliding and model != "gliding":
             raise InputError(f"event: got {name} in a {model} scene, expected no gliding event")
         return event
-    quantity = QUANTITIES.get(name.removeprefix(EXTREMUM))
+    quantity = QUANTITIES.get(name.partition(":")[2])
+    if name.startswith(ZERO) and quantity:
+        return Event(name, quantity.evaluate, f"{quantity.name} changes sign")
     if name.startswith(EXTREMUM) and quantity:
         meaning = f"extremum of {quantity.name} (rising: minimum)"
         if quantity.name == "g_n" and model == "gliding":
@@ -125,5 +127,5 @@ def event_named(name: str, model: str) -> Event:
         return Event(name, quantity.evaluate, meaning)
     raise InputError(
         f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "
-        f"or {EXTREMUM}QUANTITY such as {EXTREMUM}g_n"
+        f"or {EXTREMUM}QUANTITY or {ZERO}QUANTITY such as {EXTREMUM}g_n"
     )

@@ -20,9 +20,11 @@ from tt_precise.claims.evidence.runs import (
     turning_values,
     variant,
     weight,
+    zeros,
 )
 
 __all__ = [
     "FINE", "SceneLike", "at", "body_in", "during_the_climb", "least", "rough", "sampled",
     "settled", "thresholds_of", "times_of", "trajectory", "turning_values", "variant", "weight",
+    "zeros",
 ]  # fmt: skip

@@ -1,9 +1,9 @@
 """Quantities over a whole run, with no extremum and no change of sign lost between samples.
 
-Local extrema are events (``evidence.turning_values``); between two of them a quantity is
-monotonous, so its zeros, its rises and falls and the time it spends below zero are found for
-certain. Quantities of a claim's own are a function of named columns (NumPy arrays), and their
-extremes are closed in on in the dense output.
+Local extrema and zeros are events (``evidence.turning_values``, ``evidence.zeros``); between two
+extrema a quantity is monotonous, so that its rises and falls are found for certain. Quantities of
+a claim's own are a function of named columns (NumPy arrays), and their extremes are closed in on
+in the dense output.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from tt_precise.integrate import Trajectory
 
-BISECTIONS = 40  # halvings of a piece of at most a second: 1e-12 s, what an event has too
 CLOSER = 16  # points that each closing-in compares
 GAUSS = 6  # nodes in each piece; a nutation of 37 ms has 16 pieces
 
@@ -112,18 +111,9 @@ def rises_and_falls(
 
 
 def zeros(name: str, scene: SceneLike = "reference", span: Span | None = None) -> list[float]:
-    """When a quantity changes sign: one zero between extrema of unlike sign, by bisection."""
-    import numpy
-
-    times, values = extrema(name, scene, span)
-    left, right = times[:-1].copy(), times[1:].copy()
-    changing = values[:-1] * values[1:] < 0
-    left, right, sign = left[changing], right[changing], numpy.sign(values[:-1])[changing]
-    for _ in range(BISECTIONS if len(left) else 0):
-        middle = (left + right) / 2
-        same = numpy.sign(columns([name], list(middle), scene)[name]) == sign
-        left, right = numpy.where(same, middle, left), numpy.where(same, right, middle)
-    return [float(t) for t in (left + right) / 2]
+    """When a quantity changes sign within ``span``."""
+    found = evidence.zeros(name, scene)
+    return [t for t in found if span is None or span.begin < t < span.end]
 
 
 def share_below_zero(name: str, scene: SceneLike = "reference", span: Span | None = None) -> float:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 SceneLike = str | Scene
 FINE = "quad"
+# in double heyoka otherwise compiles the slopes of some quantities for two minutes
+COMPACT = {"compact_mode": True}
 
 
 def variant(scene: SceneLike = "reference", **changes: str) -> Scene:
@@ -110,11 +112,16 @@ def turning_values(
     """
     import pandas
 
-    # compact_mode: in double heyoka otherwise compiles some of these slopes for two minutes
-    options = {"compact_mode": True}
-    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",), options=options)
+    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",), options=COMPACT)
     times = [0, *run.events["t"], run.t_end]
     return pandas.DataFrame({"t": times, "value": list(run.frame(name, times=times)[name])})
+
+
+@cache
+def zeros(name: str, scene: SceneLike = "reference", precision: str = "double") -> list[float]:
+    """When a quantity changes sign, in s: the event ``zero:QUANTITY``."""
+    run = integrate(load_scene(scene), precision, events=(f"zero:{name}",), options=COMPACT)
+    return [float(t) for t in run.events["t"]]
 
 
 def least(name: str, scene: SceneLike = "reference") -> Settled:

@@ -16,6 +16,7 @@ from tt_precise.claims.verdicts import Finding, all_of, at_most_order
     definition="largest |lambda(t)/lambda(0) - 1| over 0..8 s, output every 0.01 s; the paper's "
     "own way is SciPy's odeint with default tolerances on eqs (2) to (7) in SI",
     control={"printed": "1e-9"},
+    slow=True,
 )
 def jellett_drift(printed: str = "1e-6", scene: str = "reference") -> Finding:
     """The computed solution keeps Jellett's integral to about 1e-6 of its value."""

@@ -194,6 +194,7 @@ def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
     "theta_dot, nu_x, nu_y and g_n over 8 s, against starts with phi_dot(0) = 0, 50, 100 and 150; "
     "exceptionally smooth: below a third of the least of theirs",
     control={"phi_dot": "180"},
+    slow=True,
 )
 def exceptionally_smooth(phi_dot: str = "195") -> Finding:
     """The solution with phi_dot(0) = 195 is exceptionally smooth."""

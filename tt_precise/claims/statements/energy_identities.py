@@ -68,6 +68,7 @@ def energy_split(
     quote="E_dot=... (four lines)",
     where=f"{WHERE}, eq (23)",
     control={"lines": (CHAIN[0].replace("+ m*g", "- m*g"), *CHAIN[1:])},
+    slow=True,
 )
 def chain_for_the_energy(lines: tuple[str, ...] = CHAIN) -> Finding:
     """Every step of the derivation of E_dot = -mu g_n v_A^2 is right."""
@@ -128,6 +129,7 @@ def _holds_for_any_body(factor: int) -> bool:
     quote="m g s_dot.z is the rate of energy transfer ... into E_pot",
     where=WHERE,
     control={"weight": "m*g*dot(v_A, z_hat)"},
+    slow=True,
 )
 def transfers(
     weight: str = "m*g*dot(s_dot, z_hat)", torque: str = "dot(omega, cross(a, F))"

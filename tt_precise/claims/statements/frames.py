@@ -41,6 +41,7 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
     where="Sec. 1",
     definition="the body is turned by phi about z, then theta about y, then psi about 3",
     control={"printed": ("phi_dot*sin(theta)", *OMEGA[1:])},
+    slow=True,
 )
 def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
     """The angular velocity in the frame (1, 2, 3), from the Euler angles."""

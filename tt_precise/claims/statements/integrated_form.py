@@ -148,6 +148,7 @@ def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
     definition="both systems are linear in the five accelerations; they are equivalent where the "
     "determinant of the integrated form does not vanish",
     control={"factor": f"{DETERMINANT}/theta_dot"},
+    slow=True,
 )
 def equivalent_form(factor: str = DETERMINANT) -> Finding:
     """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6)."""

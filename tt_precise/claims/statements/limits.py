@@ -26,6 +26,7 @@ PRECESSIONS = ("-50", "0", "83", "150")  # rad/s
     definition="the reference solution continued to negative times; it is counted as having the "
     "limit if it glides on to -45 s with theta below its value at the start",
     control={"scene": evidence.variant(theta="1e-9", mu="1e-6")},
+    slow=True,
 )
 def limits_in_the_past(scene: evidence.SceneLike = "reference") -> Finding:
     """Inverting solutions come from the upright spin as t goes to minus infinity."""
@@ -69,6 +70,7 @@ def limits_in_the_future(scene: evidence.SceneLike = "reference") -> Finding:
     f"{', '.join(PRECESSIONS)} rad/s with omega_3(0) to match, the inverting ones; forwards as in "
     "TH-15, backwards as in TH-14",
     control={"pasts": ()},
+    slow=True,
 )
 def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Finding:
     """All inverting solutions with one lambda share the limits of (D, E~) at both ends of time."""
