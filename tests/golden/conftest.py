@@ -12,11 +12,11 @@ import pytest
 from tt_precise.golden import building, store
 from tt_precise.golden.building import Built
 from tt_precise.golden.runs import LADDER, Run, perform, tasks
-from tt_precise.golden.workers import Kept
+from tt_precise.golden.workers import RunCache
 from tt_precise.scene import Scene, load_scene, parse_scene
 
 
-class Shelf(Kept):
+class Shelf(RunCache):
     """Runs that are never forgotten, so that the tests compute each of them once."""
 
     def forget(self) -> None:
@@ -55,7 +55,7 @@ def small_built(tmp_path_factory: pytest.TempPathFactory) -> Small:
     runs = [perform(task) for task in plan]
     for task, run in zip(plan, runs, strict=True):
         shelf.keep(task, run)
-    built = building.build([scene], folder=place / "data", workers=1, kept=shelf)
+    built = building.build([scene], folder=place / "data", workers=1, cache=shelf)
     return Small(scene, runs, shelf, place / "data", built[0])
 
 

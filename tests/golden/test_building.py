@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def again(small: Small, reason: str = "") -> building.Built:
     built = building.build(
-        [small.scene], folder=small.folder, replace=reason, workers=1, kept=small.shelf
+        [small.scene], folder=small.folder, replace=reason, workers=1, cache=small.shelf
     )
     return built[0]
 
@@ -142,10 +142,10 @@ def test_two_builds_do_not_share_a_folder(small: Small) -> None:
         again(small)
 
 
-def test_kept_runs_come_back_and_damaged_ones_do_not(small: Small) -> None:
+def test_cached_runs_come_back_and_damaged_ones_do_not(small: Small) -> None:
     task = tasks(small.scene, LADDER[0])[2]
     assert small.shelf.find(task) == small.runs[2]
-    path = small.shelf._path(task)
+    path = small.shelf.records.path(task.name, asdict(task))
     content = path.read_bytes()
     try:
         path.write_bytes(content[: len(content) // 2])

@@ -18,6 +18,7 @@ from tt_precise.golden import building, proofs, store
 from tt_precise.golden.comparing import correct_digits
 from tt_precise.golden.integrity import inspect
 from tt_precise.golden.store import FILES
+from tt_precise.golden.workers import RunCache
 from tt_precise.integrate import integrate
 from tt_precise.scene import load_scene, shipped
 
@@ -99,8 +100,8 @@ def test_all_data_verify() -> None:
 @pytest.mark.golden
 @pytest.mark.parametrize("name", ["reference", "contact-lost", "rocking", "inverted"])
 def test_a_fresh_build_equals_the_committed_bytes(name: str, tmp_path: Path) -> None:
-    kept = building.Kept(tmp_path / "kept")
-    (built,) = building.build([name], folder=tmp_path / "data", kept=kept)
+    cache = RunCache(tmp_path / "kept")
+    (built,) = building.build([name], folder=tmp_path / "data", cache=cache)
     assert built.outcome == building.NEW
     for file in FILES:
         committed = (store.home() / name / file).read_bytes()

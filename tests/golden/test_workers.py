@@ -1,33 +1,35 @@
-"""Tasks in, runs out: further rungs, runs that were kept, interruptions."""
+"""Tasks in, runs out: further rungs, cached runs, interruptions."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from tt_precise.golden import building, workers
 from tt_precise.golden.runs import LADDER, Run, Task, tasks
 from tt_precise.golden.table import Table
-from tt_precise.golden.workers import Kept, perform_all
+from tt_precise.golden.workers import RunCache, perform_all
+from tt_precise.workers import Pool
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small
 
 
-class Desk:
+class Desk(Executor):
     """An executor that does each task at once, in this process."""
 
     def __init__(self, result: Callable[[Task], Run]):
         self.result, self.asked = result, list[Task]()
 
-    def submit(self, function: Any, task: Task) -> Future[Run]:
+    def submit(self, fn: Any, /, *args: Any, **_: Any) -> Future[Any]:
+        (task,) = args
         self.asked.append(task)
-        future: Future[Run] = Future()
+        future: Future[Any] = Future()
         try:
             future.set_result(self.result(task))
         except ArithmeticError as error:
@@ -35,8 +37,8 @@ class Desk:
         return future
 
     @property
-    def executor(self) -> ProcessPoolExecutor:
-        return cast(ProcessPoolExecutor, self)
+    def pool(self) -> Pool:
+        return Pool(self, lambda: 1)
 
 
 def outcome(task: Task) -> Run:
@@ -58,7 +60,7 @@ def test_each_plan_is_finished_once_with_its_runs_in_order() -> None:
 
     plans = {"a": [task("a", 3), task("a", 1)], "b": [task("b", 2)]}
     heard: list[float] = []
-    perform_all(Desk(outcome).executor, plans, finish, progress=heard.append)
+    perform_all(Desk(outcome).pool, plans, finish, progress=heard.append)
     assert finished == {"a": ["newton 3", "newton 1"], "b": ["newton 2"]}
     assert heard[-1] == 1
     assert all(0 <= fraction <= 1 for fraction in heard)
@@ -71,7 +73,7 @@ def test_a_plan_may_ask_for_further_tasks() -> None:
         rounds.append([run.label for run in runs])
         return [task("a", 9)] if len(rounds) == 1 else []
 
-    perform_all(Desk(outcome).executor, {"a": [task("a", 1)]}, finish)
+    perform_all(Desk(outcome).pool, {"a": [task("a", 1)]}, finish)
     assert rounds == [["newton 1"], ["newton 9"]]
 
 
@@ -84,20 +86,20 @@ def test_after_an_interruption_only_the_rest_is_computed(tmp_path: Path) -> None
         return outcome(one)
 
     with pytest.raises(ArithmeticError):
-        perform_all(Desk(breaks).executor, plans, lambda *_: [], kept=Kept(tmp_path))
+        perform_all(Desk(breaks).pool, plans, lambda *_: [], cache=RunCache(tmp_path))
     desk = Desk(outcome)
-    perform_all(desk.executor, plans, lambda *_: [], kept=Kept(tmp_path))
+    perform_all(desk.pool, plans, lambda *_: [], cache=RunCache(tmp_path))
     assert {one.bits for one in desk.asked} < {1, 2, 3}
     assert 2 in {one.bits for one in desk.asked}
 
 
-def test_kept_runs_are_void_when_the_code_changes(
+def test_cached_runs_are_void_when_the_code_changes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    Kept(tmp_path).keep(task("a", 1), outcome(task("a", 1)))
-    assert Kept(tmp_path).find(task("a", 1)) is not None
-    monkeypatch.setattr(workers, "_source_hash", lambda: "another")
-    assert Kept(tmp_path).find(task("a", 1)) is None
+    RunCache(tmp_path).keep(task("a", 1), outcome(task("a", 1)))
+    assert RunCache(tmp_path).find(task("a", 1)) is not None
+    monkeypatch.setattr(workers, "source_hash", lambda *_: "another")
+    assert RunCache(tmp_path).find(task("a", 1)) is None
 
 
 def test_missing_digits_are_computed_with_more_bits(small: Small, tmp_path: Path) -> None:
@@ -110,6 +112,6 @@ def test_missing_digits_are_computed_with_more_bits(small: Small, tmp_path: Path
         shelf.keep(one, run)
     for one, run in zip(tasks(scene, LADDER[1]), (high, high, euler), strict=True):
         shelf.keep(one, replace(run, label=one.label))
-    (built,) = building.build([scene], folder=tmp_path / "data", workers=1, kept=shelf)
+    (built,) = building.build([scene], folder=tmp_path / "data", workers=1, cache=shelf)
     assert built.bits == LADDER[1]
     assert built.digits == 34

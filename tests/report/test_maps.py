@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from tt_precise.cache import fingerprint, unpacked
 from tt_precise.report import maps
-from tt_precise.sweep.kept import fingerprint, unpacked
 
 FILE = Path(__file__).parents[2] / "reports" / maps.FILE
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from tt_precise.claims.claim import Claim, claim_named, claims
 from tt_precise.claims.verdicts import Finding, Verdict
 from tt_precise.progress import Progress, silent
-from tt_precise.workers import dismiss, serve_quietly
+from tt_precise.workers import Call, Failure, local_pool
 
 
 @dataclass(frozen=True)
@@ -68,13 +68,17 @@ def judge(id: str, **changes: Any) -> Judgement:
 
 
 def judge_all(
-    ids: Iterable[str] | None = None, progress: Progress = silent, jobs: int = 1
+    ids: Iterable[str] | None = None,
+    progress: Progress = silent,
+    workers: int = 1,
+    *,
+    jobs: int | None = None,
 ) -> list[Judgement]:
     """Judge claims (all of them by default), in the order of the list.
 
-    Claims of one module share their evidence, so a module is what goes to a worker. ``jobs``
-    processes are started afresh (a script that asks for more than one needs the usual
-    ``if __name__ == "__main__"``).
+    Claims of one module share their evidence, so they go to one process, one after the other.
+    More than one ``workers`` are processes that are started afresh (a script that asks for them
+    needs the usual ``if __name__ == "__main__"``). ``jobs`` is an older name of ``workers``.
 
     Raises
     ------
@@ -82,15 +86,16 @@ def judge_all(
         There is no claim with one of the ids; nothing is judged then.
     """
     wanted = {one.id: one for one in map(claim_named, claims() if ids is None else ids)}
-    groups: dict[str, list[str]] = {}
-    for one in wanted.values():
-        groups.setdefault(one.group, []).append(one.id)
-    jobs = min(jobs, len(groups))
-    spread = _in_turn if jobs <= 1 else _in_workers(jobs)
+    modules = Counter(one.group for one in wanted.values())
+    calls = [Call(one.id, (one.id,), group=one.group) for one in wanted.values()]
+    # those of the largest modules first, so that no core is idle at the end
+    calls.sort(key=lambda call: -modules[str(call.group)])
     found: dict[str, Finding] = {}
-    for findings in spread(list(groups.values())):
-        found |= findings
-        progress(len(found) / len(wanted))
+    with local_pool(max(1, min(jobs or workers, len(modules)))) as pool:
+        for call, finding in pool.perform(_finding, calls, progress):
+            if isinstance(finding, Failure):
+                raise finding.error
+            found[call.key] = finding
     ordered = sorted(wanted.values(), key=lambda one: one.order)
     return [Judgement(one, found[one.id]) for one in ordered]
 
@@ -101,41 +106,10 @@ def counts(judgements: Iterable[Judgement]) -> dict[str, int]:
     return {str(verdict): counted[verdict] for verdict in Verdict}
 
 
-Spread = Callable[[list[list[str]]], Iterable[dict[str, Finding]]]
-
-
-def _in_turn(groups: list[list[str]]) -> Iterable[dict[str, Finding]]:
-    for group in groups:
-        for one in group:
-            yield _findings([one])
-
-
-def _in_workers(jobs: int) -> Spread:
-    def spread(groups: list[list[str]]) -> Iterable[dict[str, Finding]]:
-        import multiprocessing
-        from concurrent.futures import ProcessPoolExecutor, as_completed
-
-        # fresh processes: one forked from a process in which heyoka has threads could hang
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(jobs, mp_context=context, initializer=serve_quietly) as pool:
-            tasks = [pool.submit(_findings, group) for group in sorted(groups, key=len)[::-1]]
-            try:
-                for task in as_completed(tasks):
-                    yield task.result()
-            except BaseException:
-                dismiss(pool)
-                raise
-
-    return spread
-
-
-def _findings(ids: list[str]) -> dict[str, Finding]:
+def _finding(id: str) -> Finding:
     """Judge in this process; an exception leaves with the id of the claim it happened in."""
-    found = {}
-    for one in ids:
-        try:
-            found[one] = judge(one).finding
-        except Exception as error:
-            error.add_note(f"while judging {one}")
-            raise
-    return found
+    try:
+        return judge(id).finding
+    except Exception as error:
+        error.add_note(f"while judging {id}")
+        raise

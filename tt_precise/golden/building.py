@@ -15,9 +15,10 @@ from tt_precise.golden.invariants import constancies
 from tt_precise.golden.runs import LADDER, Run, Task, tasks
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.golden.workers import Kept, cores, perform_all, pool
+from tt_precise.golden.workers import RunCache, perform_all
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene, shipped
+from tt_precise.workers import local_pool
 
 NEW, UNCHANGED, RENEWED = "new", "unchanged", "evidence renewed"
 REPLACED, REFUSED, FAILED = "replaced", "refused", "failed"
@@ -55,7 +56,7 @@ def build(
     replace: str = "",
     workers: int | None = None,
     progress: Progress = silent,
-    kept: Kept | None = None,
+    cache: RunCache | None = None,
 ) -> list[Built]:
     """Make golden data for ``scenes`` (by default all that ship), in parallel.
 
@@ -81,7 +82,7 @@ def build(
     built: dict[str, Built] = {}
     rungs = dict.fromkeys(wanted, 0)
     seconds = dict.fromkeys(wanted, 0.0)
-    kept = kept or Kept()
+    cache = cache or RunCache()
 
     def finish(name: str, runs: list[Run]) -> list[Task]:
         scene, rung = wanted[name], rungs[name]
@@ -107,12 +108,16 @@ def build(
         )
         return []
 
-    with store.locked(place), pool(workers or cores(), recycled=True) as executor:
+    with (
+        store.locked(place),
+        # numbers in mp leak memory: a process does one task
+        local_pool(workers, inline=False, recycle_after=1) as pool,
+    ):
         # the longest first, so that no core is idle at the end
         longest = sorted(wanted.values(), key=lambda s: (s.start.theta.at_pole, -s.until))
         plans = {scene.name: tasks(scene, LADDER[0]) for scene in longest}
-        perform_all(executor, plans, finish, kept=kept, progress=progress)
-    kept.forget()
+        perform_all(pool, plans, finish, cache=cache, progress=progress)
+    cache.forget()
     return [built[name] for name in wanted]
 
 

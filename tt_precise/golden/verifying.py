@@ -18,8 +18,9 @@ from tt_precise.golden.integrity import inspect
 from tt_precise.golden.runs import LADDER, Run, Task
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.golden.workers import cores, perform_all, pool
+from tt_precise.golden.workers import perform_all
 from tt_precise.progress import Progress, silent
+from tt_precise.workers import local_pool
 
 FRESH_DIGITS = 28  # a fresh computation has to find at least so many
 DIGITS_PER_BIT = math.log10(2)
@@ -134,8 +135,8 @@ def verify(
         for name, stored in ((name, _readable(name, folder)) for name in wanted)
         if stored
     }
-    with pool(workers or cores(), recycled=False) as executor:
-        perform_all(executor, plans, finish, progress=progress)
+    with local_pool(workers, inline=False) as pool:
+        perform_all(pool, plans, finish, progress=progress)
     for name in wanted:
         if name not in found:
             found[name] = Verification(name, None, problems=tuple(inspected(name)[1]))

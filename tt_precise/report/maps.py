@@ -6,15 +6,14 @@ over mu and omega_3(0) at the reference's theta(0). Starts have no rate but omeg
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from tt_precise.cache import cached_table
 from tt_precise.scene import Scene, load_scene
-from tt_precise.sweep.crew import crew_of
-from tt_precise.sweep.kept import kept
+from tt_precise.sweep.run import sweep_pool
 from tt_precise.sweep.specification import Plan
 from tt_precise.sweep.starts import integrated, lambda_of_start
 
@@ -52,7 +51,7 @@ MAPS = {
 @cache
 def rows() -> pandas.DataFrame:
     """All rows of both maps: ``series`` (its name), starts, and the columns of a sweep."""
-    return kept(FILE, definition(), compute)
+    return cached_table(FILE, definition(), compute)
 
 
 def map_rows(name: str) -> pandas.DataFrame:
@@ -66,19 +65,16 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
     import numpy
     import pandas
 
-    crew = crew_of(workers or len(os.sched_getaffinity(0)))
     tables = []
-    try:
+    with sweep_pool(workers) as pool:
         for name, (x, y) in MAPS.items():
             along, up = (values.ravel() for values in numpy.meshgrid(x.values(), y.values()))
             spins = _spins(along, up) if y.name == "lambda_ratio" else up
             plan = Plan(_scene(), (x.name, "omega_3"), RECORD, "unilateral")
             starts = numpy.column_stack([along, spins])
-            table = integrated(crew, plan, [(name, numpy.arange(len(starts)), starts)])
+            table = integrated(pool, plan, [(name, numpy.arange(len(starts)), starts)])
             # as asked for, where it was computed back from omega_3 with some eps of error
             tables.append(table.assign(**{y.name: up}))
-    finally:
-        crew.leave()
     return pandas.concat(tables, ignore_index=True)
 
 

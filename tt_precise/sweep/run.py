@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from tt_precise.errors import InputError
 from tt_precise.sweep import spot_check
-from tt_precise.sweep.crew import Crew, Failure, crew_of, crew_on_dask, performed
 from tt_precise.sweep.specification import Plan, Specification, blocks
 from tt_precise.sweep.store import Folder, Memory, default_chunk
 from tt_precise.sweep.summary import summary_of
+from tt_precise.workers import Call, Failure, Pool, dask_pool, local_pool
 
 if TYPE_CHECKING:
     import pandas
 
+TRIES = 3  # of a chunk, before it is quarantined
+RECYCLED_AFTER = 500  # tasks of a process; then a new one, without what it may have leaked
 Told = Callable[[int, int], None]
 
 
@@ -86,25 +88,15 @@ def sweep(
         store = Memory(spec, chunk or default_chunk(spec.rows))
     else:
         store = Folder(out, spec, chunk)
-    disconnect: Callable[[], None] = lambda: None  # noqa: E731 - the type of what dask returns
-    if executor is not None:
-        crew = Crew(executor, lambda: size)
-    elif dask is not None:
-        crew, disconnect = crew_on_dask(dask)
-    else:
-        crew = crew_of(workers)
     lanes = batch or _simd_lanes()
     before, begun = len(store.done), time.perf_counter()
-    try:
-        computed = _compute(spec, store, crew, lanes, progress)
+    with _pool(workers, dask, executor, size) as pool:
+        computed = _compute(spec, store, pool, lanes, progress)
         seconds = time.perf_counter() - begun
         if not store.quarantined:
-            _check(spec, store, crew, one_in, checking)
+            _check(spec, store, pool, one_in, checking)
         checked = time.perf_counter() - begun - seconds
-        serving = crew.size()
-    finally:
-        crew.leave()
-        disconnect()
+        serving = pool.size()
     how = {
         "batch": lanes,
         "workers": serving,
@@ -119,6 +111,21 @@ def sweep(
     summary = summary_of(spec, store, how)
     store.tell(summary)
     return Swept(summary, store)
+
+
+def sweep_pool(workers: int | None = None) -> Pool:
+    """Processes of this machine that get ready while the first starts are drawn."""
+    return local_pool(workers, tries=TRIES, recycle_after=RECYCLED_AFTER, prepare=_get_ready)
+
+
+def _pool(workers: int, dask: str | None, executor: Executor | None, size: int) -> Pool:
+    if executor is not None:
+        return Pool(executor, lambda: size, tries=TRIES)
+    return sweep_pool(workers) if dask is None else dask_pool(dask, tries=TRIES)
+
+
+def _get_ready() -> None:
+    import tt_precise.sweep.chunk  # noqa: F401
 
 
 def chunk_task(plan: Plan, version: str, number: int, values: Any, batch: int) -> dict[str, Any]:
@@ -141,7 +148,7 @@ def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Any]:
 
 
 def _compute(
-    spec: Specification, store: Memory | Folder, crew: Crew, batch: int, progress: Told | None
+    spec: Specification, store: Memory | Folder, pool: Pool, batch: int, progress: Told | None
 ) -> int:
     from tt_precise import __version__
 
@@ -155,17 +162,17 @@ def _compute(
     done = sum(map(rows_of, store.done))
     found = done
     tell(done, spec.rows)
-    tasks = (
-        (number, (spec.plan, __version__, number, values, batch))
+    calls = (
+        Call(number, (spec.plan, __version__, number, values, batch))
         for number, values in blocks(spec, size, set(store.done))
     )
-    for number, arguments, result in performed(crew, chunk_task, tasks):
+    for call, result in pool.perform(chunk_task, calls):
         if isinstance(result, Failure):
-            store.quarantine(number, result.error)
+            store.quarantine(call.key, result.reason)
             continue
         about = {"seconds": round(result["seconds"], 3), "batch": batch}
-        store.keep(number, arguments[3], result["columns"], about)
-        done += rows_of(number)
+        store.keep(call.key, call.arguments[3], result["columns"], about)
+        done += rows_of(call.key)
         tell(done, spec.rows)
     return done - found
 
@@ -173,7 +180,7 @@ def _compute(
 def _check(
     spec: Specification,
     store: Memory | Folder,
-    crew: Crew,
+    pool: Pool,
     one_in: int,
     checking: Told | None,
 ) -> None:
@@ -183,13 +190,14 @@ def _check(
     if spec.contact == "bilateral":
         # quad runs end where contact is lost; beyond, there is nothing to compare with
         rows = {index: row for index, row in rows.items() if row["min_g_n"] > 0}
-    tasks = (
-        (index, (spec.plan, {name: float(row[name]) for name in spec.names}))
+    calls = (
+        Call(index, (spec.plan, {name: float(row[name]) for name in spec.names}))
         for index, row in rows.items()
     )
-    for done, (index, _, result) in enumerate(performed(crew, recheck_task, tasks), start=1):
+    for done, (call, result) in enumerate(pool.perform(recheck_task, calls), start=1):
+        index = call.key
         if isinstance(result, Failure):
-            store.check(index, {"error": result.error})
+            store.check(index, {"error": result.reason})
         else:
             row = rows[index]
             store.check(

@@ -7,8 +7,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.scene import Inclination, Scene
-from tt_precise.sweep.crew import Crew, Failure, performed
 from tt_precise.sweep.specification import Plan
+from tt_precise.workers import Call, Failure, Pool
 
 if TYPE_CHECKING:
     import pandas
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 TASK_ROWS = 128
 
 
-def integrated(crew: Crew, plan: Plan, tables: list[tuple[str, Any, Any]]) -> pandas.DataFrame:
+def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Any, Any]]) -> pandas.DataFrame:
     """The rows of some tables, in order: ``series``, ``contact``, ``index``, starts, results.
 
     ``tables`` holds (series, index, values of shape (rows, ``plan.names``)).
@@ -38,18 +38,18 @@ def integrated(crew: Crew, plan: Plan, tables: list[tuple[str, Any, Any]]) -> pa
         for first in range(0, len(index), TASK_ROWS)
     ]
     lanes = heyoka.recommended_simd_size()
-    tasks = (
-        (number, (plan, __version__, number, piece[2], lanes))
+    calls = (
+        Call(number, (plan, __version__, number, piece[2], lanes))
         for number, piece in enumerate(pieces)
     )
     frames = {}
-    for number, _, result in performed(crew, chunk_task, tasks):
+    for call, result in pool.perform(chunk_task, calls):
+        name, index, values = pieces[call.key]
         if isinstance(result, Failure):
-            raise RuntimeError(f"sweep of {pieces[number][0]}: {result.error}")
-        name, index, values = pieces[number]
+            raise RuntimeError(f"sweep of {name}: {result.reason}")
         columns = {"series": name, "contact": plan.contact, "index": index}
         columns |= {start: values[:, position] for position, start in enumerate(plan.names)}
-        frames[number] = pandas.DataFrame({**columns, **result["columns"]})
+        frames[call.key] = pandas.DataFrame({**columns, **result["columns"]})
     return pandas.concat([frames[number] for number in sorted(frames)], ignore_index=True)
 
 

@@ -11,16 +11,15 @@ takes some three minutes of one core.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from tt_precise.cache import cached_table
 from tt_precise.scene import Scene, load_scene
-from tt_precise.sweep.crew import crew_of
-from tt_precise.sweep.kept import kept
+from tt_precise.sweep.run import sweep_pool
 from tt_precise.sweep.specification import STARTS, Plan, blocks, specification
 from tt_precise.sweep.starts import integrated, lambda_of_start
 
@@ -80,7 +79,7 @@ def rows() -> pandas.DataFrame:
     Each start has a row with ``contact`` "unilateral", and one with "bilateral" if it loses
     contact.
     """
-    return kept(FILE, definition(), compute)
+    return cached_table(FILE, definition(), compute)
 
 
 def series(name: str, *, contact: str = "held") -> pandas.DataFrame:
@@ -105,18 +104,15 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
     """Integrate everything; the table that ``rows`` gives."""
     import pandas
 
-    crew = crew_of(workers or len(os.sched_getaffinity(0)))
     plan = Plan(_scene(), STARTS, RECORD, "unilateral")
-    try:
-        first = integrated(crew, plan, list(_starts()))
+    with sweep_pool(workers) as pool:
+        first = integrated(pool, plan, list(_starts()))
         lost = first[first["outcome"] == "contact_lost"]
         again = [
             (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
             for name, some in lost.groupby("series", sort=False)
         ]
-        second = integrated(crew, replace(plan, contact="bilateral"), again)
-    finally:
-        crew.leave()
+        second = integrated(pool, replace(plan, contact="bilateral"), again)
     order = {one.name: position for position, one in enumerate(SERIES)}
     table = pandas.concat([first, second], ignore_index=True)
     table["order"] = table["series"].map(order)
