@@ -13,8 +13,10 @@ paper. Units are SI; names are the paper's.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from tt_precise._version import __version__
+from tt_precise.lazy import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise import check, claims, golden
@@ -23,30 +25,26 @@ if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory, integrate
     from tt_precise.scene import Scene, load_scene
 
-__version__ = "0.1.0"
 __all__ = [
-    "InputError", "Scene", "TippeTop", "Trajectory", "check", "claims", "golden", "integrate",
+    "InputError",
+    "Scene",
+    "TippeTop",
+    "Trajectory",
+    "__version__",
+    "check",
+    "claims",
+    "golden",
+    "integrate",
     "load_scene",
 ]  # fmt: skip
 
-_HOMES = {
-    "InputError": "tt_precise.errors",
-    "Scene": "tt_precise.scene",
-    "TippeTop": "tt_precise.body",
-    "Trajectory": "tt_precise.integrate",
-    "integrate": "tt_precise.integrate",
-    "load_scene": "tt_precise.scene",
-}
-
-
-def __getattr__(name: str) -> Any:
-    # heyoka, pandas and matplotlib take a second to import, so nothing is until it is used
-    if name in _HOMES:
-        return getattr(importlib.import_module(_HOMES[name]), name)
-    if name in __all__:
-        return importlib.import_module(f"tt_precise.{name}")
-    raise AttributeError(f"module 'tt_precise' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "body": ["TippeTop"],
+        "errors": ["InputError"],
+        "integrate": ["Trajectory", "integrate"],
+        "scene": ["Scene", "load_scene"],
+    },
+    ["check", "claims", "golden"],
+)

@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-from tt_precise import __version__
+from tt_precise._version import __version__
 from tt_precise.errors import InputError
 from tt_precise.interruption import Terminated, end_within, heeded
 

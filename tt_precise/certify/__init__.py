@@ -60,8 +60,9 @@ Needs python-flint (the extra ``certify``).
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from tt_precise.lazy import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise.certify.enclosure import Enclosure, enclose
@@ -74,21 +75,14 @@ __all__ = [
     "Enclosure", "NotProved", "Problem", "Proof", "Zero", "enclose", "problem_of", "prove", "zeros",
 ]  # fmt: skip
 
-_HOMES = {
-    **dict.fromkeys(("Enclosure", "enclose"), "enclosure"),
-    **dict.fromkeys(("Problem", "problem_of"), "problem"),
-    **dict.fromkeys(("Proof", "prove"), "proof"),
-    **dict.fromkeys(("Zero", "zeros"), "interval_newton"),
-    "NotProved": "verdict",
-}
-
-
-def __getattr__(name: str) -> Any:
-    # what is on disk can be read without python-flint, which the rest imports
-    if name in _HOMES:
-        return getattr(importlib.import_module(f"tt_precise.certify.{_HOMES[name]}"), name)
-    raise AttributeError(f"module 'tt_precise.certify' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+# what is on disk can be read without python-flint, which the rest imports
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "enclosure": ["Enclosure", "enclose"],
+        "interval_newton": ["Zero", "zeros"],
+        "problem": ["Problem", "problem_of"],
+        "proof": ["Proof", "prove"],
+        "verdict": ["NotProved"],
+    },
+)

@@ -11,8 +11,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from tt_precise.lazy import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise.check.assertions import assert_conserves, assert_matches_golden
@@ -21,17 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Finding", "Result", "assert_conserves", "assert_matches_golden", "conservation"]
 
-_HOMES = {
-    "Finding": "tt_precise.check.result",
-    "assert_conserves": "tt_precise.check.assertions",
-    "assert_matches_golden": "tt_precise.check.assertions",
-    "Result": "tt_precise.check.result",
-    "conservation": "tt_precise.check.run",
-}
-
-
-def __getattr__(name: str) -> Any:
-    # the pytest plugin lives in this package and must cost nothing until it is used
-    if name in _HOMES:
-        return getattr(importlib.import_module(_HOMES[name]), name)
-    raise AttributeError(f"module 'tt_precise.check' has no attribute {name!r}")
+# the pytest plugin lives in this package and must cost nothing until it is used
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "assertions": ["assert_conserves", "assert_matches_golden"],
+        "result": ["Finding", "Result"],
+        "run": ["conservation"],
+    },
+)

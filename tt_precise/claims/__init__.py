@@ -11,8 +11,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from tt_precise.lazy import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise.claims.claim import Claim, claim_named, claims
@@ -24,19 +25,12 @@ __all__ = [
     "judge_all",
 ]  # fmt: skip
 
-_HOMES = {
-    **dict.fromkeys(("Claim", "claim_named", "claims"), "claim"),
-    **dict.fromkeys(("Judgement", "counts", "judge", "judge_all"), "judging"),
-    **dict.fromkeys(("Finding", "Verdict"), "verdicts"),
-}
-
-
-def __getattr__(name: str) -> Any:
-    # the claims import what they are judged with, heyoka and SymPy among it
-    if name in _HOMES:
-        return getattr(importlib.import_module(f"tt_precise.claims.{_HOMES[name]}"), name)
-    raise AttributeError(f"module 'tt_precise.claims' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+# the claims import what they are judged with, heyoka and SymPy among it
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "claim": ["Claim", "claim_named", "claims"],
+        "judging": ["Judgement", "counts", "judge", "judge_all"],
+        "verdicts": ["Finding", "Verdict"],
+    },
+)

@@ -12,8 +12,9 @@ computation.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from tt_precise.lazy import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise.golden.building import Built, build
@@ -27,21 +28,13 @@ __all__ = [
     "verify",
 ]  # fmt: skip
 
-_HOMES = {
-    **dict.fromkeys(("Built", "build"), "building"),
-    **dict.fromkeys(("Comparison", "compare"), "comparing"),
-    **dict.fromkeys(("GoldenFrame", "load"), "loading"),
-    "scenes": "store",
-    **dict.fromkeys(("Verification", "verify"), "verifying"),
-}
-
-
-def __getattr__(name: str) -> Any:
-    # pandas and heyoka are imported by what needs them, when it is first used
-    if name in _HOMES:
-        return getattr(importlib.import_module(f"tt_precise.golden.{_HOMES[name]}"), name)
-    raise AttributeError(f"module 'tt_precise.golden' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "building": ["Built", "build"],
+        "comparing": ["Comparison", "compare"],
+        "loading": ["GoldenFrame", "load"],
+        "store": ["scenes"],
+        "verifying": ["Verification", "verify"],
+    },
+)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tt_precise._version import __version__
 from tt_precise.errors import InputError
 from tt_precise.sweep import spot_check
 from tt_precise.sweep.specification import Plan, Specification, blocks
@@ -130,13 +131,10 @@ def _get_ready() -> None:
 
 def chunk_task(plan: Plan, version: str, number: int, values: Any, batch: int) -> dict[str, Any]:
     """The results of a chunk, in a worker; its ``seconds`` there are told beside the columns."""
-    import tt_precise
     from tt_precise.sweep.chunk import compute
 
-    if tt_precise.__version__ != version:
-        raise InputError(
-            f"worker: has tt_precise {tt_precise.__version__}, expected {version} as here"
-        )
+    if __version__ != version:
+        raise InputError(f"worker: has tt_precise {__version__}, expected {version} as here")
     begun = time.perf_counter()
     columns = compute(plan, values, batch)
     return {"columns": columns, "seconds": time.perf_counter() - begun}
@@ -150,8 +148,6 @@ def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Any]:
 def _compute(
     spec: Specification, store: Memory | Folder, pool: Pool, batch: int, progress: Told | None
 ) -> int:
-    from tt_precise import __version__
-
     tell = progress or (lambda done, all_rows: None)
     size = store.size
     last = -(-spec.rows // size) - 1

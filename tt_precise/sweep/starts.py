@@ -6,6 +6,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from tt_precise._version import __version__
 from tt_precise.scene import Inclination, Scene
 from tt_precise.sweep.specification import Plan
 from tt_precise.workers import Call, Failure, Pool
@@ -29,7 +30,6 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Any, Any]]) -> pa
     import heyoka
     import pandas
 
-    from tt_precise import __version__
     from tt_precise.sweep.run import chunk_task
 
     pieces = [

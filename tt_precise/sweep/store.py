@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tt_precise._version import __version__
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write, replacing
 from tt_precise.sweep.specification import Specification
@@ -151,7 +152,6 @@ class Folder:
             writer.close()
 
     def _opened(self, size: int | None) -> dict[str, Any]:
-        from tt_precise import __version__
 
         file = self.path / "sweep.json"
         wanted = {

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from typing import Any
 
+from tt_precise._version import __version__
 from tt_precise.sweep.columns import OUTCOMES
 from tt_precise.sweep.specification import Specification
 from tt_precise.sweep.store import Folder, Memory
@@ -106,8 +107,6 @@ def _versions() -> dict[str, str]:
 
     import heyoka
     import numpy
-
-    from tt_precise import __version__
 
     return {
         "tt_precise": __version__,
