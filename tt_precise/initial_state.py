@@ -9,7 +9,7 @@ from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.body import Parameters, Units
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene
@@ -60,6 +60,14 @@ class InitialState:
         sine_cosine = start.theta.sine_cosine(fn, exact)
         vectors = vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine)
         return cls(scene.model, body, units, vectors, euler, exact(scene.until) / units.time)
+
+    def state(self, form: Formulation) -> tuple[Scalar, ...]:
+        """The state as ``form`` has it, in the order of its columns."""
+        return tuple(form.start(self.body, self.vectors, self.euler))
+
+    def parameters(self, form: Formulation) -> tuple[Scalar, ...]:
+        """The body's ``parameters`` that ``form`` leaves open."""
+        return tuple(getattr(self.body, name) for name in form.parameters)
 
     def motion(self, fn: Functions) -> Motion:
         """What quantities at the start are functions of."""

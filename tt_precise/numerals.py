@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
+from numbers import Integral
 from typing import Any
 
 from tt_precise.errors import InputError
@@ -45,3 +46,29 @@ def to_mpmath(value: Fraction, context: Any) -> Any:
     from mpmath.libmp import from_rational  # here, so that a check in double need not import it
 
     return context.make_mpf(from_rational(value.numerator, value.denominator, context.prec, "n"))
+
+
+def as_fraction(t: Any) -> Fraction:
+    """The exact value of a time given as a string, or as an int, fraction, float of any kind.
+
+    Raises
+    ------
+    InputError
+        It is no finite number.
+    """
+    if hasattr(t, "_mpf_"):
+        sign, mantissa, power, _ = t._mpf_
+        if t - t != 0:
+            raise InputError(f"t: got {t}, expected a finite time in s")
+        value = Fraction(int(mantissa)) * Fraction(2) ** int(power)
+        return -value if sign else value
+    if isinstance(t, bool):
+        return exact(t, "t")
+    if isinstance(t, Integral):  # NumPy's integers too
+        return Fraction(int(t))
+    if not hasattr(t, "as_integer_ratio"):
+        return exact(t, "t")
+    try:
+        return Fraction(*map(int, t.as_integer_ratio()))
+    except (ValueError, OverflowError):
+        raise InputError(f"t: got {t}, expected a finite time in s") from None

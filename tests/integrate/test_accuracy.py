@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate import Trajectory, accuracy, cost_table, integrate
+from tt_precise.integrate import Trajectory, cost_table, integrate, to_digits
 from tt_precise.integrate import propagate as propagation
 from tt_precise.integrate.accuracy import KINDS
 from tt_precise.scene import Inclination, Scene, Start
@@ -71,22 +71,22 @@ def test_the_estimate_follows_a_coarser_tolerance(
 ) -> None:
     coarse = integrate(short, tolerance=tolerance, options={"compact_mode": True})
     found = true_digits(coarse, truth)
-    # The judge, of the same arithmetic, errs 1e-14 or so: a tenth of the error at 1e-11.
+    # The reference run, of the same arithmetic, errs 1e-14 or so: a tenth of the error at 1e-11.
     assert coarse.digits == pytest.approx(found, abs=0.05)
     assert found < 12.5
 
 
-def test_a_coarse_run_is_judged_in_its_own_arithmetic(short: Scene) -> None:
+def test_a_coarse_run_is_compared_in_its_own_arithmetic(short: Scene) -> None:
     options = {"compact_mode": True}
     coarse = integrate(short, tolerance=1e-8, options=options)
-    finest, twin = accuracy.judges(coarse)
+    finest, twin = coarse.reference_runs()
     assert finest.precision == twin.precision == coarse.precision
     assert finest.tolerance < 1e-16 < twin.tolerance == coarse.tolerance
-    for judge in (finest, twin):
-        # k and L are exact in no double, so that the judge starts on the other side of each
-        assert judge.start.body.alpha != coarse.start.body.alpha
-        assert judge.start.vectors.ky == coarse.start.vectors.ky == 0
-    (wider,) = accuracy.judges(integrate(short, tolerance=1e-14, options=options))
+    for one in (finest, twin):
+        # k and L are exact in no double, so that the reference run starts on the other side of each
+        assert one.start.body.alpha != coarse.start.body.alpha
+        assert one.start.vectors.ky == coarse.start.vectors.ky == 0
+    (wider,) = integrate(short, tolerance=1e-14, options=options).reference_runs()
     assert wider.precision.name == "extended"
 
 
@@ -134,10 +134,10 @@ def test_wanted_digits_are_delivered_by_the_cheapest_arithmetic(
 def test_a_rung_that_does_not_deliver_is_passed(
     short: Scene, truth: Trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What the table promises too much (here 7 digits, then 10) is added to the next wish."""
+    """What the table promises too much (here 7 digits, then 10) is added to the next request."""
     promised = {"double": 20.5, "extended": 28.0, "quad": 40.0}
     ladder = [cost_table.Setting("newton", name, 0, 0.0, d, 1.0) for name, d in promised.items()]
-    monkeypatch.setattr(accuracy, "settings", lambda *_: list(ladder))
+    monkeypatch.setattr(to_digits, "settings", lambda *_: list(ladder))
     trajectory = integrate(short, digits=20)
     assert trajectory.precision.name == "quad"
     assert true_digits(trajectory, truth) >= 20
@@ -159,8 +159,8 @@ def test_what_is_no_number_of_digits_is_refused(short: Scene, wanted: Any) -> No
 def test_digits_that_are_not_reached_are_refused(
     short: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(accuracy, "settings", lambda *_: [])
-    monkeypatch.setattr(accuracy, "digits", lambda trajectory: 29.96)
+    monkeypatch.setattr(to_digits, "settings", lambda *_: [])
+    monkeypatch.setattr(Trajectory, "digits", 29.96)
     with pytest.raises(InputError, match=r"digits: got 30, but mp with \d+ bits reaches 30\.0"):
         integrate(short, digits=30)
 
@@ -169,7 +169,7 @@ def test_digits_of_a_hopeless_start_are_refused(
     reference: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "mp", 5)
-    monkeypatch.setattr(accuracy, "settings", lambda *_: [])
+    monkeypatch.setattr(to_digits, "settings", lambda *_: [])
     hopeless = replace(reference, body=replace(reference.body, mu="1e300"))
     with pytest.raises(InputError, match="digits: got 10, but the integration of reference fails"):
         integrate(hopeless, digits=10)

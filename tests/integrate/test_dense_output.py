@@ -11,9 +11,9 @@ import numpy
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate import propagate as propagation_module
-from tt_precise.integrate.dense_output import EULER_COLUMNS, VECTOR_COLUMNS, as_fraction
+from tt_precise.integrate import Trajectory, dense_output, integrate
+from tt_precise.integrate.columns import EULER_COLUMNS, VECTOR_COLUMNS
+from tt_precise.numerals import as_fraction
 from tt_precise.scene import Scene
 
 QUADRATURES = ("phi", "psi", "x", "y")
@@ -236,7 +236,7 @@ def test_a_repetition_that_differs_is_not_hidden(
     half: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trajectory = integrate(half)
-    original: Callable[..., Any] = propagation_module.propagate
+    original: Callable[..., Any] = dense_output.propagate
 
     def unreliable(*args: Any, **keywords: Any) -> Any:
         propagation = original(*args, **keywords)
@@ -244,7 +244,7 @@ def test_a_repetition_that_differs_is_not_hidden(
             propagation, state=(propagation.state[0] * (1 + 2.0**-52), *propagation.state[1:])
         )
 
-    monkeypatch.setattr(propagation_module, "propagate", unreliable)
+    monkeypatch.setattr(dense_output, "propagate", unreliable)
     with pytest.raises(RuntimeError, match="another result when it was repeated"):
         trajectory.at("0.1")
 

@@ -2,12 +2,11 @@
 
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
-import heyoka
 import pytest
 
 from tt_precise.integrate import Trajectory, integrate, system
+from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import integrator, numeric_options
@@ -55,7 +54,7 @@ def test_an_interrupted_integrator_is_not_used_again(builds: list[Setup]) -> Non
 def test_idle_integrators_do_not_pile_up(
     builds: list[Setup], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(system, "KEPT_IDLE", 1)
+    monkeypatch.setattr(system, "MOST_IDLE", 1)
     with integrator(SETUP), integrator(SETUP):
         pass
     assert len(system._idle[SETUP]) == 1
@@ -108,9 +107,8 @@ def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Sce
 def test_terminal_functions_are_those_of_the_model() -> None:
     def names(model: str, coordinates: str) -> list[str]:
         form = integrated(model, coordinates)
-        variables = tuple(heyoka.make_vars(*form.columns))
-        q: Any = system.motion(form, (), system.symbolic_body(form), variables, heyoka)
-        return list(system.terminal_functions(form, q, variables[0]))
+        equations = Equations.of(form)
+        return list(system.terminal_functions(form, equations.motion, equations.variables[0]))
 
     assert names("gliding", "newton") == ["contact_lost", "singular_contact"]
     assert names("gliding", "euler") == ["contact_lost", "singular_contact", "pole"]

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.body import Parameters
 from tt_precise.initial_state import InitialState
+from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.system import extended_rates, numeric_options, symbolic_body
+from tt_precise.integrate.system import numeric_options
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.progress import Progress, silent
@@ -88,14 +89,10 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Any]]:
     precision = precision_named("double")
     form = integrated(scene.model, "newton")
     starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
-    variables = tuple(heyoka.make_vars(*form.columns))
-    rates = extended_rates(form, (), symbolic_body(form), variables, heyoka)
-    state = numpy.array(
-        [[float(x) for x in form.start(one.body, one.vectors, one.euler)] for one in starts]
-    ).T
+    state = numpy.array([list(map(float, one.state(form))) for one in starts]).T
     values = {name: float(getattr(starts[0].body, name)) for name in form.parameters}
     batch = heyoka.taylor_adaptive_batch(
-        list(zip(variables, rates, strict=True)),
+        Equations.of(form).system,
         state.copy(),
         pars=numpy.outer(list(values.values()), numpy.ones(len(seeds))),
         **numeric_options(Setup(formulation=form, precision=precision)),

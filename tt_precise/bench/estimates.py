@@ -137,7 +137,7 @@ def right_digits(trajectory: Trajectory) -> float:
         for name, value in trajectory.state.values.items()
         if value is not None and truth.state.values[name] is not None
     }
-    return worst_digits(trajectory, errors)
+    return worst_digits(trajectory.state, errors, trajectory.start.units)
 
 
 def table(seeds: Iterable[int] = range(SAMPLES), progress: Progress = silent) -> pandas.DataFrame:

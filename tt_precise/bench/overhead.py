@@ -38,18 +38,17 @@ def _bare_loop(scene: str) -> Callable[[], Any]:
     import heyoka
 
     from tt_precise.integrate import integrate
-    from tt_precise.integrate.system import extended_rates, numeric_options, symbolic_body
+    from tt_precise.integrate.equations import Equations
+    from tt_precise.integrate.system import numeric_options
 
     trajectory = integrate(scene)
     setup, start = trajectory.setup, trajectory.start
     form, number = setup.formulation, setup.precision.number
-    variables = tuple(heyoka.make_vars(*form.columns))
-    rates = extended_rates(form, (), symbolic_body(form), variables, heyoka)
-    state = [number(v) for v in form.start(start.body, start.vectors, start.euler)]
+    state = list(map(number, start.state(form)))
     adaptive = heyoka.taylor_adaptive(
-        list(zip(variables, rates, strict=True)),
+        Equations.of(form).system,
         state,
-        pars=[number(getattr(start.body, name)) for name in form.parameters],
+        pars=list(map(number, start.parameters(form))),
         **numeric_options(setup),
     )
     until = number(start.until)

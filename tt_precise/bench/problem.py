@@ -14,7 +14,7 @@ from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
-from tt_precise.integrate.dense_output import VECTOR_COLUMNS
+from tt_precise.integrate.columns import VECTOR_COLUMNS
 from tt_precise.integrate.precision import Precision, precision_named
 from tt_precise.mechanics.conserved import INTEGRALS, drift
 from tt_precise.mechanics.formulations import (

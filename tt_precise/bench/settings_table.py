@@ -115,7 +115,7 @@ def right_digits(trajectory: Trajectory) -> float:
         for name, text in truth.items()
         if text is not None and trajectory.state.values[name] is not None
     }
-    return worst_digits(trajectory, errors)
+    return worst_digits(trajectory.state, errors, trajectory.start.units)
 
 
 def _costs(found: dict[Setting, Trajectory]) -> dict[Setting, float]:

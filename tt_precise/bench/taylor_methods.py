@@ -10,14 +10,13 @@ from typing import Any
 
 from tt_precise.bench.methods import Settings, Solution, Solve, registered
 from tt_precise.bench.problem import GoldenProblem
+from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.events import catalogue
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import (
     Integrator,
     build,
-    extended_rates,
     numeric_options,
-    symbolic_body,
 )
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 
@@ -48,11 +47,8 @@ def bare(problem: GoldenProblem, settings: Settings, **options: Any) -> Solve:
     import heyoka
 
     setup = setup_of(problem, settings, **options)
-    form = problem.form
-    variables = tuple(heyoka.make_vars(*form.columns))
-    rates = extended_rates(form, (), symbolic_body(form), variables, heyoka)
     adaptive = heyoka.taylor_adaptive(
-        list(zip(variables, rates, strict=True)),
+        Equations.of(problem.form).system,
         problem.state(settings.precision),
         pars=problem.parameters(settings.precision),
         fp_type=settings.precision.fp_type,
@@ -118,13 +114,11 @@ def lanes(width: int, problem: GoldenProblem, settings: Settings) -> Solve:
     import heyoka
     import numpy
 
-    form, precision = problem.form, settings.precision
-    variables = tuple(heyoka.make_vars(*form.columns))
-    rates = extended_rates(form, (), symbolic_body(form), variables, heyoka)
+    precision = settings.precision
     spread = 1 + SPREAD * numpy.arange(width)
     start = numpy.outer(problem.state(precision), spread)
     batch = heyoka.taylor_adaptive_batch(
-        list(zip(variables, rates, strict=True)),
+        Equations.of(problem.form).system,
         start.copy(),
         pars=numpy.outer(problem.parameters(precision), numpy.ones(width)),
         **numeric_options(setup_of(problem, settings)),

@@ -10,7 +10,7 @@ from flint import arb
 from tt_precise.certify.balls import Balls
 from tt_precise.certify.interval_newton import Function
 from tt_precise.certify.problem import body_of, problem_of, units_of
-from tt_precise.integrate.system import QUADRATURE_SCALE
+from tt_precise.integrate.quadratures import QUADRATURE_SCALE
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation

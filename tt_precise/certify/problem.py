@@ -11,7 +11,7 @@ from flint import arb
 
 from tt_precise.body import Parameters, Units
 from tt_precise.certify.balls import Balls, ball
-from tt_precise.integrate.system import extended_rates
+from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation

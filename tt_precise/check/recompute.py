@@ -58,7 +58,7 @@ def _solution(
     scene: Scene, precision: str, names: list[str], rows: Sequence[Row], progress: Progress
 ) -> list[Row]:
     from tt_precise.integrate import integrate
-    from tt_precise.integrate.dense_output import as_fraction
+    from tt_precise.numerals import as_fraction
 
     trajectory = integrate(scene, precision, progress=progress)
     end = scene.until if trajectory.status == "complete" else as_fraction(trajectory.t_end)

@@ -98,11 +98,10 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observ
     scene, working = variant(until=until), precision_named(precision)
     start, form = InitialState.of(scene, working.arithmetic), formulation("gliding", "newton")
     number, guarded = working.number, working.guarded
-    first = [number(x) for x in form.start(start.body, start.vectors, start.euler)]
+    first = list(map(number, start.state(form)))
     setup = Setup(formulation=form, precision=working, tolerance=tolerance)
     with integrator(setup) as made:
-        parameters = [number(getattr(start.body, name)) for name in form.parameters]
-        made.reset(first, parameters, number(working.context.mpf(0)))
+        made.begin(setup, start)
         _, _, _, steps, *_ = made.adaptive.propagate_until(number(start.until))
         made.adaptive.propagate_until(number(working.context.mpf(0)))
         last = [guarded(made.adaptive.state[i]) for i in range(len(first))]

@@ -19,7 +19,7 @@ from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.store import Stored
 from tt_precise.golden.table import Table
 from tt_precise.integrate.accuracy import KINDS
-from tt_precise.integrate.dense_output import VECTOR_COLUMNS
+from tt_precise.integrate.columns import VECTOR_COLUMNS
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.plotting import new_figure, require_format, save, styled
 

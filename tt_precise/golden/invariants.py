@@ -9,7 +9,7 @@ import mpmath
 from tt_precise.exact.jellett import jellett_along
 from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.table import Table
-from tt_precise.integrate.dense_output import VECTOR_COLUMNS
+from tt_precise.integrate.columns import VECTOR_COLUMNS
 from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion

@@ -3,9 +3,10 @@
 import sys
 from types import ModuleType
 
+from tt_precise.integrate.columns import State
 from tt_precise.integrate.events import EVENTS, TERMINAL, catalogue
-from tt_precise.integrate.propagate import integrate
-from tt_precise.integrate.trajectory import State, Trajectory
+from tt_precise.integrate.integration import integrate
+from tt_precise.integrate.trajectory import Trajectory
 
 __all__ = ["EVENTS", "TERMINAL", "State", "Trajectory", "catalogue", "integrate"]
 

@@ -19,17 +19,12 @@ top does not climb or the horizon ends too early, is None. A top that spins the 
 from __future__ import annotations
 
 import bisect
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tt_precise.mechanics.quantities import Motion, jellett
-
 if TYPE_CHECKING:
     import pandas
-
-    from tt_precise.integrate.trajectory import Trajectory
 
 NEEDED = ("theta_min", "theta_max", "phi_dot_zero", "equator", "Lk_equals_Lz", "Lk_equals_minus_Lz")
 
@@ -80,30 +75,6 @@ class InversionTimes:
     A: Climb
     B: Climb
     C: Climb
-
-
-def inversion_times(trajectory: Trajectory) -> InversionTimes:
-    """Initiation and ending times of a trajectory; integrates again if it lacks the events."""
-    if not set(NEEDED) <= set(trajectory.setup.events):
-        from tt_precise.integrate.propagate import integrate
-
-        mp = trajectory.precision.name == "mp"
-        trajectory = integrate(
-            trajectory.scene,
-            trajectory.precision.name,
-            bits=trajectory.precision.bits if mp else None,
-            formulation=trajectory.formulation,
-            events=NEEDED,
-            record=(),
-        )
-    double = trajectory.precision.name == "double"
-    begun = trajectory.start
-    lambda_ = jellett(Motion(begun.body, begun.vectors, trajectory.precision.context))
-    return from_events(
-        trajectory.events,
-        math.pi if double else +trajectory.precision.context.pi,
-        mirrored=bool(lambda_ < 0),
-    )
 
 
 def from_events(events: pandas.DataFrame, pi: Any, *, mirrored: bool = False) -> InversionTimes:

@@ -10,12 +10,12 @@ import sys
 import threading
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import mpmath
 
-from tt_precise.arithmetic import Arithmetic
+from tt_precise.arithmetic import Arithmetic, Functions
 from tt_precise.errors import InputError
 from tt_precise.numerals import to_mpmath
 
@@ -51,8 +51,8 @@ class Precision:
             return numpy.longdouble
         return {"double": float, "quad": heyoka.real128, "mp": heyoka.real}[self.name]
 
-    @cached_property
-    def context(self) -> Any:
+    @property
+    def context(self) -> Functions:
         """An mpmath context with ``GUARD_BITS`` more than this precision, not to be changed.
 
         Each thread has its own: mpmath's functions raise the precision of theirs for a while.
@@ -131,13 +131,18 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
     bits = BITS[name] if bits is None else bits
     if name == "mp" and not FEWEST_BITS <= bits <= MOST_BITS:
         raise InputError(f"bits: got {bits}, expected {FEWEST_BITS} to {MOST_BITS}")
-    if name == "extended" and not _has_80_bit_floats():
+    if not is_available(name):
         raise InputError("precision: got extended on a machine without it, expected quad")
     return Precision(name, bits)
 
 
+def is_available(name: str) -> bool:
+    """Whether this machine has the precision called ``name``."""
+    return name != "extended" or _has_80_bit_floats()
+
+
 def finer(precision: Precision) -> Precision:
-    """The arithmetic that a result in ``precision`` is judged by."""
+    """The arithmetic that a result in ``precision`` is compared with."""
     if precision.name == "double" and _has_80_bit_floats():
         return precision_named("extended")
     if precision.name in ("double", "extended"):

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from tt_precise.initial_state import InitialState
+from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.contact import require_contact
-from tt_precise.integrate.dense_output import DenseOutput, Propagation, Status
+from tt_precise.integrate.dense_output import moved_arrays
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.propagate import status_of
+from tt_precise.integrate.propagate import Status, status_of
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import integrator
@@ -51,11 +52,10 @@ class Stream:
         self._setup = Setup(formulation=integrated(self.scene.model, "newton"), precision=precision)
         self._start = InitialState.of(self.scene, precision.arithmetic)
         require_contact(self.scene.name, self._start, precision.context, "unilateral")
-        nothing = Propagation("complete", 0.0, 0.0, (), 0, 0, (), ())
-        self._dense_output = DenseOutput(self._setup, self._start, nothing)
-        self._names = names or self._dense_output.columns
+        self._columns = Columns(self._setup, self._start)
+        self._names = names or self._columns.names
         for name in self._names:
-            self._dense_output.dimension(name)
+            self._columns.dimension(name)
         step = float(to_mpmath(self.scene.sample_every, precision.context) / self._start.units.time)
         self._block = max(1, min(block, int(LONGEST_BLOCK / step)))
 
@@ -67,30 +67,24 @@ class Stream:
         for first, rows in self._rows(count):
             entries = tuple(rows.T)
             numbers = numpy.arange(first, first + len(rows))
-            moved = self._dense_output.moved_arrays(entries, self._times(numbers)[1])
+            moved = moved_arrays(
+                self._setup, self._columns.float_body, entries, self._times(numbers)[1]
+            )
             if not first:  # not moved: rates may be undefined there
                 moved = tuple(
                     numpy.where(numbers == 0, x, m) for x, m in zip(entries, moved, strict=True)
                 )
-            columns = self._dense_output.columns_of(self._names, moved)
+            columns = self._columns.of_arrays(self._names, moved)
             seconds = numbers * numpy.longdouble(self.scene.sample_every.numerator)
             seconds = (seconds / self.scene.sample_every.denominator).astype(float)
             yield pandas.DataFrame({"t": seconds, **columns})
 
     def _rows(self, count: int) -> Iterator[tuple[int, Any]]:
-        start, number = self._start, self._setup.precision.number
-        state = [
-            number(x) for x in self._setup.formulation.start(start.body, start.vectors, start.euler)
-        ]
-        parameters = [
-            number(getattr(start.body, name)) for name in self._setup.formulation.parameters
-        ]
-        with integrator(self._setup) as made:
-            made.reset(state, parameters, 0.0)
-            longest = longest_step(
-                start.body, start.vectors, made.adaptive.order, self._setup.precision
-            )
-            limits = {} if longest is None else {"max_delta_t": number(longest)}
+        start, setup = self._start, self._setup
+        with integrator(setup) as made:
+            made.begin(setup, start)
+            longest = longest_step(start.body, start.vectors, made.adaptive.order, setup.precision)
+            limits = {} if longest is None else {"max_delta_t": float(longest)}
             for first in range(0, count, self._block):
                 times = self._times(numpy.arange(first, min(first + self._block, count)))[0]
                 # a grid has to begin at the time where the integrator is

@@ -1,27 +1,25 @@
 """A scene's equations as a compiled heyoka integrator, built once and used again.
 
-Everything is integrated in dimensionless units (m = R = g = 1). heyoka's tolerance is relative
-to the largest component of the state, so recorded quadratures, which may grow large, are carried
-scaled down by a power of two and do not loosen it.
+Everything is integrated in dimensionless units (m = R = g = 1).
 """
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from tt_precise.body import Parameters
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.events import EXTREMUM, Event, event_named
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.quantities import Motion
 
-QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
-QUADRATURE_SCALE = 1024
 SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
 
 
@@ -46,12 +44,15 @@ class Integrator:
     hits: list[Hit] = field(default_factory=list)
     losses: list[Any] = field(default_factory=list)
 
-    def reset(self, state: list[Any], parameters: list[Any], zero: Any) -> None:
-        """Set the start, at time zero, and forget earlier events."""
+    def begin(self, setup: Setup, start: InitialState) -> None:
+        """Go to ``start``, at time zero, and forget earlier events."""
+        form, number = setup.formulation, setup.precision.number
+        zero = number(setup.precision.context.mpf(0))
+        state = [*map(number, start.state(form)), *(zero for _ in setup.record)]
         for i, value in enumerate(state):
             self.adaptive.state[i] = value
-        for i, value in enumerate(parameters):
-            self.adaptive.pars[i] = value
+        for i, value in enumerate(start.parameters(form)):
+            self.adaptive.pars[i] = number(value)
         self.adaptive.time = zero
         self.adaptive.reset_cooldowns()
         self.hits.clear()
@@ -59,41 +60,23 @@ class Integrator:
 
 
 _idle: dict[Setup, list[Integrator]] = {}
-KEPT_IDLE = 32
+_idle_lock = threading.Lock()
+MOST_IDLE = 32
 
 
 @contextmanager
 def integrator(setup: Setup) -> Iterator[Integrator]:
     """Lend an integrator for ``setup``, compiled now if no idle one is left from an earlier run."""
-    shelf = _idle.setdefault(setup, [])
-    lent = shelf.pop() if shelf else build(setup)
+    with _idle_lock:
+        idle = _idle.setdefault(setup, [])
+        lent = idle.pop() if idle else None
+    if lent is None:
+        lent = build(setup)
     yield lent
     # only after a run without an exception: an interrupted integrator is not used again
-    if sum(map(len, _idle.values())) < KEPT_IDLE:
-        shelf.append(lent)
-
-
-def extended_rates(
-    form: Formulation, record: tuple[str, ...], body: Parameters, state: tuple[Any, ...], fn: Any
-) -> list[Any]:
-    """Rates of the state and, behind it, of the recorded quadratures (scaled down)."""
-    size = len(form.columns)
-    rates = list(form.rates(body, form.State(*state[:size]), fn))
-    if record:
-        q = motion(form, record, body, state, fn)
-        rates += [QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in record]
-    return rates
-
-
-def motion(
-    form: Formulation, record: tuple[str, ...], body: Parameters, state: tuple[Any, ...], fn: Any
-) -> Motion:
-    """The ``Motion`` of an extended state; the azimuth is the recorded phi, or 0."""
-    size = len(form.columns)
-    phi: Any = 0
-    if form.coordinates == "euler" and "phi" in record:
-        phi = state[size + record.index("phi")] * QUADRATURE_SCALE
-    return form.motion(body, form.State(*state[:size]), fn, phi)
+    with _idle_lock:
+        if sum(map(len, _idle.values())) < MOST_IDLE:
+            idle.append(lent)
 
 
 def build(setup: Setup) -> Integrator:
@@ -103,12 +86,8 @@ def build(setup: Setup) -> Integrator:
     # what heyoka would log is told by a trajectory's status and its suspect_events
     heyoka.set_logger_level_critical()
     form, fp_type = setup.formulation, setup.precision.fp_type
-    names = [*form.columns, *setup.record]
-    variables = tuple(heyoka.make_vars(*names))
-    body = symbolic_body(form)
-    rates = extended_rates(form, setup.record, body, variables, heyoka)
-    q = motion(form, setup.record, body, variables, heyoka)
-    terminal = terminal_functions(form, q, variables[0])
+    equations = Equations.of(form, setup.record)
+    terminal = terminal_functions(form, equations.motion, equations.variables[0])
     hits: list[Hit] = []
     losses: list[Any] = []
     noted = []
@@ -117,8 +96,8 @@ def build(setup: Setup) -> Integrator:
     number = setup.precision.number
     zero = setup.precision.context.mpf(0)
     made = heyoka.taylor_adaptive(
-        list(zip(variables, rates, strict=True)),
-        [number(zero) for _ in names],
+        equations.system,
+        [number(zero) for _ in equations.variables],
         pars=[number(zero + 1) for _ in form.parameters],
         fp_type=fp_type,
         t_events=[
@@ -126,22 +105,12 @@ def build(setup: Setup) -> Integrator:
             for ex in terminal.values()
         ],
         nt_events=[
-            *(
-                _event(heyoka, name, q, variables, rates, fp_type, hits.append)
-                for name in setup.events
-            ),
+            *(_event(heyoka, name, equations, fp_type, hits.append) for name in setup.events),
             *noted,
         ],
         **numeric_options(setup),
     )
     return Integrator(made, tuple(terminal), hits, losses)
-
-
-def symbolic_body(form: Formulation) -> Parameters:
-    """The dimensionless body with heyoka's open parameters: one compilation serves every body."""
-    import heyoka
-
-    return form.body([heyoka.par[i] for i in range(len(form.parameters))])
 
 
 def terminal_functions(form: Formulation, q: Motion, theta: Any) -> dict[str, Any]:
@@ -176,14 +145,14 @@ def full_tolerance(precision: Precision) -> Any:
     return precision.eps / 16 if precision.name == "double" else precision.eps
 
 
-def event_expression(event: Event, q: Motion, variables: tuple[Any, ...], rates: list[Any]) -> Any:
+def event_expression(event: Event, equations: Equations) -> Any:
     """The heyoka expression whose zeros are the event."""
     import heyoka
 
-    expression = event.function(q)
+    expression = event.function(equations.motion)
     if not event.name.startswith(EXTREMUM) or event.slope:
         return expression
-    slopes = (heyoka.diff(expression, v) * r for v, r in zip(variables, rates, strict=True))
+    slopes = (heyoka.diff(expression, v) * rate for v, rate in equations.system)
     return sum(slopes, start=heyoka.expression(0.0))
 
 
@@ -198,14 +167,12 @@ def heyoka_direction(direction: int) -> Any:
 def _event(
     heyoka: Any,
     name: str,
-    q: Motion,
-    variables: tuple[Any, ...],
-    rates: list[Any],
+    equations: Equations,
     fp_type: Any,
     note: Callable[[Hit], None],
 ) -> Any:
-    event = event_named(name, q.model)
-    expression = event_expression(event, q, variables, rates)
+    event = event_named(name, equations.motion.model)
+    expression = event_expression(event, equations)
     direction = heyoka_direction(event.direction)
 
     def callback(adaptive: Any, time: Any, sign: int) -> None:

@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import Dimension
 from tt_precise.initial_state import InitialState
-from tt_precise.integrate.dense_output import (
-    ARRIVED,
-    DenseOutput,
-    Propagation,
-    State,
-    Status,
-    as_fraction,
-)
+from tt_precise.integrate.accuracy import End, error_estimate, reference_runs, worst_digits
+from tt_precise.integrate.columns import Columns, State
+from tt_precise.integrate.contact import require_contact
+from tt_precise.integrate.dense_output import DenseOutput
+from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.integrate.precision import Precision
+from tt_precise.integrate.propagate import ARRIVED, Propagation, Status, propagate
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import full_tolerance
 from tt_precise.mechanics.conserved import conserved, drift
-from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import to_mpmath
+from tt_precise.mechanics.quantities import Motion, jellett
+from tt_precise.numerals import as_fraction, to_mpmath
+from tt_precise.progress import Progress
 from tt_precise.scene import Scene
 
 if TYPE_CHECKING:
     import pandas
-
-    from tt_precise.integrate.inversion import InversionTimes
 
 Numbers = Literal["native", "float", "text"]
 
@@ -57,8 +56,42 @@ class Trajectory:
     def __init__(self, scene: Scene, setup: Setup, start: InitialState, propagation: Propagation):
         self.scene, self.setup, self.start = scene, setup, start
         self._dense_output = DenseOutput(setup, start, propagation)
+        self._columns = Columns(setup, start)
         self.status: Status = propagation.status
         self.steps, self.order = propagation.steps, propagation.order
+
+    @classmethod
+    def of(cls, scene: Scene, setup: Setup, progress: Progress | None = None) -> Trajectory:
+        """Integrate ``scene`` once, as ``setup`` says.
+
+        Raises
+        ------
+        InputError
+            The top is not on the table at t = 0.
+        """
+        start = InitialState.of(scene, setup.precision.arithmetic)
+        require_contact(scene.name, start, setup.precision.context, setup.contact)
+        return cls._from(scene, setup, start, progress)
+
+    @classmethod
+    def _from(
+        cls, scene: Scene, setup: Setup, start: InitialState, progress: Progress | None = None
+    ) -> Trajectory:
+        # wide arithmetics take seconds, so there the dense output is kept at once, not made again
+        dense = setup.precision.name in ("quad", "mp")
+        return cls(scene, setup, start, propagate(setup, start, dense=dense, progress=progress))
+
+    def again(self, *, rounded_otherwise: bool = False, **changes: Any) -> Trajectory:
+        """The same scene integrated again, with some fields of the ``Setup`` replaced.
+
+        With ``rounded_otherwise`` every number of body and start lies on the other side of the
+        exact one: what such a run differs by contains what their rounding does to a run.
+        """
+        setup = self.setup.but(**changes)
+        if not rounded_otherwise:
+            return Trajectory.of(self.scene, setup)
+        start = InitialState.of(self.scene, setup.precision.arithmetic)
+        return Trajectory._from(self.scene, setup, start.map(setup.precision.other_side))
 
     def __repr__(self) -> str:
         return (
@@ -83,15 +116,19 @@ class Trajectory:
         return given or full_tolerance(self.precision)
 
     @cached_property
-    def t_end(self) -> Any:
+    def t_end(self) -> Scalar:
         """Where the solution ends, in s: a float in double, else an mpmath number."""
-        return self._dense_output.leaving(self._dense_output.end_time * self.start.units.time)
+        return self._columns.leaving(self._dense_output.end)
 
     @cached_property
     def state(self) -> State:
         """The state at ``t_end``."""
-        dense_output = self._dense_output
-        return dense_output.states([dense_output.end_time], [dense_output.end_row])[0]
+        return self._columns.states([self._dense_output.end_time], [self._dense_output.end_row])[0]
+
+    @property
+    def end(self) -> End:
+        """How and where the solution ends."""
+        return End(self.status, self.t_end, self.state.values)
 
     def at(self, t: str | int | float | Fraction | Any) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
@@ -102,7 +139,7 @@ class Trajectory:
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
         time = self._dense_output.dimensionless_time(t)
-        return self._dense_output.states([time], self._dense_output.rows([time]))[0]
+        return self._columns.states([time], self._dense_output.rows([time]))[0]
 
     def motion(self, t: str | int | float | Fraction | Any) -> Motion:
         """What every quantity is computed from at time ``t`` (s), dimensionless (m = R = g = 1).
@@ -112,16 +149,15 @@ class Trajectory:
         InputError
             ``t`` lies outside [0, t_end].
         """
-        return self._dense_output.motion(
-            self._dense_output.rows([self._dense_output.dimensionless_time(t)])[0]
-        )
+        time = self._dense_output.dimensionless_time(t)
+        return self._columns.motion(self._dense_output.rows([time])[0])
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
         """The scene's exact sample times up to ``t_end``, which is added where it ends early."""
         if self.status in ARRIVED:
             return self.scene.sample_times
-        end = as_fraction(self._dense_output.end_time * self.start.units.time)
+        end = as_fraction(self._dense_output.end)
         return (*(t for t in self.scene.sample_times if t < end), end)
 
     def frame(
@@ -146,15 +182,15 @@ class Trajectory:
         """
         import pandas
 
-        wanted = names or self._dense_output.columns
+        wanted = names or self._columns.names
         exact_times = self.sample_times if times is None else [as_fraction(t) for t in times]
         inner_times = [self._dense_output.dimensionless_time(t) for t in exact_times]
         context = self.precision.context
         columns: dict[str, Any] = {"t": [to_mpmath(t, context) for t in exact_times]}
         if self.precision.name == "double" and numbers != "text":
-            columns |= self._dense_output.evaluate_arrays(wanted, inner_times)
+            columns |= self._columns.of_arrays(wanted, self._dense_output.arrays(inner_times))
         else:
-            columns |= self._dense_output.evaluate(wanted, self._dense_output.rows(inner_times))
+            columns |= self._columns.of_rows(wanted, self._dense_output.rows(inner_times))
         return pandas.DataFrame(
             {name: self._column(values, numbers) for name, values in columns.items()}
         )
@@ -169,14 +205,14 @@ class Trajectory:
 
         guarded = self.precision.guarded
         hits = sorted(self._dense_output.propagation.hits, key=lambda hit: hit.time)
-        states = self._dense_output.states(
+        states = self._columns.states(
             [guarded(hit.time) for hit in hits], [tuple(map(guarded, hit.state)) for hit in hits]
         )
         rows = [
             {"name": hit.name, "t": state.t, "direction": hit.direction, **state.values}
             for hit, state in zip(hits, states, strict=True)
         ]
-        names = ["name", "t", "direction", *self._dense_output.columns]
+        names = ["name", "t", "direction", *self._columns.names]
         return pandas.DataFrame(rows, columns=names)
 
     @cached_property
@@ -210,50 +246,53 @@ class Trajectory:
         """Relative drift of everything the scene conserves, at each sample and the end."""
         times = [self._dense_output.dimensionless_time(t) for t in self.sample_times[:-1]]
         rows = [*self._dense_output.rows(times), self._dense_output.end_row]
-        exact_start = self.setup.formulation.start(
-            self.start.body, self.start.vectors, self.start.euler
-        )
-        recorded = (self.precision.context.mpf(0),) * len(self.setup.record)
-        motions = [
-            self._dense_output.motion((*exact_start, *recorded)),
-            *map(self._dense_output.motion, rows),
-        ]
+        motions = list(map(self._columns.motion, [self._dense_output.start_row, *rows]))
         return {
             integral.name: drift(integral, motions)[1:]
             for integral in conserved(self.scene)
-            if self._dense_output.has_azimuth or not integral.azimuth
+            if self._columns.has_azimuth or not integral.azimuth
             if self.formulation == "newton" or integral.name != "axis_norm"
         }
 
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses names that ``frame`` does not know."""
-        return self._dense_output.dimension(name)
+        return self._columns.dimension(name)
 
     @cached_property
-    def error_estimate(self) -> dict[str, Any]:
+    def error_estimate(self) -> dict[str, Scalar]:
         """Estimated absolute error of each entry of ``state`` (SI) and of ``t_end`` (s).
 
-        The distance from a run that has at least 100 times smaller errors: the same arithmetic at
-        its full accuracy where the tolerance is coarser, else the next finer arithmetic. It is
-        made when this is first asked for; see ``accuracy.judges``.
+        The largest distance from reference runs, which are made when this is first asked for:
+        see ``accuracy.reference_runs``.
         """
-        from tt_precise.integrate.accuracy import error_estimate
+        return error_estimate(
+            self.end, (run.end for run in self.reference_runs()), self.precision.context
+        )
 
-        return error_estimate(self)
+    def reference_runs(self) -> Iterator[Trajectory]:
+        """The runs that ``error_estimate`` compares this one with, one after the other."""
+        for changes in reference_runs(self.setup):
+            yield self.again(**changes)
 
     @cached_property
     def digits(self) -> float:
         """Significant digits that ``error_estimate`` leaves to the worst entry of ``state``."""
-        from tt_precise.integrate.accuracy import digits
-
-        return digits(self)
+        return worst_digits(self.state, self.error_estimate, self.start.units)
 
     @cached_property
     def inversion(self) -> InversionTimes:
-        """Initiation and ending time of the climb, in the three definitions."""
-        from tt_precise.integrate.inversion import inversion_times
+        """Initiation and ending time of the climb, in the three definitions.
 
-        return inversion_times(self)
+        Integrates again, in the same set-up, if it lacks the events.
+        """
+        complete = set(NEEDED) <= set(self.setup.events)
+        run = self if complete else self.again(events=NEEDED, record=())
+        double = self.precision.name == "double"
+        return from_events(
+            run.events,
+            math.pi if double else +self.precision.context.pi,
+            mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
+        )
 
     def _column(self, values: Any, numbers: Numbers) -> Any:
         import numpy

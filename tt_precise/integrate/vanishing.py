@@ -16,7 +16,7 @@ def vanishes(event: str, setup: Setup, start: InitialState) -> bool:
     form, context = setup.formulation, setup.precision.context
     known = event_named(event, form.model)
     evaluate = known.function
-    first = tuple(form.start(start.body, start.vectors, start.euler))
+    first = start.state(form)
     if known.slope or not event.startswith(EXTREMUM):
         q = form.motion(start.body, first, context, context.mpf(0))
         return bool(abs(evaluate(q)) < context.ldexp(1, -setup.precision.bits))

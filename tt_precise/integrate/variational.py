@@ -14,8 +14,9 @@ from functools import cached_property
 from typing import Any
 
 from tt_precise.initial_state import InitialState
+from tt_precise.integrate.equations import Equations
+from tt_precise.integrate.integration import integrate
 from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.system import symbolic_body
 from tt_precise.mechanics.formulations import Formulation, formulation
 from tt_precise.scene import Scene, load_scene
 
@@ -127,8 +128,6 @@ def sensitivity(scene: str | Scene, times: Sequence[Any] | None = None) -> Sensi
     import heyoka
     import numpy
 
-    from tt_precise.integrate.propagate import integrate
-
     heyoka.set_logger_level_critical()
     scene = load_scene(scene)
     form = formulation(scene.model, "newton")
@@ -138,13 +137,11 @@ def sensitivity(scene: str | Scene, times: Sequence[Any] | None = None) -> Sensi
     moments = [t for t in moments if t <= end]
     integrator = _integrator(heyoka, form)
     size, count = len(form.columns), len(form.parameters)
-    values = [float(getattr(start.body, name)) for name in form.parameters]
+    values = [float(x) for x in start.parameters(form)]
     integrator.pars[:] = values
     integrator.time = 0.0
     unit = numpy.hstack([numpy.eye(size), numpy.zeros((size, count))])
-    state = numpy.array(
-        [float(x) for x in form.start(start.body, start.vectors, start.euler)], dtype=float
-    )
+    state = numpy.array([float(x) for x in start.state(form)], dtype=float)
     states, derivatives = [state], []
     for t in moments[1:]:
         integrator.state[:] = [*states[-1], *unit.ravel()]
@@ -165,11 +162,10 @@ def sensitivity(scene: str | Scene, times: Sequence[Any] | None = None) -> Sensi
 
 
 def _integrator(heyoka: Any, form: Formulation) -> Any:
-    variables = tuple(heyoka.make_vars(*form.columns))
-    rates = form.rates(symbolic_body(form), form.State(*variables), heyoka)
-    wanted = [*variables, *(heyoka.par[i] for i in range(len(form.parameters)))]
-    system = heyoka.var_ode_sys(list(zip(variables, rates, strict=True)), wanted, order=1)
-    made = heyoka.taylor_adaptive(system, [0.0] * len(variables), compact_mode=True)
+    equations = Equations.of(form)
+    wanted = [*equations.variables, *(heyoka.par[i] for i in range(len(form.parameters)))]
+    system = heyoka.var_ode_sys(equations.system, wanted, order=1)
+    made = heyoka.taylor_adaptive(system, [0.0] * len(equations.variables), compact_mode=True)
     names = [str(one) for one in made.vargs]
     if names != [str(one) for one in wanted]:
         raise RuntimeError(f"heyoka orders the derivatives as {names}")

@@ -8,7 +8,7 @@ from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.dense_output import VECTOR_COLUMNS
+from tt_precise.integrate.columns import VECTOR_COLUMNS
 from tt_precise.integrate.precision import NAMES
 
 SCENE = "reference"

@@ -16,15 +16,13 @@ from typing import Any, NamedTuple
 import heyoka
 import numpy
 
+from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import (
     event_expression,
-    extended_rates,
     heyoka_direction,
-    motion,
     numeric_options,
-    symbolic_body,
     terminal_functions,
 )
 from tt_precise.mechanics.formulations import integrated
@@ -107,24 +105,21 @@ class Lanes:
         # bit; as one of two it has the same numbers as any other lane
         width = max(2, build.batch)
         form = integrated(build.model, "newton")
-        variables = tuple(heyoka.make_vars(*form.columns))
-        body = symbolic_body(form)
-        rates = extended_rates(form, (), body, variables, heyoka)
-        q = motion(form, (), body, variables, heyoka)
-        terminal = terminal_functions(form, q, variables[0])
+        equations = Equations.of(form)
+        terminal = terminal_functions(form, equations.motion, equations.variables[0])
         if build.contact == "bilateral":
             del terminal["contact_lost"]
         self._terminal = tuple(terminal)
         hits = array("d")
         size, parameters = len(form.columns), len(form.parameters)
         self._batch = heyoka.taylor_adaptive_batch(
-            list(zip(variables, rates, strict=True)),
+            equations.system,
             numpy.zeros((size, width)),
             pars=numpy.ones((parameters, width)),
             t_events=[heyoka.t_event_batch(function) for function in terminal.values()],
             nt_events=[
                 heyoka.nt_event_batch(
-                    event_expression(one.event, q, variables, rates) * EVENT_SCALE,
+                    event_expression(one.event, equations) * EVENT_SCALE,
                     _noting(hits, position),
                     direction=heyoka_direction(one.direction),
                 )

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.integrate import integrate
 from tt_precise.integrate.inversion import NEEDED
-from tt_precise.integrate.propagate import integrate
 from tt_precise.scene import Scene
 from tt_precise.sweep.columns import DEFINITIONS, TIMES, extremum, parts, turning_events
 

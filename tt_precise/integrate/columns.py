@@ -1,0 +1,141 @@
+"""``Columns``: from dimensionless rows of a state to named columns and states in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from tt_precise.arithmetic import Array, Scalar
+from tt_precise.body import Dimension, Parameters
+from tt_precise.errors import InputError
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.precision import Precision
+from tt_precise.integrate.quadratures import QUADRATURE_SCALE, motion
+from tt_precise.integrate.setup import Setup
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+
+VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
+EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+
+Row = tuple[Scalar, ...]
+"""The state in the order of its formulation's columns, and the quadratures (scaled) behind it."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
+
+    Names are those of the trajectory file: kx ... vy, theta ... nu_y, and what was recorded.
+    """
+
+    t: Scalar
+    values: dict[str, Scalar]
+    precision: Precision
+
+    def __getattr__(self, name: str) -> Scalar:
+        try:
+            # through __dict__, which is empty while a copy is being made
+            return self.__dict__["values"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def as_text(self) -> dict[str, str | None]:
+        """Every value in decimals, enough to recover the working precision."""
+        return {
+            name: None if value is None else self.precision.text(self.precision.context.mpf(value))
+            for name, value in self.values.items()
+        }
+
+
+class Columns:
+    """What can be asked of the rows of one run: its columns, and every quantity.
+
+    Rows are dimensionless: guarded mpmath numbers, or float64 arrays over time, one an entry.
+    """
+
+    def __init__(self, setup: Setup, start: InitialState):
+        self.form, self.record, self.precision = setup.formulation, setup.record, setup.precision
+        self.start = start
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Default columns: vectors where the azimuth is known, Euler state, quadratures."""
+        return (*(VECTOR_COLUMNS if self.has_azimuth else ()), *EULER_COLUMNS, *self.record)
+
+    @property
+    def has_azimuth(self) -> bool:
+        """Whether the direction in which the axis is tilted is known, and not only Euler rates."""
+        return self.form.coordinates == "newton" or "phi" in self.record
+
+    @cached_property
+    def float_body(self) -> Parameters:
+        """The dimensionless body in double."""
+        return self.start.body.map(float)
+
+    def dimension(self, name: str) -> Dimension:
+        """The dimension of a column; refuses unknown names."""
+        if name in QUANTITIES:
+            return QUANTITIES[name].dimension
+        if name in self.names:
+            return STATE_DIMENSIONS[name]
+        raise InputError(
+            f"column: got {name[:60]!r}, expected one of: "
+            + ", ".join(dict.fromkeys([*self.names, *QUANTITIES]))
+        )
+
+    def motion(self, row: Row) -> Motion:
+        """The ``Motion`` of a row."""
+        return motion(self.form, self.record, self.start.body, row, self.precision.context)
+
+    def of_rows(self, names: Sequence[str], rows: Sequence[Row]) -> dict[str, list[Scalar | None]]:
+        """Named columns (SI) of ``rows``; None where a quantity is undefined."""
+        motions = [self.motion(row) for row in rows]
+        columns: dict[str, list[Scalar | None]] = {}
+        for name in names:
+            factor = self.start.units.of_dimension(self.dimension(name))
+            values = [self._entry(name, row, q) for row, q in zip(rows, motions, strict=True)]
+            columns[name] = [None if value is None else value * factor for value in values]
+        return columns
+
+    def of_arrays(self, names: Sequence[str], entries: tuple[Array, ...]) -> dict[str, Array]:
+        """The same in double, an array for each entry and column; NaN where undefined."""
+        import numpy
+
+        q = motion(self.form, self.record, self.float_body, entries, numpy)
+        columns = {}
+        with numpy.errstate(all="ignore"):
+            for name in names:
+                factor = float(self.start.units.of_dimension(self.dimension(name)))
+                columns[name] = self._entry(name, entries, q) * factor * numpy.ones(len(entries[0]))
+        return columns
+
+    def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
+        """The ``State`` (SI) of each row, at guarded dimensionless times."""
+        columns = self.of_rows(self.names, rows)
+        unit, leaving = self.start.units.time, self.leaving
+        return [
+            State(
+                leaving(time * unit),
+                dict(zip(columns, map(leaving, row), strict=True)),
+                self.precision,
+            )
+            for time, row in zip(times, zip(*columns.values(), strict=True), strict=True)
+        ]
+
+    def leaving(self, value: Scalar | None) -> Scalar | None:
+        """A number as users get it: a float in double, else the guarded mpmath number."""
+        return float(value) if self.precision.name == "double" and value is not None else value
+
+    def _entry(self, name: str, row: tuple[Any, ...], q: Motion) -> Any:
+        if name in self.record:
+            position = len(self.form.columns) + self.record.index(name)
+            return row[position] * QUADRATURE_SCALE
+        if name in VECTOR_COLUMNS:
+            return getattr(q.state, name)
+        try:
+            return QUANTITIES[name].evaluate(q)
+        except ZeroDivisionError:  # the direction of tilt, and what needs it, ends at the poles
+            return None

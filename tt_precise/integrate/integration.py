@@ -1,0 +1,99 @@
+"""``integrate``: from a scene to a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.integrate.cost_table import Setting
+from tt_precise.integrate.once import integrate_once
+from tt_precise.integrate.to_digits import integrate_to_digits
+from tt_precise.integrate.trajectory import Trajectory
+from tt_precise.progress import Progress
+from tt_precise.scene import Scene, load_scene
+
+
+def integrate(
+    scene: str | Scene,
+    precision: str | None = None,
+    *,
+    digits: int | None = None,
+    formulation: str | None = None,
+    events: Iterable[str] | None = None,
+    record: Iterable[str] | None = None,
+    bits: int | None = None,
+    contact: str = "unilateral",
+    tolerance: float = 0.0,
+    options: dict[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Trajectory:
+    """Integrate a scene with heyoka's adaptive Taylor method.
+
+    Parameters
+    ----------
+    scene
+        A ``Scene``, a shipped name or a path to a TOML file.
+    precision
+        ``double`` (the default), ``extended``, ``quad`` or ``mp`` (with ``bits``).
+    digits
+        Instead of a precision: correct significant digits wanted in every component at the end.
+        The cheapest precision, tolerance and formulation whose own error estimate delivers them
+        are used; the trajectory names them. The estimate costs another run: a trajectory of 9
+        digits takes about as long as two in double.
+    formulation
+        ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
+        pole).
+    events, record
+        Names from the event catalogue, and of quadratures (phi, psi, x, y); by default those
+        that the scene names.
+    contact
+        ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it goes on, and
+        may start, with g_n < 0, where the equations hold and no table does; its status then is
+        "contact_ignored".
+    tolerance
+        heyoka's relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
+    options
+        Further keyword arguments for ``heyoka.taylor_adaptive``, for measurements.
+    progress
+        Called with the fraction done, now and then.
+
+    Returns
+    -------
+    Trajectory
+        Its ``status`` says whether the end was reached, or how the model ended before it.
+
+    Raises
+    ------
+    InputError
+        The scene or an argument cannot be used, or the digits cannot be reached.
+    """
+    loaded = load_scene(scene)
+    asked: dict[str, Any] = {
+        "events": events, "record": record, "contact": contact, "progress": progress,
+    }  # fmt: skip
+    if digits is None:
+        return integrate_once(
+            loaded,
+            precision or "double",
+            bits=bits,
+            formulation=formulation or "newton",
+            tolerance=tolerance,
+            options=options,
+            **asked,
+        )
+    if precision is not None or bits is not None:
+        raise InputError("digits: got a precision too, expected one of digits and precision")
+
+    def run(setting: Setting) -> Trajectory:
+        return integrate_once(
+            loaded,
+            setting.precision,
+            bits=setting.bits or None,
+            formulation=setting.formulation,
+            tolerance=setting.tolerance,
+            options=None,
+            **asked,
+        )
+
+    return integrate_to_digits(digits, formulation, run)

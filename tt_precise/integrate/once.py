@@ -1,0 +1,89 @@
+"""One integration, as asked for: arguments checked, and made into a ``Setup``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.integrate.contact import CONTACTS
+from tt_precise.integrate.events import event_named
+from tt_precise.integrate.precision import Precision, precision_named
+from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.trajectory import Trajectory
+from tt_precise.mechanics.formulations import integrated
+from tt_precise.progress import Progress
+from tt_precise.scene import RECORDABLE, Scene
+
+
+def integrate_once(
+    scene: Scene,
+    precision: str,
+    *,
+    formulation: str,
+    events: Iterable[str] | None,
+    record: Iterable[str] | None,
+    bits: int | None,
+    contact: str,
+    tolerance: float,
+    options: dict[str, Any] | None,
+    progress: Progress | None,
+) -> Trajectory:
+    """Integrate a scene in one precision; arguments as of ``integrate``.
+
+    Raises
+    ------
+    InputError
+        The scene or an argument cannot be used.
+    """
+    working = precision_named(precision, bits)
+    form = integrated(scene.model, formulation)
+    if formulation == "euler":
+        _require_euler_angles(scene, working)
+    if contact not in CONTACTS:
+        raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
+    if not 0 <= tolerance < 1:
+        raise InputError(f"tolerance: got {tolerance}, expected 0 (for eps) or a number below 1")
+    setup = Setup(
+        formulation=form,
+        precision=working,
+        events=_checked_events(scene, events),
+        record=_checked_record(scene, record, formulation),
+        tolerance=float(tolerance),
+        options=tuple(sorted((options or {}).items())),
+        contact=contact,
+    )
+    return Trajectory.of(scene, setup, progress)
+
+
+def _require_euler_angles(scene: Scene, precision: Precision) -> None:
+    theta = scene.start.theta
+    # numbers near pi are 2 eps apart
+    lost = theta.from_pi and precision.exact(theta.offset) < 2 * precision.eps
+    if theta.at_pole or lost:
+        why = "is a pole" if theta.at_pole else f"cannot be told from pi in {precision.name}"
+        shown = theta if theta.at_pole else f"pi - {float(theta.offset):g}"
+        raise InputError(
+            f"{scene.name}: theta = {shown} {why}, where Euler angles are undefined; expected "
+            "formulation newton"
+        )
+
+
+def _checked_events(scene: Scene, events: Iterable[str] | None) -> tuple[str, ...]:
+    names = tuple(dict.fromkeys(scene.events if events is None else events))
+    for name in names:
+        event_named(name, scene.model)
+    return names
+
+
+def _checked_record(
+    scene: Scene, record: Iterable[str] | None, coordinates: str
+) -> tuple[str, ...]:
+    names = set(scene.record if record is None else record)
+    for name in sorted(names - set(RECORDABLE)):
+        raise InputError(f"record: got {name!r}, expected one of: {', '.join(RECORDABLE)}")
+    if scene.start.theta.at_pole and names & {"phi", "psi"}:
+        raise InputError("record: got phi or psi from a pole, where they are undefined")
+    if coordinates == "euler" and names & {"x", "y"}:
+        names.add("phi")  # the direction in which the centre of mass moves
+    return tuple(name for name in RECORDABLE if name in names)

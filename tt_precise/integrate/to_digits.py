@@ -1,0 +1,56 @@
+"""The cheapest way to a requested number of correct digits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tt_precise.errors import InputError
+from tt_precise.integrate.cost_table import Setting, settings, wide
+from tt_precise.integrate.precision import NAMES, is_available
+from tt_precise.integrate.trajectory import Trajectory
+
+MOST_DIGITS = 3_000
+SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this
+WIDENINGS = 4  # times that the bits of mp are raised, each time by what the last estimate missed
+
+
+def integrate_to_digits(
+    wanted: int, formulation: str | None, run: Callable[[Setting], Trajectory]
+) -> Trajectory:
+    """What ``run`` makes of the cheapest setting whose own error estimate leaves ``wanted`` digits.
+
+    The settings are those of the measured table, of one formulation if it is given. What a scene
+    loses beyond the median one is known after its first run, and the next setting is chosen with
+    that.
+
+    Raises
+    ------
+    InputError
+        The digits are no whole number in range, or cannot be reached.
+    """
+    whole = isinstance(wanted, int) and not isinstance(wanted, bool)
+    if not whole or not 1 <= wanted <= MOST_DIGITS:
+        raise InputError(f"digits: got {wanted}, expected a whole number from 1 to {MOST_DIGITS}")
+    loss, widened = 0.0, 0
+    rest = settings(formulation, frozenset(filter(is_available, NAMES)))
+    while widened < WIDENINGS:
+        needed = wanted + SPARE + loss
+        rest = [one for one in rest if one.digits >= needed]
+        widened += not rest
+        setting = rest.pop(0) if rest else wide(needed + widened - 1, formulation)
+        trajectory = run(setting)
+        if trajectory.status == "failed":
+            continue
+        if trajectory.digits >= wanted + SPARE:
+            return trajectory
+        loss = max(loss, setting.digits - trajectory.digits)
+    if trajectory.status == "failed":
+        raise InputError(
+            f"digits: got {wanted}, but the integration of {trajectory.scene.name} fails after "
+            f"{float(trajectory.t_end):.3g} s; expected a scene that can be integrated"
+        )
+    raise InputError(
+        f"digits: got {wanted}, but {trajectory.precision.name} with "
+        f"{trajectory.precision.bits} bits reaches {trajectory.digits:.1f}; expected fewer digits, "
+        "or give precision mp and bits"
+    )
