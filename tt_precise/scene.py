@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from importlib import resources
@@ -92,6 +92,10 @@ class Start:
             object.__setattr__(self, name, exact(getattr(self, name), name))
 
 
+_START = tuple(field.name for field in fields(Start))
+_BODY = tuple(field.name for field in fields(TippeTop))
+
+
 @dataclass(frozen=True)
 class Scene:
     """What to integrate: a body, a start, a horizon, and what to record on the way.
@@ -132,6 +136,37 @@ class Scene:
             )
         if self.model == "rolling" and (self.start.nu_x or self.start.nu_y):
             raise InputError("nu_x, nu_y: got a gliding velocity, expected none in a rolling scene")
+
+    def varied(self, **changes: Any) -> Scene:
+        """This scene with entries of its file replaced, in the units of the file.
+
+        ``changes`` are entries of [body], [start] and [run]: exact strings or numbers in SI, but
+        I1 and I3 in units of m R^2, which they keep when m or R change.
+        """
+        start = {name: changes.pop(name) for name in _START if name in changes}
+        body = {name: changes.pop(name) for name in _BODY if name in changes}
+        varied = replace(self, start=replace(self.start, **start), **changes)
+        if not body:
+            return varied
+        unit = self.body.m * self.body.R**2
+        known = {name: getattr(self.body, name) for name in _BODY}
+        known |= {"I1": self.body.I1 / unit, "I3": self.body.I3 / unit}
+        return replace(varied, body=TippeTop.from_ratios(**known | body))
+
+    def perturbed(self, **relative: Any) -> Scene:
+        """This scene with parameters (in SI) and rates off by exact relative sizes.
+
+        ``perturbed(alpha="1e-9")`` has a top whose alpha is larger by 1e-9; with another m or R the
+        moments of inertia stay what they are in kg m^2.
+        """
+        start: dict[str, Any] = {}
+        body: dict[str, Any] = {}
+        for name, size in relative.items():
+            owner, changes = (self.start, start) if name in _START else (self.body, body)
+            changes[name] = getattr(owner, name) * (1 + exact(size, name))
+        return replace(
+            self, body=replace(self.body, **body), start=replace(self.start, **start)
+        )
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
