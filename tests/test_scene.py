@@ -272,3 +272,39 @@ def test_rounding_theta_first_would_lose_the_sine() -> None:
 @pytest.mark.parametrize("text", ["0", "1/10", "pi", "pi - 1/1000"])
 def test_inclination_prints_what_it_reads(text: str) -> None:
     assert str(Inclination.parse(text)) == text
+
+
+def test_a_varied_scene_is_what_its_file_would_say() -> None:
+    reference = load_scene("reference")
+    text = reference.text.replace('I1 = "131/350"', 'I1 = "0.37"').replace(
+        'phi_dot = "0"', 'phi_dot = "-30"'
+    )
+    expected = parse_scene(text.replace('until = "8"', 'until = "2"'), "reference", "a test")
+    assert reference.varied(I1="0.37", phi_dot="-30", until="2") == expected
+    assert reference.varied() == reference
+
+
+def test_moments_of_inertia_keep_their_ratio_when_m_or_R_are_varied() -> None:
+    reference = load_scene("reference")
+    heavy = reference.varied(m="0.05", R="0.03").body
+    assert Fraction("131/350") * Fraction("0.05") * Fraction("0.03") ** 2 == heavy.I1
+    assert (
+        Fraction("0.5") * heavy.I1 / Fraction("131/350") * Fraction("0.02") / Fraction("0.05")
+        == reference.varied(R="0.03", I3="0.5").body.I3
+    )
+
+
+def test_a_perturbed_scene_is_off_by_relative_sizes() -> None:
+    reference = load_scene("reference")
+    off = reference.perturbed(m="1e-9", omega_3="-1/2")
+    assert off.body.m == reference.body.m * (1 + Fraction(1, 10**9))
+    assert off.body.I1 == reference.body.I1
+    assert off.start.omega_3 == reference.start.omega_3 / 2
+
+
+@pytest.mark.parametrize("way", ["varied", "perturbed"])
+def test_what_no_scene_has_cannot_be_varied(way: str) -> None:
+    with pytest.raises(InputError, match=rf"{way}: got 'beta', expected one of: I1, I3, R"):
+        getattr(load_scene("reference"), way)(beta="1")
+    with pytest.raises(InputError, match="perturbed: got 'theta'"):
+        load_scene("reference").perturbed(theta="1e-3")

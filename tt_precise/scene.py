@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
@@ -94,6 +94,7 @@ class Start:
 
 _START = tuple(field.name for field in fields(Start))
 _BODY = tuple(field.name for field in fields(TippeTop))
+_RUN = ("until", "sample_every", "record", "events")
 
 
 @dataclass(frozen=True)
@@ -138,35 +139,49 @@ class Scene:
             raise InputError("nu_x, nu_y: got a gliding velocity, expected none in a rolling scene")
 
     def varied(self, **changes: Any) -> Scene:
-        """This scene with entries of its file replaced, in the units of the file.
+        """The same scene with entries of its file replaced, in the units of the file.
 
-        ``changes`` are entries of [body], [start] and [run]: exact strings or numbers in SI, but
-        I1 and I3 in units of m R^2, which they keep when m or R change.
+        ``changes`` are entries of [body], [start] and [run]: exact strings or numbers, in SI but
+        for I1 and I3, which are in units of m R^2 and stay what they are there if m or R change.
+
+        Raises
+        ------
+        InputError
+            There is no such entry, or its value is refused.
         """
-        start = {name: changes.pop(name) for name in _START if name in changes}
-        body = {name: changes.pop(name) for name in _BODY if name in changes}
-        varied = replace(self, start=replace(self.start, **start), **changes)
-        if not body:
-            return varied
-        unit = self.body.m * self.body.R**2
-        known = {name: getattr(self.body, name) for name in _BODY}
-        known |= {"I1": self.body.I1 / unit, "I3": self.body.I3 / unit}
-        return replace(varied, body=TippeTop.from_ratios(**known | body))
+        known = {*_BODY, *_START, *_RUN}
+        for name in changes:
+            _one_of(name, known, "varied")
+        start = {name: changes[name] for name in _START if name in changes}
+        run = {name: changes[name] for name in _RUN if name in changes}
+        body = {name: changes[name] for name in _BODY if name in changes}
+        top = self.body
+        if body:
+            unit = top.m * top.R**2
+            given = {name: getattr(top, name) for name in _BODY}
+            top = TippeTop.from_ratios(
+                **{**given, "I1": top.I1 / unit, "I3": top.I3 / unit, **body}
+            )
+        return replace(self, body=top, start=replace(self.start, **start), **run)
 
     def perturbed(self, **relative: Any) -> Scene:
-        """This scene with parameters (in SI) and rates off by exact relative sizes.
+        """The same scene with parameters (in SI) and rates off by exact relative sizes.
 
-        ``perturbed(alpha="1e-9")`` has a top whose alpha is larger by 1e-9; with another m or R the
+        ``perturbed(alpha="1e-9")`` has a top whose alpha is larger by 1e-9. With another m or R the
         moments of inertia stay what they are in kg m^2.
+
+        Raises
+        ------
+        InputError
+            There is no such parameter or rate, or the size is no exact number.
         """
         start: dict[str, Any] = {}
         body: dict[str, Any] = {}
         for name, size in relative.items():
+            _one_of(name, {*_BODY, *_START} - {"theta"}, "perturbed")
             owner, changes = (self.start, start) if name in _START else (self.body, body)
             changes[name] = getattr(owner, name) * (1 + exact(size, name))
-        return replace(
-            self, body=replace(self.body, **body), start=replace(self.start, **start)
-        )
+        return replace(self, body=replace(self.body, **body), start=replace(self.start, **start))
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
@@ -270,9 +285,11 @@ def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
     return tuple(value)
 
 
-def _one_of(value: str, allowed: tuple[str, ...], what: str) -> None:
+def _one_of(value: str, allowed: Collection[str], what: str) -> None:
     if value not in allowed:
-        raise InputError(f"{what}: got {value[:60]!r}, expected one of: " + ", ".join(allowed))
+        raise InputError(
+            f"{what}: got {value[:60]!r}, expected one of: " + ", ".join(sorted(allowed))
+        )
 
 
 def _folder() -> Any:

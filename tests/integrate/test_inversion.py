@@ -4,12 +4,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import mpmath
 import pytest
 
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.inversion import Climb, Marks, Turns, from_marks
+from tt_precise.integrate.inversion import NEEDED, Climb, Marks, Turns, from_marks
 from tt_precise.scene import Scene, load_scene
 
 NONE = Climb(None, None)
@@ -130,3 +131,13 @@ def test_a_horizon_before_the_climb(reference: Scene, double: Trajectory) -> Non
     short = integrate(replace(reference, until=Fraction(5)), events=double.setup.events)
     assert short.inversion.equator is None
     assert short.inversion.A == NONE
+
+
+def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
+    """With g_n < 0 on the way, as asked for; unilateral the top would leave the table first."""
+    scene = reference.varied(phi_dot="-30", until="12")
+    setup: Any = {"contact": "bilateral", "tolerance": 1e-13, "options": {"compact_mode": True}}
+    at_once = integrate(scene, events=NEEDED, **setup)
+    assert at_once.inversion.A.t_init == pytest.approx(1.486, abs=1e-3)
+    assert at_once.inversion.A.t_end == pytest.approx(5.834, abs=1e-3)
+    assert integrate(scene, **setup).inversion == at_once.inversion

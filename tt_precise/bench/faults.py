@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,7 +69,7 @@ def faults() -> Iterator[Fault]:
     yield from _healthy(scene)
     for name in ("m", "R", "alpha", "I1", "I3", "g", "mu"):
         for size in SIZES:
-            yield Fault("parameter", name, size, _with_parameter(scene, name, Fraction(size)))
+            yield Fault("parameter", name, size, _with_parameter(scene, name, size))
     from tt_precise.bench.dropped_terms import term_names
 
     for number, name in enumerate(term_names()):
@@ -100,7 +99,7 @@ def _healthy(scene: Scene) -> Iterator[Fault]:
 
 
 def _slippery(scene: Scene) -> Scene:
-    return replace(scene, body=replace(scene.body, mu=Fraction("0.1")), name="mu-0.1")
+    return replace(scene.varied(mu="0.1"), name="mu-0.1")
 
 
 def _vectors(scene: Scene) -> pandas.DataFrame:
@@ -109,9 +108,8 @@ def _vectors(scene: Scene) -> pandas.DataFrame:
     return integrate(scene).frame(*VECTORS)
 
 
-def _with_parameter(scene: Scene, name: str, size: Fraction) -> Callable[[], pandas.DataFrame]:
-    wrong: Any = {name: getattr(scene.body, name) * (1 + size)}
-    return lambda: _vectors(replace(scene, body=replace(scene.body, **wrong)))
+def _with_parameter(scene: Scene, name: str, size: str) -> Callable[[], pandas.DataFrame]:
+    return lambda: _vectors(scene.perturbed(**{name: size}))
 
 
 def _without_term(scene: Scene, number: int) -> Callable[[], pandas.DataFrame]:

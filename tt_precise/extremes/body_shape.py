@@ -30,9 +30,10 @@ def beside(pole: str, **changes: str) -> Scene:
     return variant(theta=theta, until=LIMIT_S, **changes)
 
 
-def with_gamma(gamma: str | Fraction) -> dict[str, Any]:
-    """The change that gives the reference top this I1/I3."""
-    return {"I1": Fraction(gamma) * variant().body.I3}
+def with_gamma(gamma: str | int | Fraction) -> dict[str, Any]:
+    """The change that gives the reference top this I1/I3, in units of m R^2."""
+    body = variant().body
+    return {"I1": Fraction(gamma) * body.I3 / (body.m * body.R**2)}
 
 
 def lean_found(scene: Scene, integrate: Any) -> Observation:
@@ -80,11 +81,12 @@ def on_the_rim(k: int, pole: str, integrate: Any = integrate) -> Observation:
 )
 def ball(k: int, integrate: Any = integrate) -> Observation:
     """The simplest limit: a closed form for a whole nonlinear motion."""
-    inertia = variant().body.I3
-    scene = variant(alpha=f"1e-{k}", I1=inertia, nu_x="0.3", nu_y="0.4", theta="1", until=LIMIT_S)
+    scene = variant(
+        alpha=f"1e-{k}", **with_gamma(1), nu_x="0.3", nu_y="0.4", theta="1", until=LIMIT_S
+    )
     run = integrate(scene)
     fn, body = own_context(40), scene.body
-    rate = body.mu * body.g * (1 + body.m * body.R**2 / inertia)
+    rate = body.mu * body.g * (1 + body.m * body.R**2 / body.I3)
     speed = fn.mpf("0.5") * fn.exp(-rounding_to(fn)(rate * scene.until))
     found = fn.hypot(*finite((run.state.vx, run.state.vy)))
     # the torque of gravity changes v by about alpha g t

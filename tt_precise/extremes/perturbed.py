@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, replace
-from fractions import Fraction
 from typing import Any
 
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.scene import Scene, Start
+from tt_precise.scene import Scene
 
 
 def integrating(**relative: str) -> Callable[..., Trajectory]:
@@ -18,15 +16,6 @@ def integrating(**relative: str) -> Callable[..., Trajectory]:
     """
 
     def wrongly(scene: Scene, *arguments: Any, **options: Any) -> Trajectory:
-        start_names = {field.name for field in fields(Start)}
-        body: dict[str, Any] = {}
-        start: dict[str, Any] = {}
-        for name, size in relative.items():
-            owner, changes = (scene.start, start) if name in start_names else (scene.body, body)
-            changes[name] = getattr(owner, name) * (1 + Fraction(size))
-        spoiled = replace(
-            scene, body=replace(scene.body, **body), start=replace(scene.start, **start)
-        )
-        return integrate(spoiled, *arguments, **options)
+        return integrate(scene.perturbed(**relative), *arguments, **options)
 
     return wrongly

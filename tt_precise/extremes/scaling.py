@@ -21,9 +21,8 @@ def rescaled(mass: Fraction, length: Fraction, time: Fraction) -> Scene:
     """The reference scene in a world whose kg, m and s are so many of ours."""
     scene = variant()
     body, start = scene.body, scene.start
-    inertia = mass * length**2
     return variant(
-        m=body.m * mass, R=body.R * length, I1=body.I1 * inertia, I3=body.I3 * inertia,
+        m=body.m * mass, R=body.R * length,
         g=body.g * length / time**2, mu=body.mu * time / length,
         omega_3=str(start.omega_3 / time), until=str(UNTIL_S * time), sample_every=str(time / 100),
     )  # fmt: skip

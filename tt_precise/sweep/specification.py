@@ -88,7 +88,8 @@ class Plan:
 
     def scene_of(self, values: Mapping[str, float]) -> Scene:
         """The scene of one row, from the numbers in its columns."""
-        return _varied(self.scene, {name: Fraction(values[name]) for name in self.names})
+        # a float64 is an exact number too, so the row's scene holds what its columns hold
+        return self.scene.varied(**{name: Fraction(values[name]) for name in self.names})
 
 
 @dataclass(frozen=True)
@@ -186,11 +187,11 @@ class Specification:
         inertia = {name: ends.pop(name) for name in ("I1", "I3") if name in ends}
         for name, pair in ends.items():
             for value in pair:
-                _varied(self.scene, {name: value})
+                self.scene.varied(**{name: value})
         # I3 <= 2 I1 and both positive: the corners with one low and one high are the worst
         for corner in ((0, 1), (1, 0)) if inertia else ():
             which = dict(zip(("I1", "I3"), corner, strict=True))
-            _varied(self.scene, {name: pair[which[name]] for name, pair in inertia.items()})
+            self.scene.varied(**{name: pair[which[name]] for name, pair in inertia.items()})
 
 
 def specification(
@@ -308,24 +309,6 @@ class _Samples:
             # SciPy recommends powers of 2; how many points there are is the caller's choice
             warnings.filterwarnings("ignore", message="The balance properties of Sobol'")
             return self._sobol.random(count)
-
-
-def _varied(scene: Scene, given: Mapping[str, Fraction]) -> Scene:
-    # a float64 is an exact number too, so the row's scene holds what its columns hold
-    start = {name: value for name, value in given.items() if name in STARTS}
-    scale = given.get("m", scene.body.m) * given.get("R", scene.body.R) ** 2
-    before = scene.body.m * scene.body.R**2
-    body = {field.name: getattr(scene.body, field.name) for field in fields(scene.body)}
-    body |= {name: value for name, value in given.items() if name in PARAMETERS}
-    for name in ("I1", "I3"):  # in units of m R^2, also when m or R are varied
-        body[name] = given[name] * scale if name in given else body[name] / before * scale
-    return replace(
-        scene, body=type(scene.body)(**body), start=replace(scene.start, **_started(start))
-    )
-
-
-def _started(start: Mapping[str, Fraction]) -> dict[str, Any]:
-    return {name: str(value) if name == "theta" else value for name, value in start.items()}
 
 
 def _check_name(name: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ from tt_precise.claims.measured import Settled
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, thresholds
 from tt_precise.integrate import Trajectory, catalogue, integrate
-from tt_precise.scene import Scene, Start, load_scene
+from tt_precise.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     import pandas
@@ -23,20 +22,9 @@ FINE = "quad"
 COMPACT = {"compact_mode": True}
 
 
-def variant(scene: SceneLike = "reference", **changes: str) -> Scene:
-    """A scene with some of its parameters, start values or its horizon replaced.
-
-    ``changes`` are exact strings in SI, as in ``variant(phi_dot="195", mu="0.5", until="2")``.
-    """
-    loaded = load_scene(scene)
-    starting = {name for name in changes if name in {f.name for f in fields(Start)}}
-    running = {name for name in changes if name in ("until", "sample_every")}
-    start: Any = {name: changes[name] for name in starting}
-    body = {name: changes[name] for name in changes.keys() - starting - running}
-    run: Any = {name: changes[name] for name in running}
-    return replace(
-        loaded, body=replace(loaded.body, **body), start=replace(loaded.start, **start), **run
-    )
+def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
+    """``Scene.varied`` of a scene or of a shipped one by name, in the units of scene files."""
+    return load_scene(scene).varied(**changes)
 
 
 @cache

@@ -249,7 +249,7 @@ def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200
     """The conditions of Theorem 1.1 are sufficient, and necessary, for inversion."""
     runs = [integrate(evidence.variant(omega_3=omega_3, until="40")) for omega_3 in starts]
     outside = integrate(
-        evidence.variant(I1="2.08e-6", theta="0.8", phi_dot="120", omega_3="47.6", until="40")
+        evidence.variant(I1="0.26", theta="0.8", phi_dot="120", omega_3="47.6", until="40")
     )
     kept = [run for run in runs if run.status != "contact_lost"]
     both = "sufficient (Sec. 1), necessary (Sec. 3)"
