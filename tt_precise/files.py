@@ -57,6 +57,13 @@ def replacing(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def shipped(name: str) -> Path:
+    """The folder ``name`` of data that ships: in an installed package, beside it in a checkout."""
+    package = Path(__file__).resolve().parent
+    installed = package / name
+    return installed if installed.is_dir() else package.parent / name
+
+
 def atomic_write(path: str | Path, content: str | bytes) -> None:
     """Write ``content`` (text as UTF-8) to ``path``, all of it or nothing."""
     data = content.encode("utf-8") if isinstance(content, str) else content

@@ -14,7 +14,7 @@ def test_judge_is_what_the_package_exports() -> None:
 
 
 def test_a_judgement_as_json() -> None:
-    told = judge("EQ-29").to_json()
+    told = judge("EQ-29").as_dict()
     assert set(told) >= {"id", "verdict", "printed", "measured", "note"}
     assert told["verdict"] == "misprint"
     assert told["kind"] == "equation"

@@ -21,7 +21,7 @@ def test_errata_hold_what_fails_and_only_that(judgements: list[Judgement]) -> No
 
 
 def test_all_claims_puts_the_failing_ones_first(judgements: list[Judgement]) -> None:
-    section = claims.all_claims(judgements)
+    section = claims.all_claims(judgements, {})
     assert [row[0] for row in _table(section.blocks).rows] == ["NUM-02", "EQ-01", "NUM-01"]
     assert section.results["counts"]["refuted"] == 1
     assert len(section.results["claims"]) == 3

@@ -139,7 +139,17 @@ def claim_named(id: str) -> Claim:
     InputError
         There is no such claim.
     """
-    known = claims()
+    return named(id, claims())
+
+
+def named(id: str, known: Mapping[str, Any]) -> Any:
+    """What ``known`` has under a claim's id (in any case).
+
+    Raises
+    ------
+    InputError
+        There is no such claim.
+    """
     if id.upper() not in known:
         prefix = id.upper().split("-")[0]
         near = [one for one in known if one.startswith(f"{prefix}-")]

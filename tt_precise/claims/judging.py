@@ -30,7 +30,7 @@ class Judgement:
         """The finding's verdict."""
         return self.finding.verdict
 
-    def to_json(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Any]:
         """Everything about it as plain strings, for ``tt-precise claims --json``."""
         claim, finding = self.claim, self.finding
         return {
@@ -50,6 +50,8 @@ class Judgement:
             ],
             "proved": finding.proved,
         }
+
+    to_json = as_dict  # its name up to 0.1
 
 
 def judge(id: str, **changes: Any) -> Judgement:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import multiprocessing
 import platform
+import subprocess
+import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from datetime import UTC, datetime
@@ -13,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.claims import Judgement, judge_all
+from tt_precise.claims.committed import run_record
 from tt_precise.files import atomic_write
 from tt_precise.progress import Progress, silent
 from tt_precise.report import render
@@ -32,6 +35,7 @@ from tt_precise.report.sections import (
 )
 
 SCHEMA = "tt_precise.report/1"
+WORKERS = 2  # processes that judge claims
 NAME = "precision-report"
 VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")
 OPENING = (
@@ -44,8 +48,10 @@ OPENING = (
 def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]:
     """Compute the report and write it into ``folder``; returns the files written."""
     # the claims run in worker processes of their own while this one does all the rest
+    begun, took = time.monotonic(), []
     with ThreadPoolExecutor(1) as pool:
-        judging = pool.submit(judge_all, None, lambda part: progress(0.8 * part), 2)
+        judging = pool.submit(judge_all, None, lambda part: progress(0.8 * part), WORKERS)
+        judging.add_done_callback(lambda _: took.append(time.monotonic() - begun))
         try:
             precision_runs()
             measurements = evidence(folder)
@@ -58,7 +64,7 @@ def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]
                     child.terminate()
                 wait([judging], timeout=0.1)
             raise
-    report = assemble(judgements, measurements, command)
+    report = assemble(judgements, measurements, command, took[0])
     progress(0.95)
     return write(report, folder)
 
@@ -77,15 +83,18 @@ def evidence(folder: Path) -> list[Section]:
     ]
 
 
-def assemble(judgements: list[Judgement], measurements: Sequence[Section], command: str) -> Report:
-    """The report as a document."""
+def assemble(
+    judgements: list[Judgement], measurements: Sequence[Section], command: str, seconds: float
+) -> Report:
+    """The report as a document; ``seconds`` is how long judging took."""
+    told = provenance(command)
     sections = [
         headline.section(judgements),
         claims.errata(judgements),
         *measurements,
-        claims.all_claims(judgements),
+        claims.all_claims(judgements, run_record(seconds, WORKERS, dict(told))),
     ]
-    return Report("The Tippe Top, verified", OPENING, sections, provenance(command))
+    return Report("The Tippe Top, verified", OPENING, sections, told)
 
 
 def provenance(command: str) -> list[tuple[str, str]]:
@@ -99,8 +108,27 @@ def provenance(command: str) -> list[tuple[str, str]]:
         ("machine", f"Python {platform.python_version()}, {platform.machine()}"),
         ("precision", f"scene {SCENE}: {precisions}"),
         ("command", command),
+        ("commit", commit()),
         ("date", datetime.now(UTC).date().isoformat()),
     ]
+
+
+def commit() -> str:
+    """The commit of the checkout that this code runs in, with a plus if files were changed."""
+    checkout = Path(__file__).parents[2]
+    try:
+        done = [
+            subprocess.run(
+                ["git", "-C", str(checkout), *words], capture_output=True, text=True, check=True
+            ).stdout.strip()
+            for words in (
+                ["rev-parse", "--short", "HEAD"],
+                ["status", "--porcelain", "--untracked-files=no", "--", "tt_precise"],
+            )
+        ]
+    except (OSError, subprocess.CalledProcessError):
+        return f"none, version {metadata.version('tt-precise')}"
+    return done[0] + ("+" if done[1] else "")
 
 
 def write(report: Report, folder: Path) -> list[Path]:

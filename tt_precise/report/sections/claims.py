@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from tt_precise.claims import Judgement, Verdict, counts
 from tt_precise.report.document import Section, Table, Text
@@ -37,8 +38,8 @@ def errata(judgements: Sequence[Judgement]) -> Section:
     )
 
 
-def all_claims(judgements: Sequence[Judgement]) -> Section:
-    """Every claim with its verdict; misprints and refuted claims first."""
+def all_claims(judgements: Sequence[Judgement], run: Mapping[str, Any]) -> Section:
+    """Every claim with its verdict, failing ones first; ``run`` is what computed them."""
     tally = counts(judgements)
     legend = ", ".join(f"{tally[str(v)]} {v}" for v in ORDER)
     rows = [
@@ -61,7 +62,7 @@ def all_claims(judgements: Sequence[Judgement]) -> Section:
                 name="claims-table",
             ),
         ],
-        {"counts": tally, "claims": [one.to_json() for one in judgements]},
+        {"counts": tally, "claims": [one.as_dict() for one in judgements], "run": run},
     )
 
 
