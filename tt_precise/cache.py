@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.errors import InputError
-from tt_precise.files import atomic_write, shipped
+from tt_precise.files import atomic_write
 
 if TYPE_CHECKING:
     import pandas
@@ -112,8 +112,8 @@ def cached_table(
 ) -> pandas.DataFrame:
     """The table in ``file``, or from ``compute`` if there is none of this ``definition``.
 
-    It is looked for in ``reports/`` of the checkout, in the user's cache, and among what came with
-    the package. Several processes that ask for the same at once compute it once.
+    It is looked for in ``reports/`` of the checkout, then in the user's cache. Several processes
+    that ask for the same at once compute it once.
     """
     mark = fingerprint(definition)
     found = _found(file, mark)
@@ -156,7 +156,7 @@ def unpacked(content: bytes, mark: str) -> pandas.DataFrame | None:
 
 
 def _found(file: str, mark: str) -> pandas.DataFrame | None:
-    for folder in (*_folders(), shipped("reports")):
+    for folder in _folders():
         try:
             table = unpacked((folder / file).read_bytes(), mark)
         except UNREADABLE:

@@ -1,11 +1,14 @@
 """The command ``claims``."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 
 from tt_precise.claims import Verdict
 from tt_precise.claims.claim import KINDS as REGISTERED_KINDS
+from tt_precise.claims.committed import Committed
 from tt_precise.cli import main
 from tt_precise.commands.claims import COLOURS, KINDS, VERDICTS
 
@@ -13,7 +16,7 @@ CHEAP = ["NUM-23", "EQ-26", "EQ-29", "TH-17"]
 
 
 def run(*arguments: str) -> int:
-    return main(["claims", "--jobs", "1", *arguments])
+    return main(["claims", "--workers", "1", *arguments])
 
 
 def test_words_of_the_options_are_those_of_the_claims() -> None:
@@ -31,6 +34,55 @@ def test_json_has_the_keys_that_others_rely_on(capsys: pytest.CaptureFixture[str
     )
     assert told["counts"]["misprint"] == 2
     assert sum(told["counts"].values()) == 4
+
+
+def test_looked_up_and_computed_verdicts_are_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*CHEAP, "--json") == 0
+    looked_up = json.loads(capsys.readouterr().out)
+    assert set(looked_up["run"]) >= {"date", "commit", "versions", "stale"}
+    assert run(*CHEAP, "--again", "--json") == 0
+    computed = json.loads(capsys.readouterr().out)
+    assert "run" not in computed
+    assert looked_up["claims"] == computed["claims"]
+
+
+def test_it_says_from_which_run(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for stale in (False, True):
+        monkeypatch.setattr(Committed, "stale", stale)
+        assert run("NUM-23") == 0
+        out = capsys.readouterr().out
+        assert "From the run of 20" in out
+        assert "--again computes." in out
+        assert ("STALE" in out) == stale
+
+
+def test_all_of_them_again_says_what_it_costs(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tt_precise.claims.judge_all", lambda *_: [])
+    assert run("--again") == 0
+    assert "all 174 claims; they took" in capsys.readouterr().err
+    assert run("NUM-23", "--again") == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_without_committed_verdicts_they_are_computed(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tt_precise.claims.committed.committed", lambda: None)
+    assert run("NUM-23") == 0
+    assert "From the run" not in capsys.readouterr().out
+
+
+def test_looking_up_needs_nothing_heavy() -> None:
+    code = (
+        "import sys; from tt_precise.cli import main\n"
+        "assert main(['claims', '--verdict', 'misprint', '--json']) == 0\n"
+        "assert not {'heyoka', 'sympy', 'pandas', 'numpy', 'mpmath'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
 def test_filters_combine(capsys: pytest.CaptureFixture[str]) -> None:

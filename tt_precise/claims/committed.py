@@ -57,7 +57,8 @@ class Committed:
     def origin(self) -> str:
         """Which run it was, in words."""
         run = self.run
-        return f"the run of {run['date']} (commit {run['commit']}; {run['versions']})"
+        engine = ", ".join(run["versions"].split(", ")[:2])  # the others stand in --json
+        return f"the run of {run['date']} (commit {run['commit']}, {engine})"
 
     @property
     def cost(self) -> str:

@@ -68,9 +68,9 @@ def command(
     else:
         _table(rows)
     if run is not None:
-        click.echo(f"\nFrom {run.origin}; --again computes.")
+        click.echo(f"\nFrom {run.origin}.\n--again computes.")
         if run.stale:
-            click.echo("The code behind the verdicts has changed since then.")
+            click.echo("STALE: the code behind the verdicts has changed since then.")
     return 0
 
 
