@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from tt_precise.arithmetic import Arithmetic, Functions, Scalar
@@ -12,7 +12,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import Scene
+from tt_precise.scene import Scene, Start
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class InitialState:
 
     ``vectors`` and ``euler`` are the same state, each made from the exact numbers: beside the
     inverted pole the vectors do not go through theta = pi - offset. ``until`` is the scene's
-    horizon. All in the units ``units``, which are in SI.
+    horizon. All in the units ``units``, which are given in SI.
     """
 
     model: str
@@ -35,31 +35,26 @@ class InitialState:
     def of(cls, scene: Scene, arithmetic: Arithmetic) -> InitialState:
         """The start of ``scene``, dimensionless (m = R = g = 1)."""
         fn, exact = arithmetic.fn, arithmetic.exact
-        units = Units.of(scene.body, fn, exact)
-        return cls._in_units(scene, arithmetic, scene.body.dimensionless(fn, exact), units)
+        body, units = scene.body.dimensionless(fn, exact), Units.of(scene.body, fn, exact)
+        vectors, euler = _state(scene.start, arithmetic, body, units, {})
+        return cls(scene.model, body, units, vectors, euler, exact(scene.until) / units.time)
 
     @classmethod
     def in_si(cls, scene: Scene, arithmetic: Arithmetic) -> InitialState:
         """The start of ``scene`` in SI."""
-        return cls._in_units(
-            scene, arithmetic, scene.body.numbers(arithmetic.exact), Units(1, 1, 1)
-        )
+        body, until = scene.body.numbers(arithmetic.exact), arithmetic.exact(scene.until)
+        vectors, euler = _state(scene.start, arithmetic, body, None, {})
+        return cls(scene.model, body, Units(1, 1, 1), vectors, euler, until)
 
-    @classmethod
-    def _in_units(
-        cls, scene: Scene, arithmetic: Arithmetic, body: Parameters, units: Units
+    def from_another(
+        self, start: Start, arithmetic: Arithmetic, given: Mapping[str, Scalar]
     ) -> InitialState:
-        fn, exact, start = arithmetic.fn, arithmetic.exact, scene.start
-        euler = EulerState(
-            start.theta.radians(fn, exact),
-            **{
-                name: exact(getattr(start, name)) / units.of_dimension(STATE_DIMENSIONS[name])
-                for name in EulerState._fields[1:]
-            },
-        )
-        sine_cosine = start.theta.sine_cosine(fn, exact)
-        vectors = vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine)
-        return cls(scene.model, body, units, vectors, euler, exact(scene.until) / units.time)
+        """The same body and horizon from another ``start``.
+
+        ``given`` are entries of it that are numbers of the arithmetic already, in SI.
+        """
+        vectors, euler = _state(start, arithmetic, self.body, self.units, given)
+        return replace(self, vectors=vectors, euler=euler)
 
     def state(self, form: Formulation) -> tuple[Scalar, ...]:
         """The state as ``form`` has it, in the order of its columns."""
@@ -81,3 +76,26 @@ class InitialState:
             vectors=NewtonState(*map(convert, self.vectors)),
             euler=EulerState(*map(convert, self.euler)),
         )
+
+
+def _state(
+    start: Start,
+    arithmetic: Arithmetic,
+    body: Parameters,
+    units: Units | None,
+    given: Mapping[str, Scalar],
+) -> tuple[NewtonState, EulerState]:
+    fn, exact = arithmetic.fn, arithmetic.exact
+    if "theta" in given:
+        theta = given["theta"]
+        sine_cosine = fn.sin(theta), fn.cos(theta)
+    else:
+        theta = start.theta.radians(fn, exact)
+        sine_cosine = start.theta.sine_cosine(fn, exact)
+    rates = {}
+    for name in EulerState._fields[1:]:
+        rates[name] = given[name] if name in given else exact(getattr(start, name))
+        if units is not None:
+            rates[name] = rates[name] / units.of_dimension(STATE_DIMENSIONS[name])
+    euler = EulerState(theta, **rates)
+    return vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine), euler

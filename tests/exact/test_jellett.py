@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.exact.arithmetic import own_context
+from tt_precise.exact.arithmetic import arithmetic_of, own_context
 from tt_precise.exact.jellett import JellettTrack, jellett_along
-from tt_precise.exact.start import ExactStart
+from tt_precise.initial_state import InitialState
 from tt_precise.scene import Scene, load_scene
 
 VECTORS = ("t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
@@ -24,7 +24,7 @@ def scene() -> Scene:
 def printed(digits: int, columns: Sequence[str] = VECTORS) -> list[list[str]]:
     """The start, turned about z to several azimuths: lambda is the start's at each."""
     context = own_context(digits + 20)
-    start = ExactStart.of(scene(), context)
+    start = InitialState.in_si(scene(), arithmetic_of(context))
     rows = []
     for turn in range(TURNS):
         c, s = context.cos(turn), context.sin(turn)

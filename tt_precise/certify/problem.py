@@ -9,13 +9,15 @@ from typing import Any
 
 from flint import arb
 
+from tt_precise.arithmetic import Arithmetic
 from tt_precise.body import Parameters, Units
 from tt_precise.certify.balls import Balls, ball
+from tt_precise.initial_state import InitialState
 from tt_precise.integrate.quadratures import extended_rates
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation
+from tt_precise.mechanics.formulations import formulation
 from tt_precise.scene import Scene
+
+BALLS = Arithmetic(Balls, ball)
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Problem:
 def problem_of(scene: Scene) -> Problem:
     """The scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0.
 
-    Recorded quadratures follow the vectors, scaled down as in ``integrate.system``.
+    Recorded quadratures follow the vectors, scaled down as in ``integrate.quadratures``.
     """
     form = formulation(scene.model, "newton")
 
@@ -46,21 +48,11 @@ def problem_of(scene: Scene) -> Problem:
         return extended_rates(form, scene.record, body_of(scene, parameters), tuple(state), fn)
 
     def parameters() -> Sequence[arb]:
-        body = scene.body.dimensionless(Balls, ball)
-        return [getattr(body, name) for name in form.parameters]
+        return InitialState.of(scene, BALLS).parameters(form)
 
     def start() -> Sequence[arb]:
-        body, units = body_of(scene, parameters()), units_of(scene)
-        euler = EulerState(
-            theta=None,  # only its sine and cosine enter
-            **{
-                name: ball(getattr(scene.start, name)) / units.of_dimension(STATE_DIMENSIONS[name])
-                for name in EulerState._fields[1:]
-            },
-        )
-        sine_cosine = scene.start.theta.sine_cosine(Balls, ball)
-        vectors = vectors_from_euler(body, euler, Balls, sine_cosine=sine_cosine)
-        return [*map(arb, vectors[: len(form.columns)]), *(arb(0) for _ in scene.record)]
+        state = InitialState.of(scene, BALLS).state(form)
+        return [*map(arb, state), *(arb(0) for _ in scene.record)]
 
     def until() -> arb:
         return dimensionless_time(scene, scene.until)
@@ -70,9 +62,7 @@ def problem_of(scene: Scene) -> Problem:
 
 def body_of(scene: Scene, parameters: Sequence[Any]) -> Parameters:
     """The dimensionless body whose open parameters are given."""
-    names = formulation(scene.model, "newton").parameters
-    given = dict(zip(names, parameters, strict=True))
-    return Parameters(**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
+    return formulation(scene.model, "newton").body(parameters)
 
 
 def units_of(scene: Scene) -> Units:

@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 from mpmath import MPContext
 
+from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.errors import InputError
 from tt_precise.numerals import to_mpmath
 
 MOST_DIGITS = 2000  # beyond, minutes turn into hours; a typing error should not start them
 
 
-def own_context(digits: int) -> Any:
+def own_context(digits: int) -> Functions:
     """A new mpmath context of ``digits`` decimal digits, so that nobody's global one changes."""
     context = MPContext()
     context.dps = digits
     return context
 
 
-def rounding_to(context: Any) -> Callable[[Fraction], Any]:
+def arithmetic_of(context: Functions) -> Arithmetic:
+    """An mpmath context as an arithmetic that exact numbers are taken into."""
+    return Arithmetic(context, rounding_to(context))
+
+
+def rounding_to(context: Functions) -> Callable[[Fraction], Scalar]:
     """The function that rounds an exact number once into ``context``."""
     return lambda value: to_mpmath(value, context)
 
@@ -41,7 +46,7 @@ def checked_digits(digits: int) -> int:
     return digits
 
 
-def agreed_digits(a: Any, b: Any, most: int, context: Any) -> int:
+def agreed_digits(a: Scalar, b: Scalar, most: int, context: Functions) -> int:
     """Decimal digits in which ``a`` and ``b`` agree: of -log10 |a - b|/max, at most ``most``."""
     difference = abs(a - b)
     if difference == 0:
@@ -50,6 +55,6 @@ def agreed_digits(a: Any, b: Any, most: int, context: Any) -> int:
     return max(0, min(most, int(context.floor(-context.log10(relative)))))
 
 
-def decimal(value: Any, digits: int, context: Any) -> str:
+def decimal(value: Scalar, digits: int, context: Functions) -> str:
     """``value`` as a decimal string of ``digits`` significant digits."""
     return context.nstr(value, digits, strip_zeros=False)

@@ -12,8 +12,8 @@ from typing import Any
 
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
-from tt_precise.exact.arithmetic import checked_digits, own_context
-from tt_precise.exact.start import ExactStart
+from tt_precise.exact.arithmetic import arithmetic_of, checked_digits, own_context
+from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import euler, quantities
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -84,7 +84,7 @@ def jellett_along(
     context = own_context(checked_digits(digits) + GUARD_DIGITS)
     chosen = _chosen(columns, form)
     places = [list(columns).index(name) for name in chosen.columns]
-    start = ExactStart.of(scene, context)
+    start = InitialState.in_si(scene, arithmetic_of(context))
     values = []
     for number, row in enumerate(rows):
         if len(row) != len(columns):
@@ -98,7 +98,7 @@ def jellett_along(
         values.append(chosen.evaluate(start.body, numbers, context))
     if not values:
         raise InputError("rows: got none, expected at least one state")
-    first = quantities.jellett(start.motion)
+    first = quantities.jellett(start.motion(context))
     differences = [abs(value - first) for value in values]
     worst = max(range(len(values)), key=lambda row: differences[row])
     difference = differences[worst]

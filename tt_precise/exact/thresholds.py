@@ -15,14 +15,15 @@ from typing import Any
 
 from tt_precise.exact.arithmetic import (
     agreed_digits,
+    arithmetic_of,
     checked_digits,
     decimal,
     own_context,
     rounding_to,
 )
 from tt_precise.exact.stability import INVERTED, UPRIGHT, Crossing, fineness, marginal_spin
-from tt_precise.exact.start import ExactStart
 from tt_precise.exact.verdict import Verdict, inversion
+from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.conversion import vectors_from_euler
@@ -129,8 +130,8 @@ class _Work:
         # A tilt of 1e-30 leaves sin^2 theta = 1e-60 of phi_dot in lambda.
         guard = fineness(scene.body) + scene.start.theta.offset.denominator.bit_length()
         self.fn = own_context(digits + GUARD_DIGITS + min(guard, MOST_GUARD))
-        start = ExactStart.of(scene, self.fn)
-        self.top, self.euler, self.motion = start.body, start.euler, start.motion
+        start = InitialState.in_si(scene, arithmetic_of(self.fn))
+        self.top, self.euler, self.motion = start.body, start.euler, start.motion(self.fn)
 
     def on_table_at_start(self) -> bool:
         numerator, denominator = newton.contact_terms(self.top, self.motion.state)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
@@ -9,6 +11,7 @@ from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import newton, rolling
 from tt_precise.mechanics.newton import NewtonState
 
+NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")
 
 
@@ -17,6 +20,14 @@ def contact_terms(model: str, body: Parameters, vectors: NewtonState) -> tuple[S
     if model == "rolling":
         return rolling.constraint_force(body, vectors)[2], 1
     return newton.contact_terms(body, vectors)
+
+
+def ended_at_start(start: InitialState, contact: str) -> NoContact | None:
+    """How the model ends at the start itself: g_n or its denominator is not positive."""
+    numerator, denominator = contact_terms(start.model, start.body, start.vectors)
+    if denominator <= 0:
+        return "singular_contact"
+    return "contact_lost" if numerator <= 0 and contact == "unilateral" else None
 
 
 def require_contact(name: str, start: InitialState, fn: Functions, contact: str) -> None:
@@ -28,13 +39,14 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
         The top would not stay on the table at t = 0: g_n or its denominator is not positive.
         With ``contact`` "bilateral" g_n may be negative.
     """
+    ended = ended_at_start(start, contact)
     numerator, denominator = contact_terms(start.model, start.body, start.vectors)
-    if denominator <= 0:
+    if ended == "singular_contact":
         raise InputError(
             f"{name}: the denominator of g_n is {fn.nstr(denominator / start.body.I1, 6)} I1 "
             "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
         )
-    if numerator <= 0 and contact == "unilateral":
+    if ended:
         weight = numerator / denominator
         raise InputError(
             f"{name}: g_n is {fn.nstr(weight, 6)} m g at t = 0, expected above 0: "

@@ -11,22 +11,21 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy
 
-from tt_precise.body import Parameters, Units
+from tt_precise.arithmetic import Arithmetic
+from tt_precise.body import Parameters
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.contact import ended_at_start
 from tt_precise.integrate.events import EXTREMUM, Event
 from tt_precise.integrate.inversion import InversionTimes, Marks, Turns, from_marks
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.step_limit import longest_step
-from tt_precise.mechanics import newton, rolling, thresholds
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, integrated
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics import thresholds
+from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
-from tt_precise.scene import Scene
 from tt_precise.sweep.columns import (
     DEFINITIONS,
     NU_FALLS,
@@ -44,20 +43,7 @@ from tt_precise.sweep.step_buffer import EARLY, Events
 
 SAME = 2.0**-53
 DOUBLE = precision_named("double")
-
-
-class Begun(NamedTuple):
-    """The start of one row, dimensionless, in floats."""
-
-    body: Parameters
-    units: Units
-    vectors: NewtonState
-    euler: EulerState
-    until: float
-
-    def state(self, form: Formulation) -> tuple[float, ...]:
-        """The start as ``form`` has it."""
-        return tuple(form.start(self.body, self.vectors, self.euler))
+FLOATS = Arithmetic(math, float)
 
 
 def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
@@ -79,70 +65,28 @@ def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
     return _Integrated(plan, form, build, begun, results, events).columns()
 
 
-def _begin(plan: Plan, values: Any) -> list[Begun]:
+def _begin(plan: Plan, values: Any) -> list[InitialState]:
+    rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
     if any(name in PARAMETERS for name in plan.names):
-        rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
-        return [_begun(plan.scene_of(row), {}) for row in rows]
-    return [
-        _begun(plan.scene, dict(zip(plan.names, row, strict=True)), plan.scene)
-        for row in values.tolist()
-    ]
+        return [InitialState.of(plan.scene_of(row), FLOATS) for row in rows]
+    first = InitialState.of(plan.scene, FLOATS)
+    return [first.from_another(plan.scene.start, FLOATS, row) for row in rows]
 
 
-_bodies: dict[Any, tuple[Parameters, Units]] = {}
-
-
-def _begun(scene: Scene, given: Mapping[str, float], shared: Scene | None = None) -> Begun:
-    if shared is None or shared.body not in _bodies:
-        body = scene.body.dimensionless(math, float)
-        units = Units.of(scene.body, math, float)
-        if shared is not None:
-            _bodies.clear()
-            _bodies[shared.body] = body, units
-    else:
-        body, units = _bodies[shared.body]
-    if "theta" in given:
-        theta = given["theta"]
-        sine_cosine = (math.sin(theta), math.cos(theta))
-    else:
-        theta = scene.start.theta.radians(math, float)
-        sine_cosine = scene.start.theta.sine_cosine(math, float)
-    euler = EulerState(
-        theta=theta,
-        **{
-            name: given.get(name, float(getattr(scene.start, name)))
-            / units.of_dimension(STATE_DIMENSIONS[name])
-            for name in EulerState._fields[1:]
-        },
-    )
-    vectors = vectors_from_euler(body, euler, math, sine_cosine=sine_cosine)
-    vectors = NewtonState(*map(float, vectors))
-    return Begun(body, units, vectors, euler, float(scene.until) / units.time)
-
-
-def _lane_start(form: Formulation, begun: Begun, order: int) -> LaneStart:
+def _lane_start(form: Formulation, begun: InitialState, order: int) -> LaneStart:
     longest = longest_step(begun.body, begun.vectors, order, DOUBLE)
     return LaneStart(
         begun.state(form),
-        tuple(float(getattr(begun.body, name)) for name in form.parameters),
+        begun.parameters(form),
         begun.until,
         math.inf if longest is None else float(longest),
     )
 
 
-def _refused(form: Formulation, begun: Begun, contact: str) -> LaneResult | None:
+def _refused(form: Formulation, begun: InitialState, contact: str) -> LaneResult | None:
     """The result of a start from which there is no contact to begin with."""
-    if form.model == "rolling":
-        numerator, denominator = rolling.constraint_force(begun.body, begun.vectors)[2], 1.0
-    else:
-        numerator, denominator = newton.contact_terms(begun.body, begun.vectors)
-    if denominator <= 0:
-        status = "singular_contact"
-    elif numerator <= 0 and contact == "unilateral":
-        status = "contact_lost"
-    else:
-        return None
-    return LaneResult(status, 0.0, numpy.array(begun.state(form)), 0, ())
+    status = ended_at_start(begun, contact)
+    return status and LaneResult(status, 0.0, numpy.array(begun.state(form)), 0, ())
 
 
 class _Integrated:
@@ -153,7 +97,7 @@ class _Integrated:
         plan: Plan,
         form: Formulation,
         build: Build,
-        begun: Sequence[Begun],
+        begun: Sequence[InitialState],
         results: Sequence[LaneResult],
         events: Events,
     ):
