@@ -99,7 +99,11 @@ def test_bare_toml_numbers_stay_exact() -> None:
     ("old", "new", "expected"),
     [
         ('mu = "0.3"', 'mu = "0.3"\nnu = "1"', "unknown key body.nu, expected only: I1, I3"),
-        ('title = "A top"', 'titel = "A top"', "unknown key titel, expected only: body, model"),
+        (
+            'title = "A top"',
+            'titel = "A top"',
+            "unknown key titel, expected only: body, friction",
+        ),
         ('title = "A top"', '"a\\nb" = 1', "unknown key 'a\\nb', expected"),
         ('mu = "0.3"\n', "", "missing key body.mu, expected it to be given"),
         ('model = "gliding"\n', "", "missing key model"),

@@ -23,9 +23,13 @@ class CoulombParameters(Parameters):
 
     law: ClassVar[str] = "coulomb"
 
+    def map(self, convert: Callable[[Any], Any]) -> Parameters:
+        """These parameters with every one of them converted."""
+        return type(self)(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
+
 
 @dataclass(frozen=True)
-class RegularisedParameters(Parameters):
+class RegularisedParameters(CoulombParameters):
     """Parameters of a top with regularised friction; ``epsilon`` is a speed, mu dimensionless."""
 
     epsilon: Any
@@ -39,7 +43,7 @@ class CoulombTop(TippeTop):
     law: ClassVar[str] = "coulomb"
     numbers_as: ClassVar[type[Parameters]] = CoulombParameters
 
-    def numbers(self, convert: Callable[[Fraction], Any]) -> Parameters:
+    def map(self, convert: Callable[[Any], Any]) -> Parameters:
         """These parameters (SI) in another arithmetic; ``convert`` rounds one exact number."""
         return self.numbers_as(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tt_precise.body import TippeTop
+from tt_precise.dry_friction import top_with_friction
 from tt_precise.errors import InputError
 from tt_precise.numerals import exact
 from tt_precise.toml import parse, read_text, shown
@@ -93,7 +94,6 @@ class Start:
 
 
 _START = tuple(field.name for field in fields(Start))
-_BODY = tuple(field.name for field in fields(TippeTop))
 _RUN = ("until", "sample_every", "record", "events")
 
 
@@ -149,17 +149,18 @@ class Scene:
         InputError
             There is no such entry, or its value is refused.
         """
-        known = {*_BODY, *_START, *_RUN}
+        parameters = [entry.name for entry in fields(self.body)]
+        known = {*parameters, *_START, *_RUN}
         for name in changes:
             _one_of(name, known, "varied")
         start = {name: changes[name] for name in _START if name in changes}
         run = {name: changes[name] for name in _RUN if name in changes}
-        body = {name: changes[name] for name in _BODY if name in changes}
+        body = {name: changes[name] for name in parameters if name in changes}
         top = self.body
         if body:
             unit = top.m * top.R**2
-            given = {name: getattr(top, name) for name in _BODY}
-            top = TippeTop.from_ratios(
+            given = {name: getattr(top, name) for name in parameters}
+            top = type(top).from_ratios(
                 **{**given, "I1": top.I1 / unit, "I3": top.I3 / unit, **body}
             )
         return replace(self, body=top, start=replace(self.start, **start), **run)
@@ -177,8 +178,9 @@ class Scene:
         """
         start: dict[str, Any] = {}
         body: dict[str, Any] = {}
+        known = {*(entry.name for entry in fields(self.body)), *_START}
         for name, size in relative.items():
-            _one_of(name, {*_BODY, *_START} - {"theta"}, "perturbed")
+            _one_of(name, known - {"theta"}, "perturbed")
             owner, changes = (self.start, start) if name in _START else (self.body, body)
             changes[name] = getattr(owner, name) * (1 + exact(size, name))
         return replace(self, body=replace(self.body, **body), start=replace(self.start, **start))
@@ -232,15 +234,19 @@ def parse_scene(text: str, name: str, where: str) -> Scene:
 
 
 def _from_table(table: Mapping[str, Any], name: str, text: str) -> Scene:
-    _keys(table, {"model", "body", "start", "run"}, {"title", "source"}, "")
+    _keys(table, {"model", "body", "start", "run"}, {"title", "source", "friction"}, "")
     body, start, run = (_subtable(table, key) for key in ("body", "start", "run"))
-    _keys(body, {f.name for f in fields(TippeTop)}, set(), "body.")
+    friction = _subtable(table, "friction") if "friction" in table else None
+    parameters = {f.name for f in fields(TippeTop)}
+    # with [friction] its place is there, and the message about two of them says so
+    needed, extra = (parameters, set()) if friction is None else (parameters - {"mu"}, {"mu"})
+    _keys(body, needed, extra, "body.")
     _keys(start, {"theta", "omega_3"}, {f.name for f in fields(Start)}, "start.")
     _keys(run, {"until"}, {"sample_every", "record", "events"}, "run.")
     return Scene(
         name=name,
         model=_text(table, "model"),
-        body=TippeTop.from_ratios(**body),
+        body=_top(body, friction),
         start=Start(**start),
         until=run["until"],
         sample_every=run.get("sample_every", "0.01"),
@@ -250,6 +256,12 @@ def _from_table(table: Mapping[str, Any], name: str, text: str) -> Scene:
         events=_names(run, "events"),
         text=text,
     )
+
+
+def _top(body: Mapping[str, Any], friction: Mapping[str, Any] | None) -> TippeTop:
+    if friction is None:
+        return TippeTop.from_ratios(**body)
+    return top_with_friction(dict(body), dict(friction))
 
 
 def _keys(table: Mapping[str, Any], required: set[str], optional: set[str], prefix: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import factorial
 
 import numpy
+import pytest
 
 from tt_precise.check.series import TaylorSeries, integral, solution
 
@@ -61,3 +62,10 @@ def test_hermites_rule_is_exact_up_to_its_degree_and_not_beyond() -> None:
             error = abs(found * (degree + 1) - 1)
             # the weights alternate: their sum loses up to 2^terms eps
             assert (error < 2 ** (2 * terms) * EPS) == exact, (terms, degree, error)
+
+
+def test_the_root_squared_is_the_series() -> None:
+    c = numpy.array([[4.0, 9.0], [1.0, -2.0], [0.5, 3.0], [-0.25, 1.0]])
+    root = TaylorSeries(c).sqrt()
+    assert root.c[0].tolist() == [2, 3]
+    assert (root * root).c == pytest.approx(c, rel=4 * EPS)

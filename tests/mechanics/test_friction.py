@@ -87,7 +87,7 @@ def test_a_steep_cone_holds_and_a_flat_one_does_not() -> None:
 def test_wrapped_equations_are_those_of_the_law() -> None:
     body = CoulombParameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3)
     state = NewtonState(0.6, 0.0, 0.8, 1.0, 2.0, 3.0, 0.3, 0.4)
-    rates = friction.with_coefficient(newton.rates)(body, state, numpy)
+    rates = friction.of_law(newton.rates, lambda _, s: s.v[:2])(body, state, numpy)
     assert rates == newton.rates(Parameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.6), state)
 
 

@@ -87,7 +87,7 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Any]]:
     import numpy
 
     precision = precision_named("double")
-    form = integrated(scene.model, "newton")
+    form = integrated(scene.model, "newton", scene.body.law)
     starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
     state = numpy.array([list(map(float, one.state(form))) for one in starts]).T
     values = {name: float(getattr(starts[0].body, name)) for name in form.parameters}

@@ -47,12 +47,12 @@ class GoldenProblem:
     @property
     def form(self) -> Formulation:
         """State and equations that everybody integrates."""
-        return integrated(self.scene.model, self.coordinates)
+        return integrated(self.scene.model, self.coordinates, self.scene.body.law)
 
     @property
     def published(self) -> Formulation:
         """The state that users get."""
-        return formulation(self.scene.model, self.coordinates)
+        return formulation(self.scene.model, self.coordinates, self.scene.body.law)
 
     def start(self, precision: Precision) -> InitialState:
         """Body, units and start, rounded once to the guarded ``precision``."""
@@ -155,7 +155,7 @@ class Truth:
         return self.precision.context.mpf(number)
 
     def _moved(self, state: NewtonState, delay: Any) -> NewtonState:
-        form = formulation(self.problem.scene.model, "newton")
+        form = formulation(self.problem.scene.model, "newton", self.problem.scene.body.law)
         rates = form.rates(self.start.body, form.State(*state[: len(form.columns)]), None)
         moved = [x + rate * delay for x, rate in zip(state, rates, strict=False)]
         return NewtonState(*moved, *state[len(moved) :])

@@ -12,6 +12,7 @@ from flint import arb
 from tt_precise.arithmetic import Arithmetic
 from tt_precise.body import Parameters, Units
 from tt_precise.certify.balls import Balls, ball
+from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.mechanics.formulations import formulation
@@ -42,6 +43,11 @@ def problem_of(scene: Scene) -> Problem:
 
     Recorded quadratures follow the vectors, scaled down as in ``integrate.quadratures``.
     """
+    if scene.body.law != "viscous":
+        raise InputError(
+            f"{scene.name}: got {scene.body.law} friction, expected the viscous law: proofs cover "
+            "equations without roots"
+        )
     form = formulation(scene.model, "newton")
 
     def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:

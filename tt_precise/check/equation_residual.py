@@ -21,7 +21,7 @@ from typing import Any
 import numpy
 
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.check.series import TaylorSeries, integral, solution
+from tt_precise.check.series import SeriesFunctions, TaylorSeries, integral, solution
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import formulation
@@ -62,7 +62,7 @@ class EquationResidual:
 
     def __init__(self, setup: CheckSetup, first: Samples, resolved: float = RESOLVED):
         self.setup, self._resolved = setup, resolved
-        self._form = formulation(setup.scene.model, "newton")
+        self._form = formulation(setup.scene.model, "newton", setup.scene.body.law)
         self._time = float(numpy.sqrt(setup.body.R / setup.body.g))
         q = first.first
         spin = float(numpy.sqrt(dot(q.state.L, q.state.L))) or 1.0
@@ -144,7 +144,7 @@ class EquationResidual:
         width = len(form.columns)
 
         def rates(entries: tuple[TaylorSeries, ...]) -> Sequence[Any]:
-            found: Sequence[Any] = form.rates(body, form.State(*entries), None)
+            found: Sequence[Any] = form.rates(body, form.State(*entries), SeriesFunctions)
             return found
 
         entries = solution(rates, list(state[:width]), order)
@@ -152,7 +152,7 @@ class EquationResidual:
         functions = full[:width] if self.setup.columns.azimuth else _without_azimuth(full, width)
         values = [f.c[0] / size for f, size in zip(functions, self._sizes, strict=False)]
         slopes = [f.rate / size for f, size in zip(functions, self._sizes, strict=False)]
-        q, q_rows = Motion(body, full, None, model), Motion(body, state, numpy, model)
+        q, q_rows = Motion(body, full, SeriesFunctions, model), Motion(body, state, numpy, model)
         values.append(quantities.E(q_rows) / self._energy_size)
         power: Any = 0.0 if model == "rolling" else quantities.E_dot(q).c[:order]
         slopes.append(power / self._energy_size + numpy.zeros_like(slopes[0]))

@@ -107,7 +107,7 @@ class Distance:
     def _motion(self, row: int, delay: float) -> dict[str, float]:
         changes: dict[str, float] = {}
         for coordinates in ("newton", "euler"):
-            form = formulation(self._setup.scene.model, coordinates)
+            form = formulation(self._setup.scene.model, coordinates, self._setup.scene.body.law)
             if not set(form.columns) <= self._cells.keys():
                 continue
             state = [float(self._cells[name][row] or "nan") for name in form.columns]

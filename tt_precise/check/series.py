@@ -66,10 +66,28 @@ class TaylorSeries:
         constant[0] = other
         return TaylorSeries(constant) / self
 
+    def sqrt(self) -> TaylorSeries:
+        """The positive root; its first coefficient is not zero."""
+        root = numpy.empty_like(self.c)
+        root[0] = numpy.sqrt(self.c[0])
+        for k in range(1, len(root)):
+            known = sum(root[j] * root[k - j] for j in range(1, k))
+            root[k] = (self.c[k] - known) / (2 * root[0])
+        return TaylorSeries(root)
+
     @property
     def rate(self) -> numpy.ndarray:
         """Coefficients of the time derivative, shape (terms - 1, rows)."""
         return self.c[1:] * numpy.arange(1, len(self.c))[:, None]
+
+
+class SeriesFunctions:
+    """The elementary functions of series, as the ``fn`` of ``mechanics``."""
+
+    @staticmethod
+    def sqrt(value: TaylorSeries) -> TaylorSeries:
+        """The positive root."""
+        return value.sqrt()
 
 
 def solution(

@@ -8,23 +8,26 @@ from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
-from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.newton import NewtonState
 
 NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")
 
 
-def contact_terms(model: str, body: Parameters, vectors: NewtonState) -> tuple[Scalar, Scalar]:
+def contact_terms(
+    model: str, body: Parameters, vectors: NewtonState, fn: Functions
+) -> tuple[Scalar, Scalar]:
     """Numerator and denominator of g_n; rolling has no denominator that could vanish."""
     if model == "rolling":
         return rolling.constraint_force(body, vectors)[2], 1
-    return newton.contact_terms(body, vectors)
+    viscous = friction.viscous_at(body, vectors.vx, vectors.vy, fn)
+    return newton.contact_terms(viscous, vectors)
 
 
-def ended_at_start(start: InitialState, contact: str) -> NoContact | None:
+def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContact | None:
     """How the model ends at the start itself: g_n or its denominator is not positive."""
-    numerator, denominator = contact_terms(start.model, start.body, start.vectors)
+    numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
     if denominator <= 0:
         return "singular_contact"
     return "contact_lost" if numerator <= 0 and contact == "unilateral" else None
@@ -39,8 +42,13 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
         The top would not stay on the table at t = 0: g_n or its denominator is not positive.
         With ``contact`` "bilateral" g_n may be negative.
     """
-    ended = ended_at_start(start, contact)
-    numerator, denominator = contact_terms(start.model, start.body, start.vectors)
+    if start.model == "gliding" and start.body.law == "coulomb" and not any(start.vectors.v):
+        raise InputError(
+            f"{name}: got no gliding velocity at t = 0, expected one: Coulomb's friction has no "
+            "direction there; give nu_x or nu_y, or take the law regularised"
+        )
+    ended = ended_at_start(start, contact, fn)
+    numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
     if ended == "singular_contact":
         raise InputError(
             f"{name}: the denominator of g_n is {fn.nstr(denominator / start.body.I1, 6)} I1 "

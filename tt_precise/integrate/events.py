@@ -68,7 +68,18 @@ def gliding_across_lean(q: Motion) -> Any:
 
 
 def force_slope(q: Motion) -> Any:
-    """The rate of g_n times the positive denominator of eq (7)."""
+    """The rate of g_n times the positive denominator of eq (7), of a viscous top.
+
+    Raises
+    ------
+    InputError
+        The friction has another law, whose coefficient has a rate of its own.
+    """
+    if q.body.law != "viscous":
+        raise InputError(
+            f"event: got extremum:g_n with {q.body.law} friction, expected it with viscous "
+            "friction; zero:QUANTITY and the other events hold for every law"
+        )
     return newton.normal_force_slope(q.body, q.state)
 
 
@@ -94,6 +105,7 @@ EVENTS = {event.name: event for event in _ALL}
 TERMINAL = {
     "contact_lost": "g_n reaches 0: the top leaves the table and the model ends",
     "singular_contact": "the denominator of g_n reaches 0: the solution blows up",
+    "sticking": "v_A reaches 0 under Coulomb's friction, where its equations are singular",
     "pole": "theta reaches 0 or pi, where Euler angles end (Euler form only)",
 }
 

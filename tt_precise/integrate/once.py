@@ -37,7 +37,7 @@ def integrate_once(
         The scene or an argument cannot be used.
     """
     working = precision_named(precision, bits)
-    form = integrated(scene.model, formulation)
+    form = integrated(scene.model, formulation, scene.body.law)
     if formulation == "euler":
         _require_euler_angles(scene, working)
     if contact not in CONTACTS:

@@ -19,7 +19,7 @@ from tt_precise.integrate.vanishing import vanishes
 from tt_precise.progress import Progress
 
 Status = Literal[
-    "complete", "contact_ignored", "contact_lost", "singular_contact", "pole", "failed"
+    "complete", "contact_ignored", "contact_lost", "singular_contact", "sticking", "pole", "failed"
 ]
 ARRIVED: tuple[Status, ...] = ("complete", "contact_ignored")  # at the scene's horizon
 
@@ -194,5 +194,7 @@ def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
 
 def _left_the_table(setup: Setup, start: InitialState, made: Integrator) -> bool:
     """Whether g_n was negative at the start or fell through zero later."""
-    numerator, _ = contact_terms(setup.formulation.model, start.body, start.vectors)
+    numerator, _ = contact_terms(
+        setup.formulation.model, start.body, start.vectors, setup.precision.context
+    )
     return bool(numerator <= 0 or made.losses)

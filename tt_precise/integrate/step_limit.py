@@ -5,6 +5,7 @@ from __future__ import annotations
 from tt_precise.arithmetic import Scalar
 from tt_precise.body import Parameters
 from tt_precise.integrate.precision import Precision
+from tt_precise.mechanics.friction import largest_coefficient
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import dot
 
@@ -35,7 +36,7 @@ def longest_step(
     frequency = (
         spin / body.I1
         + context.sqrt(body.alpha / body.I1)
-        + body.mu * (1 + height * height / body.I1)
+        + largest_coefficient(body, context.hypot(*vectors.v[:2])) * (1 + height * height / body.I1)
     )
     first_left_out = precision.eps * context.factorial(order + 1)
     return context.root(first_left_out, order + 1) / frequency

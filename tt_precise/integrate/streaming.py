@@ -49,7 +49,10 @@ class Stream:
         self.scene = load_scene(scene)
         self.status: Status | None = None
         precision = precision_named("double")
-        self._setup = Setup(formulation=integrated(self.scene.model, "newton"), precision=precision)
+        self._setup = Setup(
+            formulation=integrated(self.scene.model, "newton", self.scene.body.law),
+            precision=precision,
+        )
         self._start = InitialState.of(self.scene, precision.arithmetic)
         require_contact(self.scene.name, self._start, precision.context, "unilateral")
         self._columns = Columns(self._setup, self._start)

@@ -20,6 +20,7 @@ from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import Motion
 
+STICKING_SPEED = 2.0**-20  # in units of sqrt(g R); Coulomb's law is singular at v_A = 0
 SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
 
 
@@ -118,9 +119,12 @@ def terminal_functions(form: Formulation, q: Motion, theta: Any) -> dict[str, An
     if form.model == "rolling":
         found = {"contact_lost": q.force[2]}
     else:
-        numerator, denominator = newton.contact_terms(q.body, q.state)
+        numerator, denominator = newton.contact_terms(q.viscous, q.state)
         margin = SINGULAR_DENOMINATOR * q.body.I1
         found = {"contact_lost": numerator, "singular_contact": denominator - margin}
+    if form.law == "coulomb":
+        square = q.state.vx * q.state.vx + q.state.vy * q.state.vy
+        found["sticking"] = square - STICKING_SPEED * STICKING_SPEED
     if form.coordinates == "euler":
         found["pole"] = q.fn.sin(theta)
     return found

@@ -44,7 +44,8 @@ class Trajectory:
     Attributes
     ----------
     status
-        "complete", "contact_ignored", "contact_lost", "singular_contact", "pole" or "failed".
+        "complete", "contact_ignored", "contact_lost", "singular_contact", "sticking", "pole" or
+        "failed".
     t_end
         Where the solution ends, in s.
     steps, order

@@ -130,7 +130,7 @@ def sensitivity(scene: str | Scene, times: Sequence[Any] | None = None) -> Sensi
 
     heyoka.set_logger_level_critical()
     scene = load_scene(scene)
-    form = formulation(scene.model, "newton")
+    form = formulation(scene.model, "newton", scene.body.law)
     start = InitialState.of(scene, precision_named("double").arithmetic)
     end = float(integrate(scene, events=(), record=()).t_end)
     moments = [float(t) for t in (scene.sample_times if times is None else times)]

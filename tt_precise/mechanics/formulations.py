@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 from tt_precise.body import Dimension, Parameters
 from tt_precise.errors import InputError
-from tt_precise.mechanics import centre, euler, newton, rolling
+from tt_precise.mechanics import centre, euler, friction, newton, rolling
 from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
@@ -31,13 +32,14 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
 class Formulation:
     """State, equations of motion, and the way to vectors, of one model in one set of coordinates.
 
-    ``rates(body, state, fn)`` is the time derivative of a ``State``.
+    ``rates(body, state, fn)`` is the time derivative of a ``State``. ``law`` is that of friction.
     """
 
     model: str
     coordinates: str
     State: Any
     rates: Callable[..., Any]
+    law: str = "viscous"
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -47,12 +49,15 @@ class Formulation:
     @property
     def parameters(self) -> tuple[str, ...]:
         """Which parameters of a dimensionless body its equations contain."""
-        return ("alpha", "I1", "I3", "mu") if self.model == "gliding" else ("alpha", "I1", "I3")
+        if self.model == "rolling":
+            return ("alpha", "I1", "I3")
+        gliding = ("alpha", "I1", "I3", "mu")
+        return (*gliding, "epsilon") if self.law == "regularised" else gliding
 
     def body(self, values: Any) -> Parameters:
         """The dimensionless body whose ``parameters`` have these values."""
         given = dict(zip(self.parameters, values, strict=True))
-        return Parameters(**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
+        return friction.PARAMETERS[self.law](**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
 
     def motion(self, body: Parameters, state: Any, fn: Any, phi: Any = 0) -> Motion:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
@@ -86,18 +91,38 @@ FORMULATIONS = {(f.model, f.coordinates): f for f in _ALL}
 # where another state costs less to integrate than the one that is published
 INTEGRATED = {("gliding", "newton"): Formulation("gliding", "newton", CentreState, centre.rates)}
 
+_GLIDING_VELOCITY: dict[Any, Callable[[Parameters, Any], Any]] = {
+    NewtonState: lambda body, state: (state.vx, state.vy),
+    EulerState: lambda body, state: (state.nu_x, state.nu_y),
+    CentreState: lambda body, state: centre.to_vectors(body, state)[-2:],
+}
 
-def integrated(model: str, coordinates: str) -> Formulation:
-    """What heyoka is given for ``formulation(model, coordinates)``: the same motion.
+
+def _with_law(form: Formulation, law: str) -> Formulation:
+    """``form`` under the friction ``law``: itself where it is viscous or does not glide."""
+    if law == "viscous" or form.model == "rolling":
+        return form
+    return replace(form, law=law, rates=_rates_of_law(form.State, form.rates))
+
+
+@cache
+def _rates_of_law(state: Any, rates: Callable[..., Any]) -> Callable[..., Any]:
+    # one function each, so that equal formulations share a compiled integrator
+    return friction.of_law(rates, _GLIDING_VELOCITY[state])
+
+
+def integrated(model: str, coordinates: str, law: str = "viscous") -> Formulation:
+    """What heyoka is given for ``formulation(model, coordinates, law)``: the same motion.
 
     Its ``State`` may be another one; ``start`` makes it from the published state, ``motion`` leads
     back to that.
     """
-    return INTEGRATED.get((model, coordinates)) or formulation(model, coordinates)
+    cheaper = INTEGRATED.get((model, coordinates))
+    return _with_law(cheaper, law) if cheaper else formulation(model, coordinates, law)
 
 
-def formulation(model: str, coordinates: str) -> Formulation:
-    """The formulation of ``model`` in ``coordinates``.
+def formulation(model: str, coordinates: str, law: str = "viscous") -> Formulation:
+    """The formulation of ``model`` in ``coordinates``, with that law of friction.
 
     Raises
     ------
@@ -105,7 +130,7 @@ def formulation(model: str, coordinates: str) -> Formulation:
         There is no such formulation.
     """
     try:
-        return FORMULATIONS[model, coordinates]
+        return _with_law(FORMULATIONS[model, coordinates], law)
     except KeyError:
         raise InputError(
             f"formulation: got {coordinates!r}, expected one of: {', '.join(COORDINATES)}"

@@ -16,9 +16,11 @@ exponentially.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from tt_precise.body import Parameters
+from tt_precise.dry_friction import CoulombParameters, RegularisedParameters
 from tt_precise.mechanics import newton, rolling
 from tt_precise.mechanics.newton import NewtonState
 
@@ -95,14 +97,28 @@ def cone_margin(body: Parameters, state: NewtonState) -> Any:
     return body.mu * body.mu * force[2] * force[2] - force[0] * force[0] - force[1] * force[1]
 
 
-def with_coefficient(rates: Any) -> Any:
+PARAMETERS: dict[str, type[Parameters]] = {
+    "viscous": Parameters, "regularised": RegularisedParameters, "coulomb": CoulombParameters,
+}  # fmt: skip
+
+
+def of_law(
+    rates: Callable[..., Any], velocity: Callable[[Parameters, Any], Any]
+) -> Callable[..., Any]:
     """The equations of motion ``rates`` of a viscous top as those of the body's own law.
 
-    ``rates(body, state, fn)`` is of a state whose last two entries are the gliding velocity.
+    ``velocity(body, state)`` is the gliding velocity in the state's own frame.
     """
 
-    def of_law(body: Parameters, state: Any, fn: Any) -> Any:
-        vx, vy = state[-2:]
+    def own_rates(body: Parameters, state: Any, fn: Any) -> Any:
+        vx, vy = velocity(body, state)
         return rates(viscous_at(body, vx, vy, fn), state, fn)
 
-    return of_law
+    return own_rates
+
+
+def largest_coefficient(body: Parameters, speed: Any) -> Any:
+    """A bound on c at gliding speeds of at least ``speed``, in s/m."""
+    if body.law == "viscous":
+        return body.mu
+    return body.mu / (getattr(body, "epsilon", None) or speed)

@@ -85,7 +85,7 @@ def _lane_start(form: Formulation, begun: InitialState, order: int) -> LaneStart
 
 def _refused(form: Formulation, begun: InitialState, contact: str) -> LaneResult | None:
     """The result of a start from which there is no contact to begin with."""
-    status = ended_at_start(begun, contact)
+    status = ended_at_start(begun, contact, DOUBLE.context)
     return status and LaneResult(status, 0.0, numpy.array(begun.state(form)), 0, ())
 
 

@@ -115,6 +115,11 @@ class Specification:
     contact: str = "unilateral"
 
     def __post_init__(self) -> None:
+        if self.scene.body.law != "viscous":
+            raise InputError(
+                f"{self.scene.name}: got {self.scene.body.law} friction, expected the viscous law "
+                "in a sweep; integrate such scenes one at a time"
+            )
         for value, allowed, what in (
             (self.sampler, SAMPLERS, "sampler"),
             (self.contact, CONTACTS, "contact"),
