@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import click
 import pytest
 
 import tt_precise
@@ -150,13 +151,110 @@ def test_what_is_told_is_always_one_line(
     assert refused(capsys) == "tt-precise: got this and that\n"
 
 
-def test_a_bug_is_not_disguised_as_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "error",
+    [ValueError("a bug"), KeyError("x"), AssertionError(), RuntimeError("no"), IndexError()],
+)
+def test_a_bug_is_neither_bad_input_nor_a_failed_check(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
     def fail(*_: object, **__: object) -> None:
-        raise ValueError("a bug")
+        raise error
 
     monkeypatch.setattr(cli.group, "main", fail)
-    with pytest.raises(ValueError, match="a bug"):
-        cli.main([])
+    assert cli.main([]) == 70
+    *trace, line = capsys.readouterr().err.splitlines()
+    assert trace[0].startswith("Traceback")
+    assert f"this is a bug in tt-precise {tt_precise.__version__}" in line
+    assert type(error).__name__ in line
+
+
+@pytest.mark.parametrize("error", [MemoryError(), RuntimeError("can't start new thread")])
+def test_a_limit_of_the_system_is_one_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(cli.group, "main", fail)
+    assert "expected a" in refused(capsys)
+
+
+# what is no number, or none that anybody means
+NO_NUMBERS = ("nan", "inf", "-inf", "1e999", "-1e999", "1j", "", " ", "ten", "0x10", "1_0e", "--")
+
+
+def numeric_options() -> list[tuple[tuple[str, ...], str]]:
+    """(command, option) of everything that takes a number."""
+    found: list[tuple[tuple[str, ...], str]] = []
+
+    def visit(words: tuple[str, ...], command: click.Command) -> None:
+        if isinstance(command, click.Group):
+            context = click.Context(command)
+            for name in command.list_commands(context):
+                inner = command.get_command(context, name)
+                assert inner is not None
+                visit((*words, name), inner)
+            return
+        for one in command.params:
+            number = one.type.name in ("integer", "float", "integer range", "float range", "number")
+            if isinstance(one, click.Option) and not one.is_flag and number:
+                found.extend((words, spelling) for spelling in one.opts)
+        if any("--until" in one.opts for one in command.params):
+            found.append((words, "--until"))
+
+    visit((), cli.group)
+    return sorted(set(found))
+
+
+@pytest.mark.parametrize(("command", "option"), numeric_options())
+@pytest.mark.parametrize("value", NO_NUMBERS)
+def test_a_number_is_finite_or_refused(
+    capsys: pytest.CaptureFixture[str], command: tuple[str, ...], option: str, value: str
+) -> None:
+    needed = {
+        ("check",): ["-", "--scene", "reference"],
+        ("run",): ["reference"],
+        ("sweep", "run"): ["reference", "--vary", "phi_dot=1,2", "--workers", "1"],
+        ("thresholds",): ["reference"],
+    }.get(command, [])
+    refused(capsys, *command, *needed, option, value)
+
+
+def test_the_options_that_take_numbers_are_found() -> None:
+    options = numeric_options()
+    assert len(options) >= 20
+    for one in [(("run",), "--digits"), (("check",), "--digits"), (("check",), "--until"),
+                (("sweep", "run"), "--samples"), (("claims",), "--jobs")]:  # fmt: skip
+        assert one in options
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        [["columns"], ["events"], ["claims", "NUM-23"]],
+        pytest.param(
+            [
+                ["run", "reference", "--until", "0.01", "--json"],
+                ["thresholds", "reference"],
+                ["claims", "NUM-23", "--again"],
+            ],
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_without_docstrings_the_commands_do_the_same(
+    capsys: pytest.CaptureFixture[str], commands: list[list[str]]
+) -> None:
+    """PYTHONOPTIMIZE=2 strips docstrings and assertions."""
+    code = f"from tt_precise.cli import main; print([main(one) for one in {commands}])"
+    for one in commands:
+        assert cli.main(one) == 0
+    print([0] * len(commands))
+    done = subprocess.run(
+        [sys.executable, "-OO", "-c", code], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == capsys.readouterr().out
 
 
 @pytest.mark.parametrize("argv", [["--help"], ["-h"], ["run", "--help"], ["events", "-h"]])

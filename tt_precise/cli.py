@@ -2,7 +2,7 @@
 
 Each command is one file in ``commands`` and is imported only when it is called, so that ``--help``
 and ``check`` start fast. Exit status: 0 done and all checks pass, 1 a check failed, 2 the input
-could not be used.
+could not be used, 70 a bug in tt-precise.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import click
 from tt_precise._version import __version__
 from tt_precise.errors import InputError
 from tt_precise.interruption import Terminated, end_within, heeded
+from tt_precise.terminal import open_closed_streams, sanitized
 
 COMMANDS = {
     "run": "Integrate a scene.",
@@ -32,7 +33,7 @@ COMMANDS = {
     "report": "The main job: the precision report.",
 }
 
-DONE, CHECK_FAILED, BAD_INPUT = 0, 1, 2
+DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h
 INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells tell SIGINT, SIGPIPE, SIGTERM
 LEAVING_S = 2.0
 
@@ -61,6 +62,11 @@ def group() -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line with ``argv``; returns the exit status."""
+    with sanitized():
+        return _main(argv)
+
+
+def _main(argv: list[str] | None) -> int:
     try:
         status = group.main(args=argv, prog_name="tt-precise", standalone_mode=False)
     except click.exceptions.Exit as left:
@@ -80,6 +86,14 @@ def main(argv: list[str] | None = None) -> int:
         place = f"{error.filename}: " if error.filename else ""
         reason = error.strerror or type(error).__name__
         return _complain(f"{place}{reason}; expected a system that lets it go on", BAD_INPUT)
+    except MemoryError:
+        return _complain("out of memory; expected a smaller problem, or more memory", BAD_INPUT)
+    except RuntimeError as error:
+        if "can't start new thread" in str(error):
+            return _complain(f"{error}; expected a system that lets it go on", BAD_INPUT)
+        return _bug(error)
+    except Exception as error:
+        return _bug(error)
     except SystemExit:
         # so click tells that the reader (head, less) has gone; as nobody was told whether all
         # checks pass, the status must not say so
@@ -92,8 +106,20 @@ def _complain(message: Any, status: int) -> int:
     return status
 
 
+def _bug(error: BaseException) -> int:
+    import traceback
+
+    click.echo("".join(traceback.format_exception(error)), err=True)
+    return _complain(
+        f"this is a bug in tt-precise {__version__} ({type(error).__name__}), and nothing was "
+        "checked; please report it with the lines above",
+        BUG,
+    )
+
+
 def entry() -> None:
     """Console entry point."""
+    open_closed_streams()
     with heeded():
         status = main()
     try:

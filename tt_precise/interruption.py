@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import threading
@@ -50,7 +51,8 @@ def end_within(seconds: float, status: int) -> None:
     """End the process with ``status`` after that time, if it has not ended by then."""
     last_resort = threading.Timer(seconds, os._exit, [status])
     last_resort.daemon = True
-    last_resort.start()
+    with contextlib.suppress(RuntimeError):  # the system gives no more threads
+        last_resort.start()
 
 
 def _leave(signum: int, frame: FrameType | None) -> None:

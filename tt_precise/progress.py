@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from tt_precise.terminal import console, one_line
+
 Progress = Callable[[float], None]
 
 
@@ -19,9 +21,9 @@ def progress_bar(label: str) -> Iterator[Progress]:
     if not sys.stderr.isatty():
         yield silent
         return
-    from rich.console import Console
+    from rich.markup import escape
     from rich.progress import Progress as Bars
 
-    with Bars(console=Console(stderr=True), transient=True) as bars:
-        task = bars.add_task(label, total=1.0)
+    with Bars(console=console(stderr=True), transient=True) as bars:
+        task = bars.add_task(escape(one_line(label)), total=1.0)
         yield lambda fraction: bars.update(task, completed=fraction)

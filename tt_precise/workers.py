@@ -26,7 +26,6 @@ from tt_precise.progress import Progress, silent
 
 IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting beside it
 LONGEST_REASON = 500  # characters
-# processes: more than anybody's machine has use for, and few enough for the system to live
 MOST_WORKERS, MOST_EACH_CORE = 64, 4
 
 
@@ -194,6 +193,11 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+def most_workers() -> int:
+    """As many processes as anybody's machine has use for, and the system can live with."""
+    return max(MOST_WORKERS, MOST_EACH_CORE * cores())
+
+
 def local_pool(
     workers: int | None = None,
     *,
@@ -212,9 +216,8 @@ def local_pool(
         Too few or too many, or the system does not let so many run.
     """
     workers = cores() if workers is None else workers
-    most = max(MOST_WORKERS, MOST_EACH_CORE * cores())
-    if not 1 <= workers <= most:
-        raise InputError(f"workers: got {workers}, expected 1 to {most}")
+    if not 1 <= workers <= most_workers():
+        raise InputError(f"workers: got {workers}, expected 1 to {most_workers()}")
     if workers == 1 and inline:
         return Pool(Inline(), lambda: 1, tries=tries)
     try:

@@ -61,10 +61,9 @@ def test_verify_fails_with_status_1_and_names_the_damage(
 def test_verdicts_are_told_in_lines() -> None:
     good = Verification("some", 34, 30.1, "newton quad", 12.5)
     bad = Verification("other", None, problems=("one", "two"))
-    assert "some                  pass  34 digits claimed, 30.1 found again" in _verified_lines(
-        good
-    )
-    assert _verified_lines(bad).splitlines()[1:] == ["    one", "    two"]
+    (line,) = _verified_lines(good)
+    assert "some                  pass  34 digits claimed, 30.1 found again" in line
+    assert _verified_lines(bad)[1:] == ["    one", "    two"]
 
 
 @pytest.mark.parametrize("what", ["build", "verify"])

@@ -22,6 +22,7 @@ from types import MappingProxyType
 from typing import Any
 
 from tt_precise.claims.verdicts import Finding
+from tt_precise.docstrings import docstring
 from tt_precise.errors import InputError
 
 KINDS = {
@@ -113,7 +114,7 @@ def claim(
     def register(function: Callable[..., Finding]) -> Callable[..., Finding]:
         if id in _registered:
             raise ValueError(f"claim {id}: registered twice, in {function.__module__} again")
-        statement = " ".join((function.__doc__ or "").split())
+        statement = " ".join(docstring(function).split())
         _registered[id] = Claim(id, statement, quote, where, definition, function, control, slow)
         return function
 

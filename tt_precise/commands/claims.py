@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tt_precise.commands import options
+from tt_precise.terminal import console
+from tt_precise.workers import cores
+
 if TYPE_CHECKING:
     from tt_precise.claims.committed import Committed
 
@@ -29,10 +33,7 @@ Row = Mapping[str, Any]  # what Judgement.as_dict gives
 @click.option("--kind", multiple=True, type=click.Choice(KINDS), help="Only these kinds.")
 @click.option("--full", is_flag=True, help="Quotes, definitions and notes too.")
 @click.option("--again", is_flag=True, help="Compute the verdicts, do not look them up.")
-@click.option(
-    "--workers", "--jobs", "workers", type=click.IntRange(min=1),
-    help="Processes for --again; one for each core, at most 4.",
-)  # fmt: skip
+@options.workers("for --again; one for each core, at most 4")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
     ids: tuple[str, ...],
@@ -53,7 +54,7 @@ def command(
 
     known = committed()
     if again or known is None:
-        rows, run = _computed(ids, kind, workers or _cores(), known), None
+        rows, run = _computed(ids, kind, workers or min(4, cores()), known), None
     else:
         rows, run = _looked_up(ids, kind, known), known
     rows = [one for one in rows if not verdict or one["verdict"] in verdict]
@@ -123,7 +124,6 @@ def _computed(
 
 
 def _table(rows: Sequence[Row]) -> None:
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
@@ -137,19 +137,13 @@ def _table(rows: Sequence[Row]) -> None:
         cells = (escape(one[name]) for name in ("statement", "printed", "measured"))
         table.add_row(one["id"], coloured, *cells)
     counted = ", ".join(f"{number} {name}" for name, number in _counts(rows).items() if number)
-    console = Console()
+    screen = console()
     if rows:
-        console.print(table)
-    console.print(f"{len(rows)} claims: {counted or 'none'}.", highlight=False)
-    console.print("`tt-precise claims ID` shows one in full.", highlight=False)
+        screen.print(table)
+    screen.print(f"{len(rows)} claims: {counted or 'none'}.", highlight=False)
+    screen.print("`tt-precise claims ID` shows one in full.", highlight=False)
 
 
 def _counts(rows: Sequence[Row]) -> dict[str, int]:
     counted = Counter(one["verdict"] for one in rows)
     return {name: counted[name] for name in VERDICTS}
-
-
-def _cores() -> int:
-    from tt_precise.workers import cores
-
-    return min(4, cores())

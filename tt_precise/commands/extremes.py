@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from tt_precise.commands import options
 from tt_precise.extremes.case import TOPICS
+from tt_precise.terminal import console
+from tt_precise.workers import cores
 
 if TYPE_CHECKING:
     from tt_precise.extremes import Outcome
@@ -22,14 +24,14 @@ CASE_FAILED = 1
 @click.option("--quick", is_flag=True, help="Only the quick cases, which take half a minute.")
 @click.option("--topic", multiple=True, type=click.Choice(list(TOPICS)), help="Only these topics.")
 @click.option("--full", is_flag=True, help="A line for each case, not only for each family.")
-@click.option("--jobs", type=click.IntRange(min=1), help="Processes; one for each core, at most 4.")
+@options.workers("one for each core, at most 4")
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the JSON to this file too.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
     quick: bool,
     topic: tuple[str, ...],
     full: bool,
-    jobs: int | None,
+    workers: int | None,
     out: str | None,
     as_json: bool,
 ) -> int:
@@ -44,7 +46,7 @@ def command(
     chosen = cases(topic, quick)
     begin = time.monotonic()
     with progress_bar(f"running {len(chosen)} cases") as progress:
-        outcomes = run_all(chosen, progress, jobs or _cores())
+        outcomes = run_all(chosen, progress, workers or min(4, cores()))
     failed = [one for one in outcomes if one.verdict == "fail"]
     text = json.dumps(summary(outcomes), indent=1, ensure_ascii=False)
     if out is not None:
@@ -69,13 +71,12 @@ def summary(outcomes: list[Outcome]) -> dict[str, Any]:
 
 
 def _table(outcomes: list[Outcome], full: bool) -> None:
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
     from tt_precise.extremes.case import families
 
-    console = Console()
+    screen = console()
     for topic in TOPICS:
         here = [family for family in families(outcomes) if family.first.topic == topic]
         if not here:
@@ -90,14 +91,10 @@ def _table(outcomes: list[Outcome], full: bool) -> None:
                     table.add_row(*_row(one.verdict, one.case.name, one, one.finding.found, escape))
             else:
                 table.add_row(*_row("pass", family.name, family.worst, family.found, escape))
-        console.print(table)
-        console.print()
+        screen.print(table)
+        screen.print()
 
 
 def _row(verdict: str, name: str, one: Outcome, found: str, escape: Any) -> tuple[str, ...]:
     mark = "[green]pass[/]" if verdict == "pass" else "[red]FAIL[/]"
     return mark, escape(name), escape(one.case.expected), escape(found)
-
-
-def _cores() -> int:
-    return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2)

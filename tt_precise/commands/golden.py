@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tt_precise.commands import options
 from tt_precise.commands.certify_golden import command as certify
+from tt_precise.terminal import say
 
 if TYPE_CHECKING:
     from tt_precise.golden import Built, Verification
@@ -21,7 +23,7 @@ FOLDER = click.option(
     type=click.Path(file_okay=False, path_type=Path),
     help="Where golden data lie, instead of those of the package.",
 )
-WORKERS = click.option("--workers", type=click.IntRange(min=1), help="Processes; one a core.")
+WORKERS = options.workers("one for each core")
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 
 
@@ -60,7 +62,7 @@ def build_command(
         told = [{**vars(one), "bits": list(one.bits or [])} for one in built]
         click.echo(json.dumps({"schema": SCHEMA.format("build"), "scenes": told}))
     else:
-        click.echo("\n".join(map(_built_line, built)))
+        say(line for one in built for line in _built_lines(one))
         seconds = sum(one.seconds for one in built)
         click.echo(f"{seconds:.0f} s of CPU time, {time.monotonic() - began:.0f} s")
     return 0 if all(one.good for one in built) else CHECK_FAILED
@@ -87,7 +89,7 @@ def verify_command(
         told = [{"scene": one.scene, "verdict": one.verdict, **_facts(one)} for one in found]
         click.echo(json.dumps({"schema": SCHEMA.format("verify"), "scenes": told}))
     else:
-        click.echo("\n".join(map(_verified_lines, found)))
+        say(line for one in found for line in _verified_lines(one))
     return 0 if all(one.verdict == "pass" for one in found) else CHECK_FAILED
 
 
@@ -119,11 +121,11 @@ def list_command(folder: Path | None, as_json: bool) -> int:
         listed = {"schema": SCHEMA.format("list"), "scenes": told, "missing": missing}
         click.echo(json.dumps(listed, ensure_ascii=False))
         return 0
-    for one in told:
-        click.echo(
-            f"{one['scene']:<22}{one['digits']:>3} digits, {_proved(one['proof']):<17}"
-            f"{one['rows']:>5} rows {one['events']:>5} events  {one['status']:<13}{one['title']}"
-        )
+    say(
+        f"{one['scene']:<22}{one['digits']:>3} digits, {_proved(one['proof']):<17}"
+        f"{one['rows']:>5} rows {one['events']:>5} events  {one['status']:<13}{one['title']}"
+        for one in told
+    )
     if missing:
         click.echo(f"without golden data: {', '.join(missing)}")
     return 0
@@ -136,17 +138,17 @@ def _proved(proof: dict[str, Any] | None) -> str:
     return f"{proof['digits']} proved{until}"
 
 
-def _built_line(one: Built) -> str:
+def _built_lines(one: Built) -> list[str]:
     line = f"{one.scene:<22}{one.outcome:<17}"
     if one.digits is not None:
         line += f"{one.digits:>3} digits"
     if one.bits is not None and one.agreement is not None:
         line += f", agreement {one.agreement:.1f} at {one.bits[0]} and {one.bits[1]} bits"
     line += f"  {one.seconds:6.0f} s of CPU time"
-    return f"{line}\n    {one.note}" if one.note else line
+    return [line, f"    {one.note}"] if one.note else [line]
 
 
-def _verified_lines(one: Verification) -> str:
+def _verified_lines(one: Verification) -> list[str]:
     line = f"{one.scene:<22}{one.verdict}  {one.digits_claimed} digits claimed"
     if one.digits_proved is not None:
         line += f", {one.digits_proved} proved"
@@ -154,7 +156,7 @@ def _verified_lines(one: Verification) -> str:
         line += f", {one.digits_found:.1f} found again in {one.fresh}"
     if one.double_digits is not None:
         line += f", {one.double_digits:.1f} in double"
-    return "\n".join([line, *(f"    {problem}" for problem in one.problems)])
+    return [line, *(f"    {problem}" for problem in one.problems)]
 
 
 def _facts(one: Verification) -> dict[str, Any]:

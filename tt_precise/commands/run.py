@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tt_precise.errors import InputError
+from tt_precise.terminal import say
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory
@@ -93,7 +94,7 @@ def command(
     if as_json:
         click.echo(json.dumps(summary(trajectory), indent=2))
     else:
-        click.echo("\n".join(lines(trajectory)))
+        say(lines(trajectory))
     return 0 if trajectory.status == "complete" else UNFINISHED
 
 

@@ -10,12 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from tt_precise.commands import options
 from tt_precise.errors import InputError
+from tt_precise.terminal import console, say
+from tt_precise.workers import cores
 
 if TYPE_CHECKING:
     from tt_precise.sweep import Specification
 
 SOME_FAILED = 1
+LARGEST_SEED = 2**64 - 1
 
 
 class _RunByDefault(click.Group):
@@ -36,11 +40,13 @@ def command() -> None:
 @click.argument("scene")
 @click.option("--vary", multiple=True, metavar="NAME=FIRST:LAST:COUNT", help="A grid; or NAME=1,2.")
 @click.option("--box", multiple=True, metavar="NAME=LOW:HIGH", help="A range to sample from.")
-@click.option("--samples", type=int, default=0, help="How many samples of the box.")
+@click.option(
+    "--samples", type=click.IntRange(min=0), default=0, help="How many samples of the box."
+)
 @click.option("--sampler", default="sobol", show_default=True, help="sobol or latin.")
 @click.option(
     "--seed",
-    type=int,
+    type=click.IntRange(0, LARGEST_SEED),
     default=0,
     show_default=True,
     help="Of samples and of the rows integrated again.",
@@ -52,15 +58,19 @@ def command() -> None:
 )
 @click.option("--out", type=click.Path(file_okay=False), help="A folder: rows, summary; resumes.")
 @click.option("--csv", "as_csv", is_flag=True, help="Also rows.csv in that folder.")
-@click.option("--workers", type=int, help="Processes; by default one for each core.")
+@options.workers("one for each core")
 @click.option("--dask", metavar="ADDRESS", help="A dask.distributed scheduler, for a cluster.")
-@click.option("--batch", type=int, help="SIMD lanes; by default two vectors of the processor.")
-@click.option("--chunk", type=int, help="Rows of a task and of a file.")
 @click.option(
-    "--recheck", type=int, default=1000, show_default=True,
+    "--batch",
+    type=click.IntRange(1, 64),
+    help="SIMD lanes; by default two vectors of the processor.",
+)
+@click.option("--chunk", type=click.IntRange(1, 1_000_000), help="Rows of a task and of a file.")
+@click.option(
+    "--recheck", type=click.IntRange(min=0), default=1000, show_default=True,
     help="One row in so many is integrated again in quad; 0: none.",
 )  # fmt: skip
-@click.option("--honesty", "recheck", type=int, hidden=True)
+@click.option("--honesty", "recheck", type=click.IntRange(min=0), hidden=True)
 @click.option("--json", "as_json", is_flag=True, help="The summary, one JSON object, on stdout.")
 def run(
     scene: str,
@@ -110,7 +120,7 @@ def run(
         swept = sweep(
             spec,
             out=out,
-            workers=workers or _cores(),
+            workers=workers or cores(),
             dask=dask,
             batch=batch,
             chunk=chunk,
@@ -127,7 +137,7 @@ def run(
     if as_json:
         click.echo(json.dumps(swept.summary, indent=2))
     else:
-        click.echo("\n".join(lines(dict(swept.summary))))
+        say(lines(dict(swept.summary)))
     return SOME_FAILED if swept.summary["quarantined"] else 0
 
 
@@ -150,7 +160,7 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
     figure = map_of(rows, x, y, z) if z else curve(rows, x, y, colour)
     target = out or f"{z or y}-{x}.svg"
     save(figure, target)
-    click.echo(target)
+    say([target])
 
 
 def lines(summary: dict[str, Any]) -> list[str]:
@@ -215,12 +225,6 @@ def _read(path: str) -> Specification:
     return read_specification(path)
 
 
-def _cores() -> int:
-    import os
-
-    return len(os.sched_getaffinity(0))
-
-
 @contextmanager
 def _bars(
     rows: int,
@@ -231,7 +235,6 @@ def _bars(
     if not sys.stderr.isatty():
         yield None, None
         return
-    from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -246,7 +249,7 @@ def _bars(
         MofNCompleteColumn(),
         TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
-        console=Console(stderr=True),
+        console=console(stderr=True),
         transient=True,
     ) as shown:
         first = shown.add_task("rows", total=rows, rate="")

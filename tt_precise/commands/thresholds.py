@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from tt_precise.terminal import say
+
 if TYPE_CHECKING:
     from tt_precise.exact.thresholds import Determination, Thresholds
 
@@ -35,7 +37,7 @@ def command(scene: str, digits: int, as_json: bool) -> int:
         told = {"schema": SCHEMA, "scene": loaded.name, **found.to_json()}
         click.echo(json.dumps(told, indent=2, ensure_ascii=False))
     else:
-        click.echo("\n".join(lines(found)))
+        say(lines(found))
     return 0 if agree(found) else DISAGREE
 
 

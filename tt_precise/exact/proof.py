@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from tt_precise.docstrings import docstring
 from tt_precise.exact.chart import (
     Chart,
     EulerChart,
@@ -66,7 +67,7 @@ class Identity:
     @property
     def statement(self) -> str:
         """The identity in words and formulas."""
-        return " ".join((self.residuals.__doc__ or "").split())
+        return " ".join(docstring(self.residuals).split())
 
     def prove(self) -> Proof:
         """Prove or refute it."""

@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any
 
 from tt_precise.body import Dimension, Parameters
+from tt_precise.docstrings import docstring
 from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_length
 from tt_precise.mechanics.euler import EulerState
@@ -142,7 +143,7 @@ def quantity(
 
     def register(function: Callable[[Motion], Any]) -> Callable[[Motion], Any]:
         key = name or function.__name__
-        meaning = (function.__doc__ or "").splitlines()[0]
+        meaning = docstring(function).partition("\n")[0]
         QUANTITIES[key] = Quantity(key, function, dimension, meaning, pole, radians)
         return function
 

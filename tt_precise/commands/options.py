@@ -1,0 +1,46 @@
+"""Options that several commands have, and kinds of numbers that options take."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from tt_precise.workers import most_workers
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+
+
+class _Finite(click.ParamType):
+    """A float that is a number: no NaN, no infinity."""
+
+    name = "number"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            number = math.nan
+        if not math.isfinite(number):
+            self.fail(f"got {str(value)[:60]!r}, expected a finite number", param, ctx)
+        return number
+
+
+FINITE = _Finite()
+
+
+def workers(default: str) -> Callable[[F], F]:
+    """``--workers``, with its older name ``--jobs``; ``default`` says what is taken without."""
+    kind = click.IntRange(1, most_workers())
+
+    def decorate(function: F) -> F:
+        hidden = click.option("--jobs", "workers", type=kind, hidden=True)
+        return click.option("--workers", type=kind, help=f"Processes; {default}.")(hidden(function))
+
+    return decorate

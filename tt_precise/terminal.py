@@ -1,0 +1,105 @@
+r"""What reaches the terminal: whatever a file, a header or a title holds, it is only shown.
+
+Escape sequences in them could move the cursor, hide lines or talk to the terminal. Everything that
+a command prints goes through ``sanitized``, which writes such characters as \u001b. Only what rich
+draws itself, progress bars and coloured tables, goes around it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+# control characters but tab and newline; what is invisible or changes the direction of writing;
+# other separators of lines; halves of pairs, such as bytes of a file name that are no UTF-8
+HIDDEN = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\xad\u061c\u180e\u200b-\u200f\u2028-\u202e\u2060-\u206f"
+    "\ufeff\ufff9-\ufffb\ud800-\udfff\U000e0000-\U000e007f]"
+)
+
+
+def visible(text: str) -> str:
+    r"""The text with everything hidden as \uXXXX, which JSON reads back as what it was."""
+    return HIDDEN.sub(_escaped, text)
+
+
+def one_line(text: str) -> str:
+    r"""``visible`` text of one line: with newlines as \n, so that it cannot forge another line."""
+    return visible(text).replace("\n", "\\n")
+
+
+def say(lines: Iterable[str]) -> None:
+    """Print lines on stdout, each of which stays one."""
+    import click  # here, as progress is imported by code that is no command
+
+    for line in lines:
+        click.echo(one_line(line))
+
+
+def console(*, stderr: bool = False) -> Console:
+    """A console of rich's, which draws with escape sequences of its own."""
+    from rich.console import Console
+
+    stream = sys.stderr if stderr else sys.stdout
+    return Console(file=stream.plain if isinstance(stream, _Sanitizing) else stream)
+
+
+@contextmanager
+def sanitized() -> Iterator[None]:
+    """Within it what is written to stdout and stderr is ``visible``."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (_Sanitizing(stream) for stream in before)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def open_closed_streams() -> None:
+    """Let /dev/null stand in for a standard stream that the parent has closed."""
+    while (free := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass  # the lowest number that is free, so this one is a standard stream now
+    os.close(free)
+    for name, number in (("stdin", 0), ("stdout", 1), ("stderr", 2)):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, "w" if number else "r", encoding="utf-8"))
+
+
+class _Sanitizing:
+    """A text stream in front of another one."""
+
+    def __init__(self, plain: TextIO):
+        self.plain = plain
+        self.encoding, self.errors = plain.encoding, plain.errors
+
+    def write(self, text: str) -> int:
+        if not isinstance(text, str):
+            raise TypeError(f"got {type(text).__name__}, expected str")
+        shown = visible(text)
+        encoding = self.encoding or "utf-8"
+        self.plain.write(shown.encode(encoding, "backslashreplace").decode(encoding))
+        return len(text)
+
+    def flush(self) -> None:
+        self.plain.flush()
+
+    def isatty(self) -> bool:
+        return self.plain.isatty()
+
+    def fileno(self) -> int:
+        return self.plain.fileno()
+
+
+def _escaped(found: re.Match[str]) -> str:
+    code = ord(found[0])
+    if code < 0x10000:
+        return f"\\u{code:04x}"
+    code -= 0x10000
+    return f"\\u{0xD800 + (code >> 10):04x}\\u{0xDC00 + (code & 0x3FF):04x}"
