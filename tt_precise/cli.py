@@ -28,6 +28,7 @@ COMMANDS = {
     "columns": "Columns of a trajectory: names, units, frames, conventions.",
     "claims": "Judge the paper's claims.",
     "tradeoff": "Measure speed against accuracy, peers included.",
+    "bench": "Measure what calls and commands cost, beside the bars.",
     "extremes": "Numerical stability at the extremes, case by case.",
     "sweep": "Many starts at once.",
     "report": "The main job: the precision report.",

@@ -1,13 +1,16 @@
 """Interleaved timing, with actions that note that they were called."""
 
-from tt_precise.bench.timing import Times, interleaved
+from tt_precise.bench.timing import Times, Turn, interleaved
 
 
 def test_actions_are_timed_in_turn_each_beside_the_yardstick() -> None:
     calls: list[str] = []
+
+    def turn(name: str) -> Turn:
+        return Turn(lambda: lambda: calls.append(name), lambda: calls.append("y"))
+
     times = interleaved(
-        [lambda: calls.append("a"), lambda: calls.append("b")],
-        lambda: calls.append("y"),
+        [turn("a"), turn("b")],
         rounds=3,
         budget_s=10.0,
     )
@@ -16,7 +19,8 @@ def test_actions_are_timed_in_turn_each_beside_the_yardstick() -> None:
 
 
 def test_what_is_too_slow_has_one_turn() -> None:
-    (slow,) = interleaved([lambda: sum(range(100_000))], int, rounds=5, budget_s=1e-9)
+    turn = Turn(lambda: lambda: sum(range(100_000)), int)
+    (slow,) = interleaved([turn], rounds=5, budget_s=1e-9)
     assert len(slow.seconds) == 1
 
 

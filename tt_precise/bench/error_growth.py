@@ -12,12 +12,11 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from tt_precise.bench.bare_loop import bare_batch
 from tt_precise.body import Parameters
 from tt_precise.initial_state import InitialState
-from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.system import numeric_options
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.progress import Progress, silent
@@ -83,7 +82,6 @@ def seeded(scene: Scene, seed: int) -> Scene:
 
 
 def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Any]]:
-    import heyoka
     import numpy
 
     precision = precision_named("double")
@@ -91,11 +89,10 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Any]]:
     starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
     state = numpy.array([list(map(float, one.state(form))) for one in starts]).T
     values = {name: float(getattr(starts[0].body, name)) for name in form.parameters}
-    batch = heyoka.taylor_adaptive_batch(
-        Equations.of(form).system,
-        state.copy(),
-        pars=numpy.outer(list(values.values()), numpy.ones(len(seeds))),
-        **numeric_options(Setup(formulation=form, precision=precision)),
+    batch = bare_batch(
+        Setup(formulation=form, precision=precision),
+        state,
+        numpy.outer(list(values.values()), numpy.ones(len(seeds))),
     )
     # of the rounded body and start: what is looked at is what the steps add, and no more
     first = integrals(form, values, state)

@@ -10,10 +10,10 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tt_precise.bench.random_scenes import random_scene, stands
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
 
@@ -44,52 +44,10 @@ def sample(seed: int) -> Sample:
     """The sample of a seed: a top that stands on its table, up to 0.6 s; mostly 2 to 12 digits."""
     draws = random.Random(seed)
     while True:
-        scene = _scene(draws, f"case-{seed}")
+        scene = random_scene(draws, f"case-{seed}")
         wanted = draws.randint(2, 12) if draws.random() < 0.9 else draws.randint(13, 28)
-        if _stands(scene):
+        if stands(scene):
             return Sample(seed, scene, wanted)
-
-
-def _scene(draws: random.Random, name: str) -> Scene:
-    from tt_precise.body import TippeTop
-    from tt_precise.scene import Inclination, Scene, Start
-
-    def number(low: float, high: float) -> Fraction:
-        return Fraction(round(1e6 * draws.uniform(low, high)), 10**6)
-
-    I1 = number(0.2, 0.6)
-    body = TippeTop.from_ratios(
-        m=number(0.01, 0.03), R=number(0.01, 0.03), alpha=number(0.02, 0.6), I1=I1,
-        I3=min(number(0.2, 0.6), 2 * I1), g="9.82", mu=number(0, 1),
-    )  # fmt: skip
-    rolling = draws.random() < 0.15
-    lean = number(0.02, 3.1)
-    if draws.random() < 0.1:  # beside a pole, where the Euler rates are ill conditioned
-        lean /= 10 ** draws.randint(2, 6)
-    gliding = {} if rolling else {"nu_x": number(-0.2, 0.2), "nu_y": number(-0.2, 0.2)}
-    start = Start(
-        Inclination.parse(str(lean)), theta_dot=number(-5, 5), phi_dot=number(-5, 5),
-        omega_3=number(-200, 200), **gliding,
-    )  # fmt: skip
-    until = number(0.05, 0.6)
-    return Scene(
-        name=name, model="rolling" if rolling else "gliding", body=body, start=start,
-        until=until, sample_every=until,
-    )  # fmt: skip
-
-
-def _stands(scene: Scene) -> bool:
-    from tt_precise.initial_state import InitialState
-    from tt_precise.integrate.contact import require_contact
-    from tt_precise.integrate.precision import precision_named
-
-    double = precision_named("double")
-    start = InitialState.of(scene, double.arithmetic)
-    try:
-        require_contact(scene.name, start, double.context, "unilateral")
-    except InputError:
-        return False
-    return True
 
 
 def row(one: Sample) -> dict[str, Any]:
@@ -121,14 +79,14 @@ def row(one: Sample) -> dict[str, Any]:
     }
 
 
-def right_digits(trajectory: Trajectory) -> float:
-    """Digits of the worst entry that a run with some 50 more bits confirms."""
+def right_digits(trajectory: Trajectory, judge: str = "") -> float:
+    """Digits of the worst entry that a run with some 50 more bits (or in ``judge``) confirms."""
     from tt_precise.integrate import integrate
     from tt_precise.integrate.accuracy import worst_digits
 
     context = trajectory.precision.context
     own = trajectory.precision
-    name, bits = TRUTH.get(own.name, ("mp", own.bits + BEYOND))
+    name, bits = (judge, None) if judge else TRUTH.get(own.name, ("mp", own.bits + BEYOND))
     truth = integrate(trajectory.scene, name, bits=bits, formulation=trajectory.formulation)
     if truth.status != trajectory.status:
         return 0.0

@@ -15,7 +15,7 @@ from tt_precise.bench import error_growth, plan, statistics
 from tt_precise.bench.evaluators import CostTo, Entry, Evaluator, Statistic
 from tt_precise.bench.tables import ACCURACIES, WHOLE_S, Tables
 
-AIMS = ("at least", "below")
+AIMS = ("at least", "at most", "below")
 FORMULATIONS = ("newton", "euler")
 BARE = "heyoka"
 WATCHED = "contact watched"
@@ -82,8 +82,15 @@ class Evaluated:
         """Whether the aim is met; None without an aim or a value."""
         if self.aim is None or self.value is None:
             return None
-        kind, limit = self.aim
-        return self.value >= limit if kind == "at least" else self.value < limit
+        return met(self.aim, self.value)
+
+
+def met(aim: tuple[str, float], value: float) -> bool:
+    """Whether a value is as aimed at."""
+    kind, limit = aim
+    if kind == "at least":
+        return value >= limit
+    return value < limit or (kind == "at most" and value == limit)
 
 
 def findings(tables: Tables) -> list[Evaluated]:

@@ -8,16 +8,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from tt_precise.bench.bare_loop import bare_adaptive, bare_batch
 from tt_precise.bench.methods import Settings, Solution, Solve, registered
 from tt_precise.bench.problem import GoldenProblem
-from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.events import catalogue
 from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.system import (
-    Integrator,
-    build,
-    numeric_options,
-)
+from tt_precise.integrate.system import Integrator, build
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 
 LANES = (4, 8)
@@ -44,15 +40,10 @@ def setup_of(
 
 def bare(problem: GoldenProblem, settings: Settings, **options: Any) -> Solve:
     """The equations and nothing else: no events, not even the end of contact."""
-    import heyoka
-
-    setup = setup_of(problem, settings, **options)
-    adaptive = heyoka.taylor_adaptive(
-        Equations.of(problem.form).system,
+    adaptive = bare_adaptive(
+        setup_of(problem, settings, **options),
         problem.state(settings.precision),
-        pars=problem.parameters(settings.precision),
-        fp_type=settings.precision.fp_type,
-        **numeric_options(setup),
+        problem.parameters(settings.precision),
     )
     return _solver(adaptive, problem, settings)
 
@@ -111,17 +102,15 @@ def _solver(
 
 def lanes(width: int, problem: GoldenProblem, settings: Settings) -> Solve:
     """``width`` slightly different starts at once in SIMD lanes; the first is the problem's."""
-    import heyoka
     import numpy
 
     precision = settings.precision
     spread = 1 + SPREAD * numpy.arange(width)
     start = numpy.outer(problem.state(precision), spread)
-    batch = heyoka.taylor_adaptive_batch(
-        Equations.of(problem.form).system,
-        start.copy(),
-        pars=numpy.outer(problem.parameters(precision), numpy.ones(width)),
-        **numeric_options(setup_of(problem, settings)),
+    batch = bare_batch(
+        setup_of(problem, settings),
+        start,
+        numpy.outer(problem.parameters(precision), numpy.ones(width)),
     )
 
     def solve(times: Sequence[Any]) -> Solution:

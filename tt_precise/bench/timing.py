@@ -7,6 +7,7 @@ of the yardstick, made just before it; the ratio is what is compared, also acros
 from __future__ import annotations
 
 import gc
+import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -15,6 +16,26 @@ from statistics import median
 from tt_precise.progress import Progress, silent
 
 Action = Callable[[], object]
+Clock = Callable[[], float]
+
+
+def processor_time() -> float:
+    """Seconds that processors have spent on this process, and on those that it has waited for."""
+    every = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(used.ru_utime + used.ru_stime for used in every)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """What is timed beside which yardstick; ``prepare`` is called anew, untimed, before each.
+
+    ``clock`` counts in s; processor time does not depend on what else the machine has to do, but
+    is no time to wait where threads share the work.
+    """
+
+    prepare: Callable[[], Action]
+    yardstick: Action
+    clock: Clock = time.perf_counter
 
 
 @dataclass
@@ -43,36 +64,36 @@ class Times:
 
 
 def interleaved(
-    actions: Sequence[Action],
-    yardstick: Action,
+    turns: Sequence[Turn],
     *,
     rounds: int,
     budget_s: float,
     progress: Progress = silent,
 ) -> list[Times]:
-    """Time every action in turn, ``rounds`` times, and each beside the yardstick.
+    """Time every action in turn, ``rounds`` times, and each just after its yardstick.
 
     An action has at least one turn, and no further one that would bring it above ``budget_s``.
     """
-    times = [Times() for _ in actions]
-    for turn in range(rounds):
-        for place, (action, mine) in enumerate(zip(actions, times, strict=True)):
-            if turn and (turn + 1) * mine.median > budget_s:
+    times = [Times() for _ in turns]
+    for number in range(rounds):
+        for place, (turn, mine) in enumerate(zip(turns, times, strict=True)):
+            if number and (number + 1) * mine.median > budget_s:
                 continue
-            mine.yardsticks.append(timed(yardstick))
-            mine.seconds.append(timed(action))
-            progress((turn + (place + 1) / len(actions)) / rounds)
+            action = turn.prepare()
+            mine.yardsticks.append(timed(turn.yardstick, turn.clock))
+            mine.seconds.append(timed(action, turn.clock))
+            progress((number + (place + 1) / len(turns)) / rounds)
     return times
 
 
-def timed(action: Action) -> float:
+def timed(action: Action, clock: Clock = time.perf_counter) -> float:
     """Seconds that an action takes, the collection of garbage kept out."""
     enabled = gc.isenabled()
     gc.disable()
     try:
-        begin = time.perf_counter()
+        begin = clock()
         action()
-        return time.perf_counter() - begin
+        return clock() - begin
     finally:
         if enabled:
             gc.enable()

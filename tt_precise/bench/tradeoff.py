@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from tt_precise.bench.compiled_trial import CompiledTrial, prepare
 from tt_precise.bench.methods import method_named
 from tt_precise.bench.plan import SCENE, Group, Trial
-from tt_precise.bench.timing import Action, Times, interleaved, timed
+from tt_precise.bench.timing import Action, Times, Turn, interleaved, timed
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
 
@@ -67,8 +67,7 @@ def _group(
     ready = list(_prepared(group.trials, skipped))
     moments.append(time.monotonic())
     times = interleaved(
-        [one.run for one in ready],
-        yardstick,
+        [Turn(partial(getattr, one, "run"), yardstick) for one in ready],
         rounds=group.rounds,
         budget_s=group.budget_s,
         progress=progress,

@@ -67,6 +67,13 @@ ALL = (
         jellett_alone,
     ),
     Measured(
+        "bench",
+        "What a user waits for",
+        "Calls beside a bare heyoka loop or an integration, whole commands beside importing NumPy: "
+        "medians of ratios of times measured in turn.",
+        "tt-precise bench --out reports/bench.csv",
+    ),
+    Measured(
         "clients",
         "Other people's engines",
         "Tippe tops simulated by engines that nobody here wrote: drift of Jellett's integral "

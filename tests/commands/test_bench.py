@@ -1,0 +1,46 @@
+"""The command bench, with bars of no time."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pandas
+import pytest
+
+from tt_precise import cli
+from tt_precise.bench import bars
+
+ROW = {
+    "name": "drift", "against": "integrate()", "value": 0.75, "aim": "at most 0.5", "met": False,
+    "milliseconds": 1.5, "turns": 3,
+}  # fmt: skip
+UNKNOWN = {**ROW, "name": "a peer", "value": None, "met": None}
+
+
+@pytest.fixture(autouse=True)
+def measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    def rows(scratch: Path, scenes: int, only: Any, *others: Any) -> Iterator[dict[str, Any]]:
+        yield from (row for row in (ROW, UNKNOWN) if not only or row["name"] in only)
+
+    monkeypatch.setattr(bars, "measured", rows)
+
+
+def test_a_missed_bar_is_a_finding(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "bench.csv"
+    assert cli.main(["bench", "--out", str(out)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "drift: 0.75 [at most 0.5: NOT met]  (integrate())"
+    assert lines[1].startswith("a peer: not measured")
+    assert list(pandas.read_csv(out)["met"].fillna("")) == ["NOT met", ""]
+
+
+def test_json_has_the_bars(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["bench", "--json", "--only", "drift"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told == {"schema": "tt_precise.bench/1", "bars": [ROW]}
+
+
+def test_a_bar_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["bench", "--only", "nothing"]) == 2
+    assert "--only: got nothing" in capsys.readouterr().err

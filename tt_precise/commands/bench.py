@@ -1,0 +1,68 @@
+"""``tt-precise bench``: what the user's hand feels, beside the bars."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import click
+
+SCHEMA = "tt_precise.bench/1"
+MET = {True: "met", False: "NOT met", None: ""}
+
+
+@click.command("bench")
+@click.option("--only", multiple=True, metavar="TEXT", help="Only bars whose name contains TEXT.")
+@click.option(
+    "--scenes", type=click.IntRange(min=1), default=100, show_default=True,
+    help="Seeded scenes over which digits=N is measured.",
+)  # fmt: skip
+@click.option(
+    "--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the table to this CSV."
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(only: tuple[str, ...], scenes: int, out: Path | None, as_json: bool) -> int:
+    """Time calls and whole commands, each as a ratio to a yardstick measured in turn with it.
+
+    A call stands beside a bare heyoka loop or an integration, a command beside importing NumPy;
+    ratios are medians, of processor times. A bar that is missed is a finding: the exit status is 0.
+    """
+    from tt_precise.bench.bars import measured
+    from tt_precise.errors import InputError
+    from tt_precise.files import atomic_write
+    from tt_precise.progress import progress_bar
+
+    rows = []
+    with tempfile.TemporaryDirectory() as scratch, progress_bar("bars") as progress:
+        for row in measured(Path(scratch), scenes, only, _hear, progress):
+            rows.append(row)
+            if not as_json:
+                click.echo(line(row))
+    if not rows:
+        raise InputError(f"--only: got {', '.join(only)}, expected a part of a bar's name")
+    if out is not None:
+        atomic_write(out, _csv(rows))
+    if as_json:
+        click.echo(json.dumps({"schema": SCHEMA, "bars": rows}))
+    return 0
+
+
+def _hear(line: str) -> None:
+    click.echo(line, err=True)
+
+
+def _csv(rows: list[dict[str, Any]]) -> str:
+    import pandas
+
+    table = pandas.DataFrame([{**row, "met": MET[row["met"]]} for row in rows])
+    text: str = table.to_csv(index=False, float_format="%.3g", lineterminator="\n")
+    return text
+
+
+def line(row: dict[str, Any]) -> str:
+    """A bar as a person reads it."""
+    value = "not measured" if row["value"] is None else f"{row['value']:.3g}"
+    aim = f" [{row['aim']}: {MET[row['met']]}]" if row["aim"] else ""
+    return f"{row['name']}: {value}{aim}  ({row['against']})"
