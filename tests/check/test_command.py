@@ -49,7 +49,7 @@ def test_exit_status_and_json(written: Path, capsys: pytest.CaptureFixture[str])
         (["--limit", "jelett=1"], "limit: got 'jelett', expected one of: time, jellett"),
         (["--columns", "a=b"], "--columns: got 'b' as one of ours"),
         (["--scene", "nonsense"], "scene: got 'nonsense'"),
-        (["--plot", "x.txt"], "plot: got x.txt, expected a name that ends in .svg"),
+        (["--plot", "x.txt"], "got x.txt, expected a name that ends in .svg"),
         (["--until", "-1"], "got no rows up to t = -1 s, expected a trajectory"),
         (["--until", "x"], "'x' is not a valid float"),
         (["--junit", "/proc/nothing/x.xml"], "/proc/nothing/x.xml"),
@@ -87,7 +87,7 @@ def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:
         input=theirs, capture_output=True, text=True, check=False, cwd=tmp_path,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
-    assert "standard input against scene reference: pass (301 rows" in run.stdout
+    assert "standard input against scene reference: pass, 11.5 correct digits" in run.stdout
 
 
 def processor_seconds(arguments: list[str]) -> tuple[int, float, int]:

@@ -36,7 +36,7 @@ def test_the_table_fits_a_screen(failing: tt.check.Result) -> None:
 
 def test_the_frame_has_a_row_for_each_check(failing: tt.check.Result) -> None:
     frame = failing.frame
-    assert list(frame["name"]) == [*(check.name for check in CHECKS), "golden"]
+    assert list(frame["name"]) == ["finite", *(check.name for check in CHECKS), "golden"]
     assert set(frame["verdict"]) == {"pass", "fail", "skipped"}
     assert frame.set_index("name").loc["jellett", "limit"] == 1e-6
     assert failing["jellett"].at == frame.set_index("name").loc["jellett", "at"]
@@ -87,7 +87,9 @@ def test_the_plot_is_written(failing: tt.check.Result, tmp_path: Path, suffix: s
     assert path.read_bytes().startswith(begin)
     axes = drawn.axes[0]
     assert axes.get_yscale() == "log"
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    legend = axes.get_legend()
+    assert legend is not None
+    labels = [text.get_text() for text in legend.get_texts()]
     assert any(label.startswith("jellett") for label in labels)
     assert "limit 1.0e-06" in labels
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]

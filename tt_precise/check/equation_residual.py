@@ -21,12 +21,12 @@ from typing import Any
 import numpy
 
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.check.series import SeriesFunctions, TaylorSeries, integral, solution
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries, integral, solution
 from tt_precise.mechanics.vectors import cross, dot
 
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval

@@ -1,44 +1,44 @@
-"""Distance from the true solution: golden rows at the same times, or rows computed afresh.
+"""Distance from the true solution: golden data, or the solution computed afresh.
 
-Nothing is interpolated. A row whose time misses a golden one by rounding (a sum of time steps,
-say) is compared after the golden row has been moved over the difference by its own rate.
-Differences are exact (``Decimal``), however many digits the trajectory was written with. Digits
-count as in ``golden.compare``: relative to the true entry, or to 1e-3 of the largest entry of its
-column where it is smaller than that.
+The rule is that of ``golden.distance``, the same as in ``golden.compare``. A row between golden
+times is compared with the golden row nearest to it, carried to its time by the equations of
+motion; with ``fresh``, rows that golden data do not reach are compared with a solution that is
+computed at their own times.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import Any
 
 import numpy
 
-from tt_precise.check.digits import Digits, as_decimal
-from tt_precise.check.reading import Block
-from tt_precise.check.result import CheckFinding, Verdict
+from tt_precise.check.blocks import Block
+from tt_precise.check.digits_over_time import DigitsOverTime
+from tt_precise.check.evidence import Evidence
+from tt_precise.check.finding import CheckFinding, Verdict
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.errors import InputError
 from tt_precise.golden import store
-from tt_precise.golden.digits import EXACT
+from tt_precise.golden.distance import as_decimal
+from tt_precise.golden.fewest import FewestDigits
+from tt_precise.golden.measuring import RESOLVED, Measured, TrueRows
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.numerals import exact
 from tt_precise.progress import Progress
 
-if TYPE_CHECKING:
-    from tt_precise.golden.table import Table
-
 MEANING = "correct digits of every column"
-SAME_TIME = 1e-9  # s; first-order motion over so short a time is exact to 1e-14
-MOST_FRESH = 1024  # rows kept for a fresh computation, evenly spread over the trajectory
+MOST_RECOMPUTED = 1024  # rows computed afresh, evenly spread over those that need it
+FEW_ENOUGH = 10
+SPARE_DIGITS = 1.0  # by which a carried row must be better than what is asked
 
 
-class Distance:
+class GoldenDistance:
     """Compares blocks with the golden data of the scene, and keeps rows for a fresh computation.
 
     ``asked`` are the digits wanted, or None to report only.
@@ -46,129 +46,135 @@ class Distance:
 
     def __init__(self, setup: CheckSetup, present: Sequence[str], asked: float | None, fresh: bool):
         self._setup, self._asked, self._fresh = setup, asked, fresh
-        self._table, self._absent = _golden_table(setup)
-        vectors = setup.columns.name == "rigid body"
+        self._true, self._absent = _golden_rows(setup)
         known = [*NewtonState._fields, *EulerState._fields]
-        self._written = [name for name in present if name in known]
+        still = {"vx", "vy", "nu_x", "nu_y"} if setup.rolling else set()
+        self._written = [name for name in present if name in known and name not in still]
         self._derived: list[str] = []
-        if vectors:
+        if setup.columns.name == "rigid body":
             derived = NewtonState._fields if setup.velocity_known else NewtonState._fields[:6]
-            self._derived = [name for name in derived if name not in self._written]
-        if setup.rolling:
-            still = {"vx", "vy", "nu_x", "nu_y"}
-            self._written = [name for name in self._written if name not in still]
-            self._derived = [name for name in self._derived if name not in still]
-        self._kept: list[tuple[Fraction, dict[str, Decimal]]] = []
+            taken = {*self._written, *still}
+            self._derived = [name for name in derived if name not in taken]
+        self._fewest, self._evidence = FewestDigits(), Evidence()
+        self._over_time = DigitsOverTime()
+        self._kept: list[tuple[Fraction, dict[str, Decimal | None]]] = []
         self._stride, self._seen = 1, 0
-        if self._table is not None:
-            self._times = numpy.array([float(cell) for cell in self._table.column("t")])
-            self._cells = {
-                name: self._table.column(name)
-                for name in (*self._written, *self._derived)
-                if name in self._table.columns
-            }
-            self._digits = Digits.of_columns(self._cells)
+        self._resolved = RESOLVED if asked is None else 10.0 ** -(asked + SPARE_DIGITS)
 
     def look(self, block: Block, samples: Samples) -> None:
         """The next rows, as given and as vectors."""
-        matched = numpy.zeros(len(block), dtype=bool)
-        if self._table is not None:
-            t = block.values["t"]
-            near = numpy.clip(numpy.searchsorted(self._times, t), 1, len(self._times) - 1)
-            near -= abs(self._times[near - 1] - t) <= abs(self._times[near] - t)
-            delay = t - self._times[near]
-            matched = abs(delay) <= SAME_TIME
-            for row in numpy.flatnonzero(matched).tolist():
-                self._compare(int(near[row]), float(delay[row]), self._row(block, samples, row))
+        t = block.values["t"]
+        start, compared = abs(t) <= 0, numpy.zeros(len(block), bool)
+        if self._true is not None:
+            values = {name: block.values[name] for name in self._written}
+            values |= {name: getattr(samples.state, name) for name in self._derived}
+            found = self._true.measure(
+                t,
+                values,
+                partial(self._cells, block, samples),
+                self._resolved,
+            )
+            self._take(found)
+            compared = found.compared
         if self._fresh:
-            for row in numpy.flatnonzero(~matched).tolist():
+            for row in numpy.flatnonzero(~compared & ~start).tolist():
                 self._keep(block, samples, row)
+            compared = compared | ~start
+        self._evidence.add(t, compared, start)
 
-    def _row(self, block: Block, samples: Samples, row: int) -> dict[str, Decimal]:
-        cells = zip(self._written, block.texts(row, self._written), strict=True)
-        found = {name: as_decimal(cell) for name, cell in cells}
-        for name in self._derived:
-            found[name] = Decimal(float(getattr(samples.state, name)[row]))
-        return {name: value for name, value in found.items() if value is not None}
+    def _take(self, found: Measured) -> None:
+        self._fewest.add(found)
+        self._over_time.add(found)
 
-    def _compare(self, row: int, delay: float, given: Mapping[str, Decimal]) -> None:
-        moved = self._motion(row, delay) if delay else {}
-        self._digits.rows += 1
-        for name, value in given.items():
-            cell = self._cells[name][row] if name in self._cells else ""
-            if not cell or not math.isfinite(moved.get(name, 0.0)):
-                continue  # undefined at a pole
-            true = Decimal(cell)
-            error = EXACT.subtract(value, true)
-            if name in moved:
-                error = EXACT.subtract(error, Decimal(moved[name]))
-            self._digits.add(float(self._times[row]), name, error, true)
-
-    def _motion(self, row: int, delay: float) -> dict[str, float]:
-        changes: dict[str, float] = {}
-        for coordinates in ("newton", "euler"):
-            form = formulation(self._setup.scene.model, coordinates, self._setup.scene.body.law)
-            if not set(form.columns) <= self._cells.keys():
-                continue
-            state = [float(self._cells[name][row] or "nan") for name in form.columns]
-            with numpy.errstate(all="ignore"):
-                rates = form.rates(self._setup.body, form.State(*numpy.array(state)), numpy)
-            changes |= {
-                name: float(rate) * delay for name, rate in zip(form.columns, rates, strict=True)
-            }
-        return changes
+    def _cells(self, block: Block, samples: Samples, row: int, names: Sequence[str]) -> list[Any]:
+        written = [name for name in names if name in self._written]
+        cells = dict(zip(written, block.texts(row, written), strict=True))
+        # text that is no number counts as missing, as in ``block.values``
+        return [
+            (cells[name] if numpy.isfinite(block.values[name][row]) else None)
+            if name in cells
+            else float(getattr(samples.state, name)[row])
+            for name in names
+        ]
 
     def _keep(self, block: Block, samples: Samples, row: int) -> None:
         if self._seen % self._stride == 0:
             written = block.texts(row, ["t"])[0]
             t = exact(written) if isinstance(written, str) else Fraction(float(written))
-            self._kept.append((t, self._row(block, samples, row)))
-            if len(self._kept) > 2 * MOST_FRESH:
+            names = [*self._written, *self._derived]
+            cells = map(as_decimal, self._cells(block, samples, row, names))
+            self._kept.append((t, dict(zip(names, cells, strict=True))))
+            if len(self._kept) > 2 * MOST_RECOMPUTED:
                 self._kept, self._stride = self._kept[::2], 2 * self._stride
         self._seen += 1
 
-    def finding(self, progress: Progress) -> CheckFinding:
-        """The distance, with a fresh computation where one is needed and allowed.
+    def finding(self, until: float, broken: str, progress: Progress) -> CheckFinding:
+        """The distance up to time ``until`` (s), with a fresh computation where one is allowed.
+
+        ``broken`` says why rows are missing at the end, "" if none are.
 
         Raises
         ------
         InputError
-            Digits were asked for, but there is nothing to compare with.
+            Digits were asked for, but there is nothing to compare with, or not enough.
         """
+        notes = []
+        if self._fewest.rows:
+            notes.append(f"{self._fewest.rows} rows compared with golden data")
         if self._kept:
-            from tt_precise.check.recompute import fresh_digits
+            from tt_precise.check.recompute import recomputed
 
-            digits, note = fresh_digits(self._setup.scene, self._kept, self._asked, progress)
-            if self._table is not None and self._digits.rows:
-                note += f"; {self._digits.rows} rows from golden data"
-                digits = min(digits, self._digits, key=lambda found: found.worst)
-        elif self._table is not None and self._digits.fewest:
-            digits = self._digits
-            note = f"{digits.rows} rows at golden times"
-        else:
-            reason = self._absent or "no row at a golden time"
-            if self._asked is not None:
-                raise InputError(
-                    f"digits: {reason}, so there is nothing to compare with; expected --fresh, "
-                    "which computes the solution"
-                )
-            return CheckFinding(
-                "golden", "skipped", reason=f"{reason}; --fresh computes the solution"
-            )
+            found, note = recomputed(self._setup.scene, self._kept, self._asked, progress)
+            self._take(found)
+            notes.append(note)
+            self._evidence.compared -= int((~found.compared).sum()) * self._stride
+        lacking = self._absent or "no row at a time of the golden data"
+        if self._fewest.rows:
+            lacking = broken or self._evidence.lacking(*self._reach(until))
+        few = bool(self._fewest.rows) and self._fewest.worst < (self._asked or 0.0)
+        if self._asked is not None and lacking and not (few or broken):
+            raise InputError(f"digits: {lacking}; {self._advice()}")
+        if not self._fewest.rows:
+            failed = broken and self._asked is not None
+            reason = broken or f"{lacking}; --fresh computes the solution"
+            return CheckFinding("golden", "fail" if failed else "skipped", reason=reason)
         verdict: Verdict = "pass"
+        worst = self._fewest.worst
         if self._asked is None:
-            note += "; reported only: --digits N asks for N"
-        elif digits.worst < self._asked:
+            notes.append("reported only: --digits N asks for N")
+        elif few or broken:
             verdict = "fail"
-        if digits.worst < 1:
-            note += "; is it another start than the scene's?"
+        if broken:
+            notes.append(broken)
+        if worst < 1 and self._over_time.from_the_start:
+            notes.append("is it another start than the scene's?")
         return CheckFinding(
-            "golden", verdict, digits.worst, self._asked, digits.at, note, MEANING, "at least",
-            {name: round(value, 2) for name, value in digits.fewest.items()},
+            "golden", verdict, worst, self._asked, self._fewest.at, "; ".join(notes), MEANING,
+            "at least", {name: round(value, 2) for name, value in self._fewest.digits.items()},
+            history=str(self._over_time),
         )  # fmt: skip
 
+    def _reach(self, until: float) -> tuple[float, int]:
+        """The time (s) up to which rows are expected, and how many golden times there are."""
+        if self._true is None:
+            return min(until, float(self._setup.scene.until)), FEW_ENOUGH
+        times = self._true.times
+        return min(until, float(times[-1])), int((times <= until).sum()) - 1
 
-def _golden_table(setup: CheckSetup) -> tuple[Table | None, str]:
+    def _advice(self) -> str:
+        if self._fresh:
+            return "expected rows that reach over the whole of it"
+        if self._true is None:
+            return "expected --fresh, which computes the solution"
+        times = self._true.times
+        shown = ", ".join(f"{t:g}" for t in times[:3])
+        return (
+            "expected --fresh, which computes the solution at the trajectory's own times, or rows "
+            f"at the golden times {shown} ... {times[-1]:g} s"
+        )
+
+
+def _golden_rows(setup: CheckSetup) -> tuple[TrueRows | None, str]:
     name = setup.scene.name
     if name not in store.scenes():
         return None, f"no golden data of a scene {name}"
@@ -178,4 +184,4 @@ def _golden_table(setup: CheckSetup) -> tuple[Table | None, str]:
         setup.scene.model, setup.scene.body, setup.scene.start,
     ):  # fmt: skip
         return None, f"the golden data of {name} are of another body or start"
-    return stored.trajectory, ""
+    return TrueRows(replace(scene, record=()), stored.trajectory), ""

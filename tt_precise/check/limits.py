@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from numbers import Real
 
 from tt_precise.check.checks import CHECKS, PAPER_LIMIT
 from tt_precise.errors import InputError
@@ -23,12 +24,26 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
         A check of that name does not exist, or its limit is no number.
     """
     known = default_limits()
-    for name, value in given.items():
+    for name in given:
         if name not in known:
             raise InputError(f"limit: got {name!r}, expected one of: {', '.join(known)}")
-        if not isinstance(value, int | float) or not math.isfinite(value):
-            raise InputError(f"limit of {name}: got {value!r}, expected a finite number")
-    return known | {name: float(value) for name, value in given.items()}
+    return known | {name: finite(f"limit of {name}", value) for name, value in given.items()}
+
+
+def finite(what: str, value: object) -> float:
+    """A number that somebody gives to decide by.
+
+    Raises
+    ------
+    InputError
+        It is none, or not finite: a comparison with NaN would pass everything.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"{what}: got {value!r}, expected a finite number")
+    number = float(value)
+    if not math.isfinite(number):
+        raise InputError(f"{what}: got {value!r}, expected a finite number")
+    return number
 
 
 def read_limits(texts: Iterable[str]) -> dict[str, float]:

@@ -1,16 +1,12 @@
-"""A result as text: a table for a terminal, Markdown, HTML, JUnit XML."""
+"""Findings as text under a heading: a table for a terminal, Markdown, HTML, JUnit XML."""
 
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING
-from xml.etree import ElementTree
 
-from tt_precise.check.result import SIGNS
-
-if TYPE_CHECKING:
-    from tt_precise.check.result import CheckFinding, Result
+from tt_precise.check.finding import SIGNS, CheckFinding
 
 WIDTH = 100
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
@@ -32,23 +28,13 @@ def _cells(finding: CheckFinding) -> tuple[str, ...]:
     )
 
 
-def _heading(result: Result) -> str:
-    count = len(result.failures)
-    failed = f": {count} check{'s' * (count > 1)} failed" if count else ""
-    return (
-        f"{result.trajectory} against scene {result.scene}: {result.verdict}{failed} "
-        f"({result.rows} rows of {result.columns} columns, "
-        f"t = {result.t_first:.6g} to {result.t_last:.6g} s)"
-    )
-
-
-def table(result: Result, width: int = WIDTH) -> str:
-    """The result for a terminal of ``width`` characters; what was skipped stands below."""
-    done = [finding for finding in result.checks if finding.verdict != "skipped"]
+def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) -> str:
+    """The findings for a terminal of ``width`` characters; what was skipped stands below."""
+    done = [finding for finding in findings if finding.verdict != "skipped"]
     rows = [HEADINGS, *map(_cells, done)]
     widths = [max(len(row[i]) for row in rows) for i in range(5)]
     margin = sum(widths) + 2 * len(widths)
-    lines = textwrap.wrap(_heading(result), width)
+    lines = textwrap.wrap(heading, width)
     for row in rows:
         start = "  ".join(cell.ljust(size) for cell, size in zip(row, widths, strict=False)) + "  "
         notes = textwrap.wrap(row[5], max(24, width - margin)) or [""]
@@ -62,7 +48,7 @@ def table(result: Result, width: int = WIDTH) -> str:
                 subsequent_indent="  ",
             )  # fmt: skip
     reasons: dict[str, list[str]] = {}
-    for finding in result.checks:
+    for finding in findings:
         if finding.verdict == "skipped":
             reasons.setdefault(finding.reason, []).append(finding.name)
     for reason, names in reasons.items():
@@ -72,16 +58,16 @@ def table(result: Result, width: int = WIDTH) -> str:
     return "\n".join(lines)
 
 
-def markdown(result: Result) -> str:
-    """The result as Markdown."""
+def markdown(heading: str, findings: Sequence[CheckFinding]) -> str:
+    """The findings as Markdown."""
     marks = {"pass": "✅ pass", "fail": "❌ **fail**", "skipped": "➖ skipped"}
     lines = [
-        f"### {_escaped(_heading(result))}",
+        f"### {_escaped(heading)}",
         "",
         "| " + " | ".join(HEADINGS) + " |",
         "| --- | --- | ---: | ---: | ---: | --- |",
     ]
-    for finding in result.checks:
+    for finding in findings:
         name, _, *rest = _cells(finding)
         cells = (f"`{name}`", marks[finding.verdict], *map(_escaped, rest))
         lines.append("| " + " | ".join(cells) + " |")
@@ -94,8 +80,8 @@ def _escaped(text: str) -> str:
     return text
 
 
-def html(result: Result) -> str:
-    """The result as an HTML table."""
+def html(heading: str, findings: Sequence[CheckFinding]) -> str:
+    """The findings as an HTML table."""
     colours = {"pass": "#1a7f37", "fail": "#cf222e", "skipped": "#6e7781"}
     head = "".join(f"<th>{name}</th>" for name in HEADINGS)
     body = "".join(
@@ -107,27 +93,29 @@ def html(result: Result) -> str:
             for i, cell in enumerate(_cells(finding))
         )
         + "</tr>"
-        for finding in result.checks
+        for finding in findings
     )
     return (
-        f"<p>{escape(_heading(result))}</p>"
+        f"<p>{escape(heading)}</p>"
         f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     )
 
 
-def junit(result: Result) -> str:
-    """The result as JUnit XML, a test case for each check."""
+def junit(place: str, findings: Sequence[CheckFinding]) -> str:
+    """The findings as JUnit XML, a test case for each of them, in the class ``place``."""
+    from xml.etree import ElementTree
+
     counts = {
-        "tests": str(len(result.checks)),
-        "failures": str(len(result.failures)),
+        "tests": str(len(findings)),
+        "failures": str(sum(finding.verdict == "fail" for finding in findings)),
         "errors": "0",
-        "skipped": str(sum(finding.verdict == "skipped" for finding in result.checks)),
+        "skipped": str(sum(finding.verdict == "skipped" for finding in findings)),
     }
     suites = ElementTree.Element("testsuites", counts)
     suite = ElementTree.SubElement(suites, "testsuite", {"name": "tt-precise check", **counts})
-    for finding in result.checks:
-        place = f"{result.scene}.{_printable(result.trajectory)}"
-        case = ElementTree.SubElement(suite, "testcase", {"name": finding.name, "classname": place})
+    for finding in findings:
+        named = {"name": finding.name, "classname": _printable(place)}
+        case = ElementTree.SubElement(suite, "testcase", named)
         if finding.verdict == "skipped":
             ElementTree.SubElement(case, "skipped", {"message": _printable(finding.reason)})
         elif finding.verdict == "fail":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,29 +11,29 @@ from tt_precise.plotting import new_figure, require_format, save, styled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from tt_precise.check.result import Result
+    from tt_precise.check.finding import CheckFinding
 
 SMALLEST = 1e-18  # what is drawn for an exact zero
 
 
-def figure(result: Result, path: str | Path | None = None) -> Figure:
+def figure(title: str, findings: Sequence[CheckFinding], path: str | Path | None = None) -> Figure:
     """A matplotlib ``Figure``; needs no display. Written to ``path`` if one is given."""
     if path is not None:
         require_format(path)
     with styled():
-        drawn = _drawn(result)
+        drawn = _drawn(title, findings)
     if path is not None:
         save(drawn, path)
     return drawn
 
 
-def _drawn(result: Result) -> Figure:
+def _drawn(title: str, findings: Sequence[CheckFinding]) -> Figure:
     import numpy
 
     drawn = new_figure(8, 4.5)
     axes = drawn.add_subplot()
     limits: dict[float, Any] = {}
-    for finding in result.checks:
+    for finding in findings:
         if finding.curve is None or finding.sense != "at most" or finding.verdict == "skipped":
             continue
         t, values = finding.curve
@@ -49,7 +50,7 @@ def _drawn(result: Result) -> Figure:
         axes.axhline(limit, color=colour, linestyle="--", linewidth=1, label=f"limit {limit:.1e}")
     axes.set_xlabel("t (s)")
     axes.set_ylabel("relative drift")
-    axes.set_title(f"{Path(result.trajectory).name} against {result.scene}: {result.verdict}")
+    axes.set_title(title)
     if axes.lines:
         axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
     return drawn

@@ -7,9 +7,12 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 
-from tt_precise.check.digits import Digits
+import numpy
+
 from tt_precise.errors import InputError
-from tt_precise.golden.digits import EXACT
+from tt_precise.golden.fewest import FewestDigits
+from tt_precise.golden.measuring import Measured, TrueRows
+from tt_precise.golden.table import Table
 from tt_precise.progress import Progress
 from tt_precise.scene import Scene
 
@@ -17,17 +20,17 @@ SPARE_DIGITS = 2.0  # by which the solution must be better than what is asked of
 USUAL_DIGITS = 13.0  # what a trajectory in double can have
 STEP_UP = {"extended": 3.0, "quad": 17.0}  # digits that the wider arithmetics have beyond double
 
-Row = tuple[Fraction, Mapping[str, Decimal]]
+Row = tuple[Fraction, Mapping[str, Decimal | None]]
 
 
-def fresh_digits(
+def recomputed(
     scene: Scene, rows: Sequence[Row], asked: float | None, progress: Progress
-) -> tuple[Digits, str]:
-    """Digits of rows (exact time in s, name to value) against the solution at their own times.
+) -> tuple[Measured, str]:
+    """Distance of rows (exact time in s, name to value) from the solution at their own times.
 
-    The solution is computed in double and judged by the next finer arithmetic; if double's
-    digits are not enough for what is ``asked``, it is computed in quad. No row is told more
-    digits than the solution has.
+    The solution is computed in double and compared with the next finer arithmetic; if double's
+    digits are not enough for what is ``asked``, it is computed in quad. Errors count for no less
+    than the solution's own. Rows beyond the end of the solution are not compared.
 
     Raises
     ------
@@ -42,21 +45,23 @@ def fresh_digits(
     wider = finer(precision_named("double")).name
     rough = _solution(scene, "double", names, rows, progress)
     fine = _solution(scene, wider, names, rows, progress)
-    in_double = _compared(fine, rough)
+    in_double = FewestDigits()
+    in_double.add(_measured(scene, fine, _rows(rough)))
     if in_double.worst < enough and wider != "quad":
         wider, fine = "quad", _solution(scene, "quad", names, rows, progress)
-    digits = _compared(fine, rows)
-    most = in_double.worst + STEP_UP[wider]
-    digits.fewest = {name: min(found, most) for name, found in digits.fewest.items()}
-    digits.worst = min(digits.worst, most)
-    note = f"{len(fine)} rows computed afresh in {wider}"
-    beyond = len(rows) - len(fine)
-    return digits, note + (f"; {beyond} rows lie beyond the solution's end" if beyond else "")
+    found = _measured(scene, fine, rows)
+    own = 10.0 ** -(in_double.worst + STEP_UP[wider])
+    errors = {name: numpy.maximum(error, own) for name, error in found.errors.items()}
+    beyond = int((~found.compared).sum())
+    note = f"{len(rows) - beyond} rows computed afresh in {wider}"
+    return replace(found, errors=errors), (
+        note + (f"; {beyond} rows lie beyond the solution's end" if beyond else "")
+    )
 
 
 def _solution(
     scene: Scene, precision: str, names: list[str], rows: Sequence[Row], progress: Progress
-) -> list[Row]:
+) -> Table:
     from tt_precise.integrate import integrate
     from tt_precise.numerals import as_fraction
 
@@ -69,23 +74,36 @@ def _solution(
             f"t = {float(trajectory.t_end):g} s, before any row to compare"
         )
     frame = trajectory.frame(*names, times=times, numbers="text")
-    columns = {name: list(frame[name]) for name in names}
-    return [
-        (t, {name: Decimal(columns[name][i]) for name in names if columns[name][i] is not None})
-        for i, t in enumerate(times)
-    ]
+    columns = {name: [cell if cell is not None else "" for cell in frame[name]] for name in names}
+    return Table.of_columns({"t": [repr(float(t)) for t in times], **columns})
 
 
-def _compared(true: Sequence[Row], given: Sequence[Row]) -> Digits:
-    names = {name for _, row in true for name in row}
-    digits = Digits.of_columns(
-        {name: [str(row[name]) for _, row in true if name in row] for name in names}
+def _rows(table: Table) -> list[Row]:
+    found: list[Row] = []
+    for t, *cells in table.rows:
+        entries = zip(table.columns[1:], cells, strict=True)
+        numbers = {name: Decimal(cell) if cell else None for name, cell in entries}
+        found.append((Fraction(float(t)), numbers))
+    return found
+
+
+def _measured(scene: Scene, true: Table, given: Sequence[Row]) -> Measured:
+    times = {float(cell) for cell in true.column("t")}
+    rows = [row for row in given if float(row[0]) in times]
+    others = len(given) - len(rows)
+    names = [name for name in true.columns if name != "t"]
+    found = TrueRows(scene, true).measure(
+        numpy.array([float(t) for t, _ in rows]),
+        {name: numpy.zeros(len(rows)) for name in names},
+        lambda row, wanted: [rows[row][1].get(name) for name in wanted],
     )
-    values = dict(given)
-    for t, row in true:
-        digits.rows += 1
-        for name, entry in row.items():
-            if name in values[t]:
-                error = EXACT.subtract(values[t][name], entry)
-                digits.add(float(t), name, error, entry)
-    return digits
+    if not others:
+        return found
+    missing = numpy.full(others, numpy.nan)
+    return Measured(
+        numpy.append(found.t, [float(t) for t, _ in given if float(t) not in times]),
+        {name: numpy.append(errors, missing) for name, errors in found.errors.items()},
+        {name: numpy.append(bounds, missing) for name, bounds in found.bounds.items()},
+        numpy.append(found.compared, numpy.zeros(others, bool)),
+        numpy.append(found.start, numpy.zeros(others, bool)),
+    )

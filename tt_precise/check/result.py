@@ -2,69 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from tt_precise.check import outputs
+from tt_precise.check.finding import CheckFinding
+
 if TYPE_CHECKING:
-    import numpy
     import pandas
+    from matplotlib.figure import Figure
 
-    from tt_precise.check.checks import Sense
-
-Verdict = Literal["pass", "fail", "skipped"]
 SCHEMA = "tt_precise.check/1"
-SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
-
-
-@dataclass(frozen=True)
-class CheckFinding:
-    """One check as it came out.
-
-    ``value`` is the worst of all rows, ``at`` its time in s, ``reason`` why it was skipped or
-    what else must be known. ``curve`` holds times and values for a plot, ``parts`` what the value
-    is made of (correct digits of every column).
-    """
-
-    name: str
-    verdict: Verdict
-    value: float | None = None
-    limit: float | None = None
-    at: float | None = None
-    reason: str = ""
-    meaning: str = ""
-    sense: Sense = "at most"
-    parts: dict[str, float] = field(default_factory=dict)
-    curve: tuple[numpy.ndarray, numpy.ndarray] | None = field(
-        default=None, repr=False, compare=False
-    )
-
-    def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        # JSON has no infinity: an infinite worst value is told by its reason
-        value = None if self.value is None or not math.isfinite(self.value) else self.value
-        found: dict[str, Any] = {
-            "name": self.name,
-            "verdict": self.verdict,
-            "value": value,
-            "limit": self.limit,
-            "sense": self.sense,
-            "at": self.at,
-            "reason": self.reason,
-            "meaning": self.meaning,
-        }
-        return found | ({"digits": self.parts} if self.parts else {})
-
-    def sentence(self) -> str:
-        """One line: check, value, limit, time."""
-        if self.value is None or self.limit is None:
-            return f"{self.name}: {self.reason}"
-        where = f" at t = {self.at:.6g} s" if self.at is not None else ""
-        why = f" ({self.reason})" if self.reason else ""
-        return f"{self.name}: {self.value:.3g}{where}, expected {self.sense} {self.limit:.3g}{why}"
-
+FEW_DIGITS = 4  # fewer of golden data, where none were asked for, are said loudly
 
 Finding = CheckFinding  # its public name in tt_precise.check
 
@@ -129,30 +80,43 @@ class Result:
             "checks": [finding.as_dict() for finding in self.checks],
         }
 
-    def __str__(self) -> str:
-        from tt_precise.check.outputs import table
+    @property
+    def heading(self) -> str:
+        """The first line of every output: the verdict, and how far golden data agree."""
+        count = len(self.failures)
+        failed = f": {count} check{'s' * (count > 1)} failed" if count else ""
+        return (
+            f"{self.trajectory} against scene {self.scene}: {self.verdict}{failed}"
+            f"{self._golden()} ({self.rows} rows of {self.columns} columns, "
+            f"t = {self.t_first:.6g} to {self.t_last:.6g} s)"
+        )
 
-        return table(self)
+    def _golden(self) -> str:
+        golden = next((finding for finding in self.checks if finding.name == "golden"), None)
+        if golden is None or golden.value is None:
+            return ""
+        over_time = f" ({golden.history})" if golden.history else ""
+        if golden.limit is None and golden.value < FEW_DIGITS:
+            return f", BUT ONLY {golden.value:.1f} CORRECT DIGITS of golden data{over_time}"
+        return f", {golden.value:.1f} correct digits of golden data"
+
+    def __str__(self) -> str:
+        return outputs.table(self.heading, self.checks)
 
     def _repr_html_(self) -> str:
-        from tt_precise.check.outputs import html
-
-        return html(self)
+        return outputs.html(self.heading, self.checks)
 
     def markdown(self) -> str:
         """The table in Markdown, for the summary of a CI job."""
-        from tt_precise.check.outputs import markdown
-
-        return markdown(self)
+        return outputs.markdown(self.heading, self.checks)
 
     def junit(self) -> str:
         """The findings as JUnit XML: one test case for each check."""
-        from tt_precise.check.outputs import junit
+        return outputs.junit(f"{self.scene}.{self.trajectory}", self.checks)
 
-        return junit(self)
-
-    def plot(self, path: str | Path | None = None) -> Any:
+    def plot(self, path: str | Path | None = None) -> Figure:
         """A matplotlib ``Figure`` of all drifts over time, written to ``path`` if one is given."""
         from tt_precise.check.plot import figure
 
-        return figure(self, path)
+        name = Path(self.trajectory).name
+        return figure(f"{name} against {self.scene}: {self.verdict}", self.checks, path)

@@ -11,12 +11,15 @@ from typing import Any
 
 import numpy
 
+from tt_precise.check.blocks import Block, NotFinite, RowSource, UsableRows
 from tt_precise.check.checks import CHECKS, RowCheck, Watch
 from tt_precise.check.columns import choose_set, known_columns
-from tt_precise.check.golden import Distance
-from tt_precise.check.limits import chosen_limits
-from tt_precise.check.reading import Block, RowSource, checked_blocks, open_source
-from tt_precise.check.result import CheckFinding, Result, Verdict
+from tt_precise.check.finding import CheckFinding, Verdict
+from tt_precise.check.finite import Finiteness
+from tt_precise.check.golden import GoldenDistance
+from tt_precise.check.limits import chosen_limits, finite
+from tt_precise.check.reading import open_source
+from tt_precise.check.result import Result
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.unit_guard import refuse_other_units
 from tt_precise.check.worst import RunningWorst
@@ -24,6 +27,7 @@ from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
 
+NAMES = [check.name for check in CHECKS]
 HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
 
 
@@ -86,46 +90,64 @@ def _checked(
     progress: Progress,
 ) -> Result:
     setup = _setup(table, scene, friction)
-    cutoff = math.inf if until is None else _cutoff(until)
+    cutoff = math.inf if until is None else finite("until", until)
+    if digits is not None and finite("digits", digits) <= 0:
+        raise InputError(f"digits: got {digits!r}, expected a number above 0")
     if digits is not None and not setup.own_force:
         raise InputError("digits: golden data obey the scene's friction; expected friction scene")
-    distance = Distance(setup, table.names, digits, fresh) if setup.own_force else None
     names = ("t", *(name for name in setup.columns.names if name in table.names))
     also = [name for name in known_columns(table.names) if name not in names]
-    running: list[_Running] | None = None
+    finiteness, distance = Finiteness(also), None
+    running: list[_Running] = []
     rows, samples, first = 0, None, None
-    for block in checked_blocks(table.blocks(names, also, progress), table.where, cutoff):
+    usable = UsableRows(table.blocks(names, also, progress), names, table.where, cutoff)
+    for block in usable:
         read = setup.samples(block)
-        if running is None:
+        if first is None:
             _refuse(setup, read, block, table)
             running, first = [_Running(check, setup, read, limits) for check in CHECKS], read
+            if setup.own_force:
+                # golden data are read once the rows have turned out to be some
+                distance = GoldenDistance(setup, table.names, digits, fresh)
         joined = read if samples is None else samples.continued(read)
         for check in running:
             check.look(joined)
+        finiteness.look(block, read)
         if distance is not None:
             distance.look(block, read)
         rows, samples = rows + len(block), read
-    if running is None or first is None or samples is None or rows < 2:
+    if rows < 2 and not usable.broken:
         raise InputError(
             f"{table.where}: got {'one row' if rows else 'no rows'}"
             + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
             + ", expected a trajectory of at least two"
         )
-    if distance is None:
-        golden = CheckFinding(
-            "golden", "skipped", reason="golden data obey the scene's own friction"
-        )
+    findings = [finiteness.finding(usable.broken)]
+    if rows < 2:
+        reason = f"fewer than two rows before {usable.broken}"
+        findings += [CheckFinding(name, "skipped", reason=reason) for name in (*NAMES, "golden")]
     else:
-        golden = distance.finding(progress)
+        findings += [check.finding() for check in running]
+        findings.append(_golden(distance, cutoff, usable.broken, progress))
+    end = usable.broken.t if usable.broken else 0.0
     return Result(
         trajectory=table.where,
         scene=scene.name,
         columns=setup.columns.name,
         rows=rows,
-        t_first=float(first.t[0]),
-        t_last=float(samples.t[-1]),
-        checks=(*(check.finding() for check in running), golden),
+        t_first=float(first.t[0]) if first else end,
+        t_last=float(samples.t[-1]) if samples else end,
+        checks=tuple(findings),
     )
+
+
+def _golden(
+    distance: GoldenDistance | None, until: float, broken: NotFinite | None, progress: Progress
+) -> CheckFinding:
+    if distance is None:
+        reason = "golden data obey the scene's own friction"
+        return CheckFinding("golden", "skipped", reason=reason)
+    return distance.finding(until, f"the rows end at {broken}" if broken else "", progress)
 
 
 def _setup(table: RowSource, scene: Scene, friction: str) -> CheckSetup:
@@ -145,12 +167,6 @@ def _refuse(setup: CheckSetup, first: Samples, block: Block, table: RowSource) -
         refuse_other_units(setup, first, block, table.names)
     except InputError as error:
         raise InputError(f"{table.where}: {error}") from None
-
-
-def _cutoff(until: float) -> float:
-    if not isinstance(until, int | float) or math.isnan(until):
-        raise InputError(f"until: got {until!r}, expected a time in s")
-    return float(until)
 
 
 class _Running:

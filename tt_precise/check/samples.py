@@ -9,8 +9,8 @@ from typing import Any
 import numpy
 
 from tt_precise.body import Parameters
+from tt_precise.check.blocks import Block
 from tt_precise.check.columns import ColumnSet
-from tt_precise.check.reading import Block
 from tt_precise.errors import InputError
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion

@@ -13,10 +13,9 @@ from dataclasses import replace
 
 import numpy
 
+from tt_precise.check.blocks import Block
 from tt_precise.check.columns import Columns, known_sets
-from tt_precise.check.digits import as_decimal
 from tt_precise.check.equation_residual import EquationResidual
-from tt_precise.check.reading import Block
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.errors import InputError
 from tt_precise.mechanics.newton import arm
@@ -179,11 +178,10 @@ def _refuse_other_sets(
         return
     few = rows.rows(slice(0, COMPARED))
     names = [name for name in others[0].required if name in QUANTITIES]
-    cells = [block.texts(row, names) for row in range(len(few.t))]
     q = Motion(setup.body, few.state, numpy, setup.scene.model)
     with numpy.errstate(all="ignore"):
-        for i, name in enumerate(names):
-            given = numpy.array([float(as_decimal(row[i]) or "nan") for row in cells])
+        for name in names:
+            given = block.values[name][: len(few.t)]
             derived = numpy.asarray(QUANTITIES[name].evaluate(q))
             both = numpy.isfinite(given) & numpy.isfinite(derived)
             factor = _constant_factor(given[both], derived[both])

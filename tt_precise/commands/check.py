@@ -36,7 +36,7 @@ FAILED = 1
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 @click.option("--junit", type=click.Path(dir_okay=False), help="Write JUnit XML.")
 @click.option("--markdown", type=click.Path(dir_okay=False), help="Write a Markdown table.")
-@click.option("--plot", type=click.Path(dir_okay=False), help="Draw the drifts (.svg or .png).")
+@click.option("--plot", type=click.Path(dir_okay=False), help="Draw the drifts (.svg, .png, .pdf).")
 def command(
     trajectory: str,
     scene: str,

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
-from tt_precise.golden.comparing import relative_error, right_digits, scales_of
 from tt_precise.golden.consensus import ordered_events
+from tt_precise.golden.distance import as_decimal, correct_digits, relative_error, scales_by_kind
 from tt_precise.golden.integrity import inspect
 from tt_precise.golden.runs import LADDER, Run, Task
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
@@ -236,7 +236,7 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
                 line = f"{file}, line {row + 2}, {label}"
                 problems.append(f"{line}: got {mine}, a fresh computation has {other}")
                 return []
-    scales = scales_of(stored)
+    scales = scales_by_kind(stored.trajectory, stored.scene.body)
     worst = []
     for name in golden.columns:
         if name in ("name", "direction"):
@@ -244,10 +244,14 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
         cells = golden.column(name)
         sizes = _sizes(cells, scales[name]) if name != "t" else [abs(Decimal(t)) for t in cells]
         triples = enumerate(zip(fresh.column(name), cells, sizes, strict=False))
-        errors = {row: relative_error(*triple) for row, triple in triples if cells[row]}
+        errors = {
+            row: relative_error(as_decimal(mine), Decimal(cell), size)
+            for row, (mine, cell, size) in triples
+            if cell
+        }
         if errors:
             row = max(errors, key=errors.__getitem__)
-            worst.append(WorstEntry(file, row, name, right_digits(errors[row])))
+            worst.append(WorstEntry(file, row, name, correct_digits(errors[row])))
     return worst
 
 

@@ -10,21 +10,7 @@ from tt_precise.body import Units
 from tt_precise.integrate.columns import State
 from tt_precise.integrate.precision import finer
 from tt_precise.integrate.setup import Setup
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-
-# Entries are compared with the largest of their kind, so that one that happens to pass through
-# zero does not decide: an error of 1e-16 in kx = 1e-5 is 16 good digits of the axis.
-KINDS = (
-    ("kx", "ky", "kz"),
-    ("Lx", "Ly", "Lz"),
-    ("vx", "vy"),
-    ("nu_x", "nu_y"),
-    ("theta",),
-    ("theta_dot", "phi_dot", "omega_3"),
-    ("phi",),
-    ("psi",),
-    ("x", "y"),
-)
+from tt_precise.mechanics.formulations import KINDS, STATE_DIMENSIONS
 
 # A reference run in the same arithmetic has the same rounding errors, so the run must be coarser by
 # this: then it errs 100 times more than its reference (at 1e-12 in double, 2e-11 against 1e-14).

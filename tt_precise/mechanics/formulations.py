@@ -27,6 +27,20 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
     **dict.fromkeys(("x", "y"), Dimension(0, 1, 0)),
 }
 
+# Entries are compared with the largest of their kind, so that one that happens to pass through
+# zero does not decide: an error of 1e-16 in kx = 1e-5 is 16 good digits of the axis.
+KINDS = (
+    ("kx", "ky", "kz"),
+    ("Lx", "Ly", "Lz"),
+    ("vx", "vy"),
+    ("nu_x", "nu_y"),
+    ("theta",),
+    ("theta_dot", "phi_dot", "omega_3"),
+    ("phi",),
+    ("psi",),
+    ("x", "y"),
+)
+
 
 @dataclass(frozen=True)
 class Formulation:

@@ -7,7 +7,7 @@ from math import factorial
 import numpy
 import pytest
 
-from tt_precise.check.series import TaylorSeries, integral, solution
+from tt_precise.mechanics.taylor import TaylorSeries, integral, solution
 
 EPS = numpy.finfo(float).eps
 

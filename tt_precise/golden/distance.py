@@ -1,0 +1,95 @@
+"""The distance of a number from the true one, in significant correct digits: one rule for all.
+
+An error counts relative to the true entry or, where that is smaller, to 1e-3 of the scale of its
+column: beside a zero of a component the errors of the others decide, not its own size. Digits lie
+between 0 and 34, which is what golden data have.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal, InvalidOperation
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.body import TippeTop, Units
+from tt_precise.errors import InputError
+from tt_precise.golden.digits import COARSE, EXACT, scale_of
+from tt_precise.golden.runs import DIGITS
+from tt_precise.mechanics.formulations import KINDS, STATE_DIMENSIONS
+
+if TYPE_CHECKING:
+    from tt_precise.golden.table import Table
+
+NEAR_ZERO = Decimal("1e-3")
+INFINITE = Decimal("Infinity")
+
+RULE = (
+    "significant digits relative to the golden entry, or to 1e-3 of the largest entry of its "
+    "column where it is smaller than that; at most 34"
+)
+
+
+def scales_by_kind(table: Table, body: TippeTop) -> dict[str, Decimal]:
+    """The scale of each column but the time: its largest entry.
+
+    A component that is zero altogether takes the scale of its kind, and a kind that is zero
+    altogether that of the dimensionless form (m = R = g = 1).
+    """
+    own = {name: scale_of(table.column(name)) for name in table.columns}
+    units = Units.of(body, math, float)
+    scales = {}
+    for name in table.columns:
+        if name == "t":
+            continue
+        kind = next(kind for kind in KINDS if name in kind)
+        scale = own[name] or max(own.get(other, Decimal(0)) for other in kind)
+        scales[name] = scale or Decimal(float(units.of_dimension(STATE_DIMENSIONS[name])))
+    return scales
+
+
+def relative_error(value: Decimal | None, true: Decimal, size: Decimal) -> Decimal:
+    """What ``value`` differs from ``true`` by, in terms of ``size``; infinite if it is missing."""
+    if value is None:
+        return INFINITE
+    error = EXACT.subtract(value, true).copy_abs()
+    return COARSE.divide(error, size) if size else error and INFINITE
+
+
+def correct_digits(error: Decimal | float) -> float:
+    """The digits that a relative error leaves, between 0 and 34."""
+    size = float(error)
+    return min(float(DIGITS), max(0.0, -math.log10(size))) if size else float(DIGITS)
+
+
+def as_decimal(value: Any) -> Decimal | None:
+    """The exact value of a float, a decimal string or an mpmath number.
+
+    None where there is none: a missing entry, NaN, infinity.
+
+    Raises
+    ------
+    InputError
+        It is no number.
+    """
+    if value is None or value == "":
+        return None
+    if hasattr(value, "_mpf_"):
+        return _from_mpmath(value)
+    try:
+        if isinstance(value, str) and "_" in value:
+            raise ValueError
+        number = Decimal(value) if isinstance(value, str | int | Decimal) else Decimal(float(value))
+    except (InvalidOperation, TypeError, ValueError, OverflowError):
+        raise InputError(f"trajectory: got {str(value)[:60]!r}, expected a number") from None
+    return number if number.is_finite() else None
+
+
+def _from_mpmath(value: Any) -> Decimal | None:
+    sign, mantissa, power, _ = value._mpf_
+    if not mantissa:
+        return None if power else Decimal(0)
+    exact = Fraction(int(mantissa)) * Fraction(2) ** int(power)
+    quotient = EXACT.divide(Decimal(exact.numerator), Decimal(exact.denominator))
+    # an operator's minus would round to the 28 digits of decimal's own context
+    return quotient.copy_negate() if sign else quotient

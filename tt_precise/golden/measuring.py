@@ -1,0 +1,171 @@
+"""True rows, and how far the rows of a trajectory are from them, at golden times or between them.
+
+A row at a golden time is compared exactly, in decimals. One between two golden times is compared
+with the nearer of them, carried to its time by the equations of motion in double; what that
+cannot resolve is not held against it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
+from typing import Any
+
+import numpy
+
+from tt_precise.golden.carrying import Carrier
+from tt_precise.golden.distance import NEAR_ZERO, as_decimal, relative_error, scales_by_kind
+from tt_precise.golden.runs import DIGITS
+from tt_precise.golden.table import Table
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.scene import Scene
+
+EPS = float(numpy.finfo(float).eps)
+SAME_TIME = 4 * EPS  # relative; a row at a golden time may miss it by a rounding
+LIFT_OFF = 1e-12  # relative; a last row may lie so far beyond the end of the solution
+RESOLVED = 1e-8  # relative error that a carried row must resolve to be compared
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The distance of rows from the true ones.
+
+    ``t`` are their times (s); ``errors`` and ``bounds`` have an array for each column, of relative
+    errors and of what of them may be the comparison's own; NaN where nothing was compared because
+    the true entry is undefined or not resolved. ``compared`` says of each row whether every column
+    that is defined was compared, ``start`` whether the row is the start itself.
+    """
+
+    t: numpy.ndarray
+    errors: dict[str, numpy.ndarray]
+    bounds: dict[str, numpy.ndarray]
+    compared: numpy.ndarray
+    start: numpy.ndarray
+
+    def worst(self) -> numpy.ndarray:
+        """The largest error of each row that is not within its bound; 0 where all are."""
+        found = numpy.zeros(len(self.t))
+        for name, errors in self.errors.items():
+            found = numpy.fmax(found, numpy.where(errors > self.bounds[name], errors, 0.0))
+        return found
+
+    def digits(self) -> dict[str, numpy.ndarray]:
+        """Correct digits of every entry; where its error is within the bound, at least so many."""
+        with numpy.errstate(divide="ignore"):
+            return {
+                name: numpy.clip(-numpy.log10(numpy.fmax(errors, self.bounds[name])), 0, DIGITS)
+                for name, errors in self.errors.items()
+            }
+
+
+class TrueRows:
+    """A table of true rows. ``scales`` are the sizes that errors count by, by column."""
+
+    def __init__(self, scene: Scene, table: Table, scales: Mapping[str, Decimal] | None = None):
+        self._scene, self._table = scene, table
+        self.scales = scales_by_kind(table, scene.body) if scales is None else scales
+        self.names = [name for name in table.columns if name in self.scales]
+
+    @cached_property
+    def times(self) -> numpy.ndarray:
+        """Times of the rows, s."""
+        return numpy.array([float(cell) for cell in self._table.column("t")])
+
+    @cached_property
+    def _cells(self) -> dict[str, tuple[str, ...]]:
+        return {name: self._table.column(name) for name in self.names}
+
+    @cached_property
+    def _numbers(self) -> dict[str, numpy.ndarray]:
+        return {
+            name: numpy.array([float(cell) if cell else numpy.nan for cell in cells])
+            for name, cells in self._cells.items()
+        }
+
+    @cached_property
+    def _sizes(self) -> dict[str, numpy.ndarray]:
+        return {
+            name: numpy.fmax(abs(values), float(self.scales[name] * NEAR_ZERO))
+            for name, values in self._numbers.items()
+        }
+
+    @cached_property
+    def _carrier(self) -> Carrier:
+        vectors = [self._numbers[name] for name in NewtonState._fields]
+        return Carrier(self._scene, vectors)
+
+    def measure(
+        self,
+        t: numpy.ndarray,
+        values: Mapping[str, numpy.ndarray],
+        exactly: Callable[[int, Sequence[str]], Sequence[Any]],
+        resolved: float = RESOLVED,
+    ) -> Measured:
+        """The distance of rows with strictly increasing times ``t`` (s) from the true ones.
+
+        ``values`` are their columns in double, NaN where there is no number;
+        ``exactly(row, names)`` gives the numbers of one row as they were given. A row between
+        golden times is compared in the columns that can be resolved to ``resolved``.
+        """
+        names = [name for name in values if name in self.scales]
+        nearest, delays = self._nearest(t)
+        here = abs(delays) <= SAME_TIME * abs(t)
+        found = Measured(
+            t,
+            {name: numpy.full(len(t), numpy.nan) for name in names},
+            {name: numpy.full(len(t), numpy.nan) for name in names},
+            here.copy(),
+            here & (nearest == 0),
+        )
+        for row in numpy.flatnonzero(here).tolist():
+            for name, given in zip(names, exactly(row, names), strict=True):
+                error = self._exact_error(name, int(nearest[row]), given)
+                found.errors[name][row] = error
+                found.bounds[name][row] = 0.0 if error >= 0 else numpy.nan
+        between = numpy.flatnonzero(~here & (t > 0) & (t <= self.times[-1] * (1 + LIFT_OFF)))
+        if len(between):
+            self._measure_between(found, between, nearest, delays, values, resolved)
+        return found
+
+    def _measure_between(
+        self,
+        found: Measured,
+        between: numpy.ndarray,
+        nearest: numpy.ndarray,
+        delays: numpy.ndarray,
+        values: Mapping[str, numpy.ndarray],
+        resolved: float,
+    ) -> None:
+        rows, rounding = nearest[between], EPS * abs(found.t[between])
+        carried = self._carrier.carry(rows, delays[between], rounding)
+        whole = numpy.zeros(len(between), bool)
+        lost = numpy.zeros(len(between), bool)
+        for name in found.errors.keys() & carried.values.keys():
+            size = self._sizes[name][rows]
+            bound = carried.bounds[name] / size
+            fine = bound <= resolved
+            error = abs(values[name][between] - carried.values[name]) / size
+            error = numpy.where(numpy.isnan(error), numpy.inf, error)
+            found.errors[name][between] = numpy.where(fine, error, numpy.nan)
+            found.bounds[name][between] = numpy.where(fine, bound, numpy.nan)
+            whole |= fine
+            lost |= ~fine & numpy.isfinite(carried.values[name])
+        found.compared[between] = whole & ~lost
+
+    def _nearest(self, t: numpy.ndarray) -> tuple[numpy.ndarray, numpy.ndarray]:
+        times = self.times
+        if len(times) == 1:
+            return numpy.zeros(len(t), int), t - times[0]
+        near = numpy.clip(numpy.searchsorted(times, t), 1, len(times) - 1)
+        near -= abs(times[near - 1] - t) <= abs(times[near] - t)
+        return near, t - times[near]
+
+    def _exact_error(self, name: str, row: int, given: Any) -> float:
+        cell = self._cells[name][row]
+        if not cell:
+            return float("nan")  # undefined at a pole
+        true = Decimal(cell)
+        size = max(abs(true), self.scales[name] * NEAR_ZERO)
+        return float(relative_error(as_decimal(given), true, size))
