@@ -89,13 +89,19 @@ def command(
     if out is not None:
         from tt_precise.files import atomic_write
 
-        frame = trajectory.frame(*wanted, numbers="text")
-        atomic_write(out, frame.to_csv(index=False, lineterminator="\n"))
+        atomic_write(out, as_csv(trajectory.table(*wanted, numbers="text")))
     if as_json:
         click.echo(json.dumps(summary(trajectory), indent=2))
     else:
         say(lines(trajectory))
     return 0 if trajectory.status == "complete" else UNFINISHED
+
+
+def as_csv(table: dict[str, list[str | None]]) -> str:
+    """Columns of text as CSV with one header line; an undefined value is an empty cell."""
+    lines = [",".join(table)]
+    lines += [",".join(value or "" for value in row) for row in zip(*table.values(), strict=True)]
+    return "\n".join(lines) + "\n"
 
 
 def summary(trajectory: Trajectory) -> dict[str, Any]:
@@ -164,8 +170,7 @@ def lines(trajectory: Trajectory) -> list[str]:
         f"  digits of the worst entry: {trajectory.digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
     ]
-    counts = trajectory.events["name"].value_counts()
-    told += [f"  {count} x {name}" for name, count in counts.items()]
+    told += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]
     if trajectory.status == "contact_ignored":
         told.append("  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top")
     elif trajectory.status != "complete":

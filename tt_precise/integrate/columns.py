@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 from tt_precise.arithmetic import Array, Scalar
-from tt_precise.body import Dimension, Parameters
+from tt_precise.body import Dimension
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import Precision
@@ -70,11 +69,6 @@ class Columns:
         """Whether the direction in which the axis is tilted is known, and not only Euler rates."""
         return self.form.coordinates == "newton" or "phi" in self.record
 
-    @cached_property
-    def float_body(self) -> Parameters:
-        """The dimensionless body in double."""
-        return self.start.body.map(float)
-
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses unknown names."""
         if name in QUANTITIES:
@@ -100,17 +94,31 @@ class Columns:
             columns[name] = [None if value is None else value * factor for value in values]
         return columns
 
-    def of_arrays(self, names: Sequence[str], entries: tuple[Array, ...]) -> dict[str, Array]:
-        """The same in double, an array for each entry and column; NaN where undefined."""
+    def of_arrays(
+        self,
+        names: Sequence[str],
+        entries: tuple[Array, ...],
+        number: Callable[[Scalar], Any] = float,
+    ) -> dict[str, Array]:
+        """The same from an array for each entry, an array for each column; NaN where undefined.
+
+        ``number`` makes the arrays' numbers of guarded ones: ``float`` or ``long_double``.
+        """
         import numpy
 
-        q = motion(self.form, self.record, self.float_body, entries, numpy)
+        q = self.array_motion(entries, number)
         columns = {}
         with numpy.errstate(all="ignore"):
             for name in names:
-                factor = float(self.start.units.of_dimension(self.dimension(name)))
+                factor = number(self.start.units.of_dimension(self.dimension(name)))
                 columns[name] = self._entry(name, entries, q) * factor * numpy.ones(len(entries[0]))
         return columns
+
+    def array_motion(self, entries: tuple[Array, ...], number: Callable[[Scalar], Any]) -> Motion:
+        """The ``Motion`` of rows that are given as an array for each entry."""
+        import numpy
+
+        return motion(self.form, self.record, self.start.body.map(number), entries, numpy)
 
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
         """The ``State`` (SI) of each row, at guarded dimensionless times."""

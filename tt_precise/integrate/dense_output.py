@@ -7,7 +7,7 @@ thread at a time evaluates, and what is returned is a copy.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -20,6 +20,7 @@ from tt_precise.integrate.columns import Row
 from tt_precise.integrate.propagate import ARRIVED, Propagation, propagate
 from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.times import Times
 from tt_precise.numerals import as_fraction, to_mpmath
 
 TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
@@ -105,28 +106,51 @@ class DenseOutput:
             rows.append(self._moved(row, time - guarded(rounded)))
         return rows
 
-    def arrays(self, times: Sequence[Scalar]) -> tuple[Array, ...]:
-        """The same in double, all times at once: one float64 array for each entry."""
+    def times(self, times: Sequence[Fraction]) -> Times:
+        """Exact times in s for ``arrays``; those within ``TIME_TOLERANCE`` of the end are the end.
+
+        Raises
+        ------
+        InputError
+            One lies outside the trajectory.
+        """
         import numpy
 
-        rounded = numpy.array([float(time) for time in times])
-        state, outputs = self.propagation.state, self._outputs
-        if outputs:
+        for extreme in (min(times, default=Fraction(0)), max(times, default=Fraction(0))):
+            self.dimensionless_time(extreme)
+        seconds, rounded, delay = Times.of(times, self.start.units.time)
+        end = float(self.end_time)
+        at_end = seconds >= float(self.end)
+        return Times(
+            seconds,
+            numpy.where(at_end, end, rounded),
+            numpy.where(at_end, float(self.end_time - end), delay),
+        )
+
+    def arrays(self, times: Times, number: Callable[[Scalar], Any] = float) -> tuple[Array, ...]:
+        """The rows of a run in double at all ``times`` at once: an array for each entry.
+
+        ``number`` makes the arrays' numbers of guarded ones: ``float``, or ``long_double``, in
+        which an entry keeps what a delay of less than an ulp of time adds to it.
+        """
+        import numpy
+
+        state, outputs, rounded = self.propagation.state, self._outputs, times.rounded
+        kind = type(number(self.precision.context.mpf(0)))
+        entries = [numpy.full(len(rounded), x, dtype=kind) for x in state]
+        if outputs:  # none for a horizon of zero
             ends = numpy.array([output.bounds[1] for output in outputs[:-1]], dtype=float)
             piece = numpy.searchsorted(ends, rounded)
-            entries = [numpy.empty(len(rounded)) for _ in state]
-            for number, output in enumerate(outputs):
-                chosen = piece == number
+            for part, output in enumerate(outputs):
+                chosen = piece == part
                 with self._lock:
                     values = output(rounded[chosen]).T
                 for entry, found in zip(entries, values, strict=True):
                     entry[chosen] = found
-        else:  # a horizon of zero
-            entries = [numpy.full(len(rounded), float(x)) for x in state]
-        for entry, value in zip(entries, self._float_start, strict=False):
+        start = self.start.map(number).state(self.setup.formulation)
+        for entry, value in zip(entries, start, strict=False):
             entry[rounded == 0] = value
-        delay = numpy.array([float(t - r) for t, r in zip(times, rounded.tolist(), strict=True)])
-        return moved_arrays(self.setup, self._float_body, tuple(entries), delay)
+        return moved_arrays(self.setup, self.start.body.map(number), tuple(entries), times.delay)
 
     def _interpolated(self, time: Any) -> tuple[Any, ...]:
         outputs = self._outputs
@@ -158,21 +182,13 @@ class DenseOutput:
         )
         return tuple(x + rate * delay for x, rate in zip(row, rates, strict=True))
 
-    @cached_property
-    def _float_start(self) -> tuple[float, ...]:
-        return self.start.map(float).state(self.setup.formulation)
-
-    @cached_property
-    def _float_body(self) -> Parameters:
-        return self.start.body.map(float)
-
 
 def moved_arrays(
     setup: Setup, body: Parameters, entries: tuple[Array, ...], delay: Array
 ) -> tuple[Array, ...]:
     """Entries at rounded times, as they are a ``delay`` of less than an ulp of time later.
 
-    ``body`` is the dimensionless one in double.
+    ``body`` is the dimensionless one in numbers of the entries' kind.
     """
     import numpy
 

@@ -20,6 +20,7 @@ from tt_precise.integrate.propagate import Status, status_of
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import integrator
+from tt_precise.integrate.times import long_double
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.numerals import to_mpmath
 from tt_precise.scene import Scene, load_scene
@@ -66,13 +67,12 @@ class Stream:
         import pandas
 
         count = int(self.scene.until / self.scene.sample_every) + 1
+        body = self._start.body.map(float)
         self.status = None
         for first, rows in self._rows(count):
             entries = tuple(rows.T)
             numbers = numpy.arange(first, first + len(rows))
-            moved = moved_arrays(
-                self._setup, self._columns.float_body, entries, self._times(numbers)[1]
-            )
+            moved = moved_arrays(self._setup, body, entries, self._times(numbers)[1])
             if not first:  # not moved: rates may be undefined there
                 moved = tuple(
                     numpy.where(numbers == 0, x, m) for x, m in zip(entries, moved, strict=True)
@@ -103,9 +103,8 @@ class Stream:
 
     def _times(self, numbers: Any) -> tuple[Any, Any]:
         """Dimensionless times of samples: rounded to double, and what the rounding cut off."""
-        context, extended = self._setup.precision.context, numpy.longdouble
+        context = self._setup.precision.context
         step = to_mpmath(self.scene.sample_every, context) / self._start.units.time
-        high = float(step)
-        exact = numbers * (extended(high) + extended(float(step - high)))
+        exact = numbers * long_double(step)
         rounded = exact.astype(float)
         return rounded, (exact - rounded).astype(float)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, get_args
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.body import Dimension
+from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.accuracy import End, error_estimate, reference_runs, worst_digits
 from tt_precise.integrate.columns import Columns, State
@@ -21,16 +23,15 @@ from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import ARRIVED, Propagation, Status, propagate
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import full_tolerance
-from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.integrate.tables import Numbers, Tables
+from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
-from tt_precise.numerals import as_fraction, to_mpmath
+from tt_precise.numerals import as_fraction
 from tt_precise.progress import Progress
 from tt_precise.scene import Scene
 
 if TYPE_CHECKING:
     import pandas
-
-Numbers = Literal["native", "float", "text"]
 
 
 class Trajectory:
@@ -58,6 +59,7 @@ class Trajectory:
         self.scene, self.setup, self.start = scene, setup, start
         self._dense_output = DenseOutput(setup, start, propagation)
         self._columns = Columns(setup, start)
+        self._tables = Tables(self._dense_output, self._columns)
         self.status: Status = propagation.status
         self.steps, self.order = propagation.steps, propagation.order
 
@@ -183,18 +185,25 @@ class Trajectory:
         """
         import pandas
 
-        wanted = names or self._columns.names
-        exact_times = self.sample_times if times is None else [as_fraction(t) for t in times]
-        inner_times = [self._dense_output.dimensionless_time(t) for t in exact_times]
-        context = self.precision.context
-        columns: dict[str, Any] = {"t": [to_mpmath(t, context) for t in exact_times]}
-        if self.precision.name == "double" and numbers != "text":
-            columns |= self._columns.of_arrays(wanted, self._dense_output.arrays(inner_times))
-        else:
-            columns |= self._columns.of_rows(wanted, self._dense_output.rows(inner_times))
-        return pandas.DataFrame(
-            {name: self._column(values, numbers) for name, values in columns.items()}
-        )
+        return pandas.DataFrame(self.table(*names, times=times, numbers=numbers))
+
+    def table(
+        self,
+        *names: str,
+        times: Iterable[Any] | None = None,
+        numbers: Numbers = "native",
+    ) -> dict[str, Any]:
+        """The columns of ``frame`` by name, without pandas.
+
+        Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
+        text, are lists with None there. Text of double is the shortest that recovers the number.
+        """
+        if numbers not in get_args(Numbers):
+            raise InputError(
+                f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
+            )
+        exact = self.sample_times if times is None else tuple(map(as_fraction, times))
+        return self._tables.columns(names or self._columns.names, exact, numbers)
 
     @cached_property
     def events(self) -> pandas.DataFrame:
@@ -202,19 +211,12 @@ class Trajectory:
 
         ``direction`` is +1 where the event's function rises through zero, -1 where it falls.
         """
-        import pandas
+        return self._tables.events()
 
-        guarded = self.precision.guarded
-        hits = sorted(self._dense_output.propagation.hits, key=lambda hit: hit.time)
-        states = self._columns.states(
-            [guarded(hit.time) for hit in hits], [tuple(map(guarded, hit.state)) for hit in hits]
-        )
-        rows = [
-            {"name": hit.name, "t": state.t, "direction": hit.direction, **state.values}
-            for hit, state in zip(hits, states, strict=True)
-        ]
-        names = ["name", "t", "direction", *self._columns.names]
-        return pandas.DataFrame(rows, columns=names)
+    @property
+    def event_counts(self) -> Counter[str]:
+        """How often each event was recorded."""
+        return Counter(hit.name for hit in self._dense_output.propagation.hits)
 
     @cached_property
     def suspect_events(self) -> tuple[str, ...]:
@@ -239,21 +241,24 @@ class Trajectory:
     def drift(self) -> dict[str, Any]:
         """Largest relative drift of everything the scene conserves, over samples and end.
 
-        Computed from the states in mpmath with guard bits, not in the working precision.
+        Computed from the states in finer numbers than theirs: for double in long double, otherwise
+        in mpmath with guard bits.
         """
-        return {name: max(values) for name, values in self.drift_over_time().items()}
+        number = self.precision.context.mpf
+        return {name: number(max(values)) for name, values in self.drift_over_time().items()}
 
-    def drift_over_time(self) -> dict[str, list[Any]]:
-        """Relative drift of everything the scene conserves, at each sample and the end."""
-        times = [self._dense_output.dimensionless_time(t) for t in self.sample_times[:-1]]
-        rows = [*self._dense_output.rows(times), self._dense_output.end_row]
-        motions = list(map(self._columns.motion, [self._dense_output.start_row, *rows]))
-        return {
-            integral.name: drift(integral, motions)[1:]
+    def drift_over_time(self) -> dict[str, Sequence[Scalar]]:
+        """Relative drift of everything the scene conserves, at each of ``sample_times``.
+
+        In double a float64 array for each integral, otherwise a list of mpmath numbers.
+        """
+        integrals = [
+            integral
             for integral in conserved(self.scene)
             if self._columns.has_azimuth or not integral.azimuth
             if self.formulation == "newton" or integral.name != "axis_norm"
-        }
+        ]
+        return self._tables.drift(integrals, self.sample_times)
 
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses names that ``frame`` does not know."""
@@ -294,15 +299,3 @@ class Trajectory:
             math.pi if double else +self.precision.context.pi,
             mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
         )
-
-    def _column(self, values: Any, numbers: Numbers) -> Any:
-        import numpy
-
-        if isinstance(values, numpy.ndarray):
-            return numpy.where(numpy.isfinite(values), values, numpy.nan)
-        if numbers == "text":
-            return [None if value is None else self.precision.text(value) for value in values]
-        if numbers == "float" or self.precision.name == "double":
-            missing = float("nan")
-            return numpy.array([missing if v is None else float(v) for v in values], dtype=float)
-        return numpy.array(values, dtype=object)

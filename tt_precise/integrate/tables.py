@@ -1,0 +1,138 @@
+"""``Tables``: all rows of one run at once, as columns, events and drifts.
+
+A run in double is read in arrays: 801 rows cost less than the run. What has to be finer than its
+numbers is computed in NumPy's long double there, and in mpmath with guard bits for every other
+precision, row by row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Literal
+
+from tt_precise.arithmetic import Scalar
+from tt_precise.integrate.columns import Columns
+from tt_precise.integrate.dense_output import DenseOutput
+from tt_precise.integrate.times import has_long_double, long_double
+from tt_precise.mechanics.conserved import Integral, drift
+from tt_precise.numerals import to_mpmath
+
+if TYPE_CHECKING:
+    import pandas
+
+Numbers = Literal["native", "float", "text"]
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What is read from many rows of a run, in SI."""
+
+    dense_output: DenseOutput
+    of: Columns
+
+    @property
+    def in_arrays(self) -> bool:
+        """Whether all rows are read at once, and not one by one in mpmath."""
+        return self.of.precision.name == "double" and has_long_double()
+
+    def columns(
+        self, names: Sequence[str], times: Sequence[Fraction], numbers: Numbers
+    ) -> dict[str, Any]:
+        """``t`` and the named columns at exact ``times`` in s.
+
+        Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
+        text, are a list or an array of objects with None there.
+        """
+        if self.in_arrays:
+            return self._array_columns(names, times, numbers)
+        context, dense_output = self.of.precision.context, self.dense_output
+        rows = dense_output.rows([dense_output.dimensionless_time(t) for t in times])
+        table = {"t": [to_mpmath(t, context) for t in times], **self.of.of_rows(names, rows)}
+        return {name: self._converted(values, numbers) for name, values in table.items()}
+
+    def _array_columns(
+        self, names: Sequence[str], exact: Sequence[Fraction], numbers: Numbers
+    ) -> dict[str, Any]:
+        import numpy
+
+        number = long_double if numbers == "text" else float
+        times = self.dense_output.times(exact)
+        entries = self.dense_output.arrays(times, number)
+        table = {"t": times.seconds, **self.of.of_arrays(names, entries, number)}
+        for name, values in table.items():
+            table[name] = numpy.where(numpy.isfinite(values), values, numpy.nan).astype(float)
+        if numbers != "text":
+            return table
+        return {
+            name: [None if value != value else repr(value) for value in values.tolist()]
+            for name, values in table.items()
+        }
+
+    def _converted(self, values: list[Scalar | None], numbers: Numbers) -> Any:
+        import numpy
+
+        precision = self.of.precision
+        if numbers == "text":
+            return [None if value is None else precision.text(value) for value in values]
+        if numbers == "float" or precision.name == "double":
+            missing = float("nan")
+            return numpy.array([missing if v is None else float(v) for v in values], dtype=float)
+        return numpy.array(values, dtype=object)
+
+    def events(self) -> pandas.DataFrame:
+        """The recorded events in order of time: name, t, direction and the state there."""
+        import numpy
+        import pandas
+
+        hits = sorted(self.dense_output.propagation.hits, key=lambda hit: hit.time)
+        names = ["name", "t", "direction", *self.of.names]
+        head = [{"name": hit.name, "direction": hit.direction} for hit in hits]
+        if self.in_arrays and hits:
+            entries = tuple(numpy.array([hit.state for hit in hits], numpy.longdouble).T)
+            times = numpy.array([hit.time for hit in hits], numpy.longdouble)
+            values = {
+                "t": times * long_double(self.of.start.units.time),
+                **self.of.of_arrays(self.of.names, entries, long_double),
+            }
+            table = {name: column.astype(float) for name, column in values.items()}
+            return pandas.DataFrame(head).assign(**table)[names]
+        guarded = self.of.precision.guarded
+        states = self.of.states(
+            [guarded(hit.time) for hit in hits], [tuple(map(guarded, hit.state)) for hit in hits]
+        )
+        rows = [
+            {**first, "t": state.t, **state.values}
+            for first, state in zip(head, states, strict=True)
+        ]
+        return pandas.DataFrame(rows, columns=names)
+
+    def drift(
+        self, integrals: Iterable[Integral], times: Sequence[Fraction]
+    ) -> dict[str, Sequence[Scalar]]:
+        """Relative change of each integral since the start, at ``times``, the last being the end.
+
+        In double a float64 array for each, otherwise a list of mpmath numbers.
+        """
+        dense_output = self.dense_output
+        start, end = dense_output.start_row, dense_output.end_row
+        if not self.in_arrays:
+            inner = [dense_output.dimensionless_time(t) for t in times[:-1]]
+            rows = [start, *dense_output.rows(inner), end]
+            motions = list(map(self.of.motion, rows))
+            return {integral.name: drift(integral, motions)[1:] for integral in integrals}
+        import numpy
+
+        entries = dense_output.arrays(dense_output.times(times), long_double)
+        for entry, value in zip(entries, end, strict=True):
+            entry[-1] = long_double(value)
+        motions = [
+            self.of.array_motion(rows, long_double)
+            for rows in (tuple(map(long_double, start)), entries)
+        ]
+        ones = numpy.ones(len(times))  # an integral may be one number for all rows
+        return {
+            integral.name: (drift(integral, motions)[1] * ones).astype(float)
+            for integral in integrals
+        }

@@ -1,0 +1,56 @@
+"""``Times``: many times at once in double, with what rounding them cuts off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+from tt_precise.arithmetic import Array, Scalar
+
+EXACT = 2**53  # integers up to here are doubles, so that a quotient of two is rounded once
+
+
+class Times(NamedTuple):
+    """Times as float64 arrays of one shape.
+
+    ``seconds`` are the doubles nearest to the exact times in s. ``rounded`` + ``delay`` is the
+    dimensionless time with the 64 bits of a long double: heyoka takes ``rounded``.
+    """
+
+    seconds: Array
+    rounded: Array
+    delay: Array
+
+    @classmethod
+    def of(cls, times: Sequence[Fraction], unit: Scalar) -> Times:
+        """Exact ``times`` in s; ``unit`` is the unit of time in s, an mpmath number."""
+        import numpy
+
+        above, below = [t.numerator for t in times], [t.denominator for t in times]
+        if max(map(abs, above), default=0) < EXACT and max(below, default=1) < EXACT:
+            numerator, denominator = (numpy.array(part, dtype=float) for part in (above, below))
+            seconds = numerator / denominator
+            exact = numerator.astype(numpy.longdouble) / denominator
+        else:
+            seconds = numpy.array([float(t) for t in times])
+            low = [float(t - Fraction(s)) for t, s in zip(times, seconds.tolist(), strict=True)]
+            exact = seconds + numpy.array(low, dtype=numpy.longdouble)
+        inner = exact / long_double(unit)
+        rounded = inner.astype(float)
+        return cls(seconds, rounded, (inner - rounded).astype(float))
+
+
+def long_double(value: Scalar) -> Scalar:
+    """An mpmath number as NumPy's long double."""
+    import numpy
+
+    high = float(value)
+    return numpy.longdouble(high) + numpy.longdouble(float(value - high))
+
+
+def has_long_double() -> bool:
+    """Whether NumPy's long double has at least the 64 bits of an extended number here."""
+    import numpy
+
+    return bool(numpy.finfo(numpy.longdouble).nmant >= 63)
