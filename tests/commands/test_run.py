@@ -202,7 +202,7 @@ def test_a_run_that_cannot_be_written_leaves_the_old_file(
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pandas.DataFrame.to_csv", interrupt)
+    monkeypatch.setattr("tt_precise.commands.run.as_csv", interrupt)
     assert cli.main(["run", *SHORT, "--out", str(file)]) == 130
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]
