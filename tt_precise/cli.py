@@ -17,6 +17,7 @@ import click
 from tt_precise._version import __version__
 from tt_precise.errors import InputError
 from tt_precise.interruption import Terminated, end_within, heeded
+from tt_precise.startup import hide_sympy_from_heyoka
 from tt_precise.terminal import open_closed_streams, sanitized
 
 COMMANDS = {
@@ -121,6 +122,7 @@ def _bug(error: BaseException) -> int:
 def entry() -> None:
     """Console entry point."""
     open_closed_streams()
+    hide_sympy_from_heyoka()
     with heeded():
         status = main()
     try:

@@ -24,6 +24,8 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
+from tt_precise.startup import hide_sympy_from_heyoka
+
 # a start of Python with its imports, which the time limit of a task does not count
 START_S = 60.0
 BEGUN, DONE, FAILED = range(3)  # what a process says of a task
@@ -253,6 +255,7 @@ class _Worker:
 def _serve(pipe: Connection, prepare: Callable[[], object] | None) -> None:
     """What a process does: tasks from the pipe, one at a time, until nobody holds its other end."""
     os.setsid()  # Ctrl-C is the parent's affair
+    hide_sympy_from_heyoka()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # with one that has come already
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
