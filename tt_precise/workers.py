@@ -183,7 +183,9 @@ class Pool:
             raise _unusable(error) from None
         except Exception as error:  # whatever went wrong there, the others go on
             one.tries += 1
-            return one if one.tries < self.tries else Failure(error)
+            # what cannot be used cannot be used the next time either
+            again = one.tries < self.tries and not isinstance(error, InputError)
+            return one if again else Failure(error)
 
 
 def cores() -> int:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tt_precise.errors import InputError
+from tt_precise.files import locked
 from tt_precise.golden import building, store
 from tt_precise.golden.building import REFUSED, RENEWED, REPLACED, UNCHANGED
 from tt_precise.golden.runs import LADDER, tasks
@@ -138,7 +139,7 @@ def test_a_folder_is_replaced_with_and_without_exchange(
 
 
 def test_two_builds_do_not_share_a_folder(small: Small) -> None:
-    with store.locked(small.folder), pytest.raises(InputError, match="another golden build"):
+    with locked(small.folder, store.WORK), pytest.raises(InputError, match="another golden build"):
         again(small)
 
 

@@ -21,7 +21,7 @@ from tt_precise.certify.balls import bounds
 from tt_precise.certify.printed import Tally, outward, rounded, tally
 from tt_precise.certify.proof import BITS, Proof, prove
 from tt_precise.certify.verdict import NotProved
-from tt_precise.files import atomic_write
+from tt_precise.files import atomic_write, locked
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import is_near_zero, scale_of
 from tt_precise.golden.manifest import scene_sha256
@@ -100,7 +100,7 @@ def certify(
             break
         bits += MORE_BITS
     place = (folder or store.home()) / scene
-    with store.locked(folder or store.home()):
+    with locked(folder or store.home(), store.WORK):
         # in between, a reader finds the new enclosure beside the old proof, and says so
         atomic_write(place / proofs.ENCLOSURE, certificate.enclosure.csv())
         atomic_write(place / proofs.PROOF, proofs.text(certificate.content))

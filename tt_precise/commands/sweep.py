@@ -56,7 +56,7 @@ def command() -> None:
 @click.option(
     "--contact", default="unilateral", show_default=True, help="Or bilateral: on at g_n<0."
 )
-@click.option("--out", type=click.Path(file_okay=False), help="A folder: rows, summary; resumes.")
+@click.option("--out", help="A folder, or a URL of fsspec's: rows, summary; resumes.")
 @click.option("--csv", "as_csv", is_flag=True, help="Also rows.csv in that folder.")
 @options.workers("one for each core")
 @click.option("--dask", metavar="ADDRESS", help="A dask.distributed scheduler, for a cluster.")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tt_precise.errors import InputError
+from tt_precise.files import locked
 from tt_precise.golden import manifest as manifests
 from tt_precise.golden import store
 from tt_precise.golden.closed_form import closed_form
@@ -109,7 +110,7 @@ def build(
         return []
 
     with (
-        store.locked(place),
+        locked(place, store.WORK),
         # numbers in mp leak memory: a process does one task
         local_pool(workers, inline=False, recycle_after=1) as pool,
     ):

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import errno
-import fcntl
 import json
 import os
 import re
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +22,7 @@ SCENE, TRAJECTORY, EVENTS, MANIFEST = FILES = (
 PACKAGE = Path(__file__).resolve().parents[1]
 LONGEST_NAME = 100
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # linux/fcntl.h, linux/fs.h
+WORK = "golden build"  # what nobody else may be at in a folder meanwhile
 
 
 @dataclass(frozen=True)
@@ -130,34 +128,6 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
     finally:
         # the old folder after an exchange, or what an interruption left half done
         shutil.rmtree(fresh, ignore_errors=True)
-
-
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Keep other builds out of ``folder``; the lock ends with the process.
-
-    Raises
-    ------
-    InputError
-        Another build is at work there, or the folder cannot be written.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(folder, os.O_RDONLY)
-    except OSError as error:
-        raise InputError(
-            f"{folder}: {error.strerror}; expected a folder that can be written"
-        ) from None
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InputError(
-                f"{folder}: another golden build is at work there; expected to be alone"
-            ) from None
-        yield
-    finally:
-        os.close(handle)
 
 
 def _exchange(fresh: Path, target: Path) -> None:

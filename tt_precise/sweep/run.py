@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 from tt_precise._version import __version__
 from tt_precise.errors import InputError
 from tt_precise.sweep import spot_check
+from tt_precise.sweep.chunk_file import frame_of, written
+from tt_precise.sweep.place import Place
 from tt_precise.sweep.specification import Plan, Specification, blocks
-from tt_precise.sweep.store import Folder, Memory, default_chunk
+from tt_precise.sweep.store import Files, Memory, default_chunk
 from tt_precise.sweep.summary import summary_of
 from tt_precise.workers import Call, Failure, Pool, dask_pool, local_pool
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 TRIES = 3  # of a chunk, before it is quarantined
 RECYCLED_AFTER = 500  # tasks of a process; then a new one, without what it may have leaked
-Told = Callable[[int, int], None]
+Counted = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Swept:
     """A finished sweep: its summary (see ``summary.summary_of``), and its rows when asked."""
 
     summary: Mapping[str, Any]
-    store: Memory | Folder
+    store: Memory | Files
 
     @property
     def rows(self) -> pandas.DataFrame:
@@ -51,16 +53,18 @@ def sweep(
     batch: int | None = None,
     chunk: int | None = None,
     one_in: int = spot_check.ONE_IN,
-    progress: Told | None = None,
-    checking: Told | None = None,
+    progress: Counted | None = None,
+    checking: Counted | None = None,
 ) -> Swept:
     """Integrate every row of ``spec``.
 
     Parameters
     ----------
     out
-        A folder. If it holds this sweep already, only what is missing is computed. Without it
-        the rows stay in memory.
+        A folder, or a URL that fsspec knows. If it holds this sweep already, what is there is
+        verified, and only what is missing is computed. Without it the rows stay in memory. Workers
+        write their chunks themselves, but for those of ``dask`` and ``executor``, which may be on
+        other machines and do so at a URL only (``file:///...`` for a folder that all share).
     workers, dask, executor
         Processes on this machine; or the address of a dask scheduler; or any executor, of
         ``size`` workers, which is not shut down.
@@ -84,33 +88,36 @@ def sweep(
         raise InputError(f"chunk: got {chunk}, expected 1 to 1000000 rows")
     if one_in < 0:
         raise InputError(f"one_in: got {one_in}, expected 0 (none) or a number of rows")
-    store: Memory | Folder
+    store: Memory | Files
     if out is None:
         store = Memory(spec, chunk or default_chunk(spec.rows))
     else:
-        store = Folder(out, spec, chunk)
+        store = Files(out, spec, chunk)
     lanes = batch or _simd_lanes()
-    before, begun = len(store.done), time.perf_counter()
-    with _pool(workers, dask, executor, size) as pool:
-        computed = _compute(spec, store, pool, lanes, progress)
-        seconds = time.perf_counter() - begun
-        if not store.quarantined:
-            _check(spec, store, pool, one_in, checking)
-        checked = time.perf_counter() - begun - seconds
-        serving = pool.size()
-    how = {
-        "batch": lanes,
-        "workers": serving,
-        "chunk": store.size,
-        "chunks_found": before,
-        "rows_computed": computed,
-        "seconds": round(seconds, 3),
-        "rows_per_second": round(computed / seconds, 1) if computed else 0.0,
-        "seconds_checking": round(checked, 3),
-    }
-    store.gather()
-    summary = summary_of(spec, store, how)
-    store.tell(summary)
+    with store.locked():
+        before, begun = len(store.parts), time.perf_counter()
+        with _pool(workers, dask, executor, size) as pool:
+            # other machines do not see a folder of this one; a URL is for all
+            there = (dask is None and executor is None) or "://" in str(out)
+            computed = _compute(spec, store, pool, lanes, there, progress)
+            seconds = time.perf_counter() - begun
+            if not store.quarantined:
+                _check(spec, store, pool, one_in, checking)
+            checked = time.perf_counter() - begun - seconds
+            serving = pool.size()
+        how = {
+            "batch": lanes,
+            "workers": serving,
+            "chunk": store.size,
+            "chunks_found": before,
+            "damaged": store.damaged,
+            "rows_computed": computed,
+            "seconds": round(seconds, 3),
+            "rows_per_second": round(computed / seconds, 1) if computed else 0.0,
+            "seconds_checking": round(checked, 3),
+        }
+        summary = summary_of(spec, store, how)
+        store.finish(summary)
     return Swept(summary, store)
 
 
@@ -129,15 +136,24 @@ def _get_ready() -> None:
     import tt_precise.sweep.chunk  # noqa: F401
 
 
-def chunk_task(plan: Plan, version: str, number: int, values: Any, batch: int) -> dict[str, Any]:
-    """The results of a chunk, in a worker; its ``seconds`` there are told beside the columns."""
+def chunk_task(plan: Plan, version: str, values: Any, batch: int) -> dict[str, Any]:
+    """The results of some rows, in a worker: "columns", and the "seconds" that they took."""
     from tt_precise.sweep.chunk import compute
 
     if __version__ != version:
         raise InputError(f"worker: has tt_precise {__version__}, expected {version} as here")
     begun = time.perf_counter()
     columns = compute(plan, values, batch)
-    return {"columns": columns, "seconds": time.perf_counter() - begun}
+    return {"columns": columns, "seconds": round(time.perf_counter() - begun, 3)}
+
+
+def written_chunk_task(
+    plan: Plan, version: str, values: Any, batch: int, number: int, first: int, place: Place
+) -> dict[str, Any]:
+    """A chunk whose rows the worker writes itself; what the ledger says of it."""
+    found = chunk_task(plan, version, values, batch)
+    frame = frame_of(plan.names, first, values, found["columns"])
+    return written(place, number, frame) | {"seconds": found["seconds"], "batch": batch}
 
 
 def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Any]:
@@ -146,68 +162,83 @@ def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Any]:
 
 
 def _compute(
-    spec: Specification, store: Memory | Folder, pool: Pool, batch: int, progress: Told | None
+    spec: Specification,
+    store: Memory | Files,
+    pool: Pool,
+    batch: int,
+    there: bool,
+    progress: Counted | None,
 ) -> int:
-    tell = progress or (lambda done, all_rows: None)
-    size = store.size
-    last = -(-spec.rows // size) - 1
+    """Compute the chunks that are missing; ``there``: the workers can write where they belong."""
+    report = progress or (lambda done, all_rows: None)
+    found = done = sum(part["rows"] for part in store.parts.values())
+    report(done, spec.rows)
+    place = store.target if there else None
 
-    def rows_of(number: int) -> int:
-        return spec.rows - last * size if number == last else size
+    def calls() -> Iterator[Call]:
+        for number, values in blocks(spec, store.size, set(store.parts)):
+            arguments: tuple[Any, ...] = (spec.plan, __version__, values, batch)
+            if place is not None:
+                arguments += (number, number * store.size, place)
+            yield Call(number, arguments)
 
-    done = sum(map(rows_of, store.done))
-    found = done
-    tell(done, spec.rows)
-    calls = (
-        Call(number, (spec.plan, __version__, number, values, batch))
-        for number, values in blocks(spec, size, set(store.done))
-    )
-    for call, result in pool.perform(chunk_task, calls):
+    for call, result in pool.perform(written_chunk_task if place else chunk_task, calls()):
+        number, values = call.key, call.arguments[2]
         if isinstance(result, Failure):
-            store.quarantine(call.key, result.reason)
+            if isinstance(result.error, InputError):  # a full disk, for example
+                raise result.error
+            store.quarantine(number, result.reason)
             continue
-        about = {"seconds": round(result["seconds"], 3), "batch": batch}
-        store.keep(call.key, call.arguments[3], result["columns"], about)
-        done += rows_of(call.key)
-        tell(done, spec.rows)
+        if place is None:
+            frame = frame_of(spec.names, number * store.size, values, result["columns"])
+            about = {"seconds": result["seconds"], "batch": batch}
+            store.keep(number, frame, about)
+        else:
+            store.keep(number, None, result)
+        done += len(values)
+        report(done, spec.rows)
     return done - found
 
 
 def _check(
     spec: Specification,
-    store: Memory | Folder,
+    store: Memory | Files,
     pool: Pool,
     one_in: int,
-    checking: Told | None,
+    checking: Counted | None,
 ) -> None:
-    tell = checking or (lambda done, all_rows: None)
+    """Integrate the rows of the spot check in quad, and note how they differ."""
+    report = checking or (lambda done, all_rows: None)
     wanted = set(spot_check.drawn(spec.rows, spec.seed, one_in)) - store.checked.keys()
-    rows = {int(row["index"]): row for row in _rows(store, wanted)}
-    if spec.contact == "bilateral":
-        # quad runs end where contact is lost; beyond, there is nothing to compare with
-        rows = {index: row for index, row in rows.items() if row["min_g_n"] > 0}
-    calls = (
-        Call(index, (spec.plan, {name: float(row[name]) for name in spec.names}))
-        for index, row in rows.items()
-    )
-    for done, (call, result) in enumerate(pool.perform(recheck_task, calls), start=1):
-        index = call.key
+    asked: dict[int, dict[Any, Any]] = {}
+
+    def calls() -> Iterator[Call]:
+        for row in _rows(store, wanted):
+            # quad runs end where contact is lost; beyond, there is nothing to compare with
+            if spec.contact == "bilateral" and not row["min_g_n"] > 0:
+                continue
+            asked[int(row["index"])] = row
+            yield Call(
+                int(row["index"]), (spec.plan, {name: float(row[name]) for name in spec.names})
+            )
+
+    for done, (call, result) in enumerate(pool.perform(recheck_task, calls()), start=1):
+        row = asked.pop(call.key)
         if isinstance(result, Failure):
-            store.check(index, {"error": result.reason})
+            store.check(call.key, {"error": result.reason})
         else:
-            row = rows[index]
             store.check(
-                index,
+                call.key,
                 {
                     "outcomes": [row["outcome"], result["outcome"]],
                     "differences": spot_check.differences(row, result),
                 },
             )
-        tell(done, len(rows))
+        report(done, len(wanted))
 
 
-def _rows(store: Memory | Folder, wanted: set[int]) -> Iterator[dict[Any, Any]]:
-    for frame in store.frames():
+def _rows(store: Memory | Files, wanted: set[int]) -> Iterator[dict[Any, Any]]:
+    for frame in store.frames() if wanted else ():
         yield from frame[frame["index"].isin(wanted)].to_dict("records")
 
 

@@ -39,8 +39,7 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Any, Any]]) -> pa
     ]
     lanes = heyoka.recommended_simd_size()
     calls = (
-        Call(number, (plan, __version__, number, piece[2], lanes))
-        for number, piece in enumerate(pieces)
+        Call(number, (plan, __version__, piece[2], lanes)) for number, piece in enumerate(pieces)
     )
     frames = {}
     for call, result in pool.perform(chunk_task, calls):

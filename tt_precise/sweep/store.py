@@ -1,46 +1,72 @@
-"""Results on disk: Parquet chunks with checksums, which survive being killed at any moment.
+"""Results: in memory, or in a folder or at a URL, where they survive being killed at any moment.
 
-A folder holds ``sweep.json`` (what is swept), ``chunks/*.parquet``, ``ledger.jsonl`` (one line a
-chunk, with its SHA-256) and, at the end, ``rows.parquet`` in place of the chunks and
-``summary.json``. A chunk counts only if the ledger has it and its checksum fits; whatever else
-lies there is computed again.
+It holds ``sweep.json`` (what is swept), ``chunks/*.parquet``, ``ledger.jsonl`` (one line a chunk,
+with its rows, its SHA-256 and what the summary needs), ``recheck.jsonl`` and, at the end,
+``summary.json``. In a folder of this machine ``rows.parquet`` then takes the place of the chunks,
+with its rows and SHA-256 in the ledger. A file counts only if the ledger has it and its checksum
+fits; whatever else lies there is computed again.
 """
 
 from __future__ import annotations
 
-import hashlib
+import csv
 import json
-import os
+import time
 from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tt_precise._version import __version__
 from tt_precise.errors import InputError
-from tt_precise.files import atomic_write, replacing
+from tt_precise.files import locked, replacing
+from tt_precise.sweep.chunk_file import (
+    COMPRESSION,
+    chunk_name,
+    digest,
+    parquet,
+    summarized,
+    unpacked,
+    written,
+)
+from tt_precise.sweep.place import Folder, Place, Url, place_of
 from tt_precise.sweep.specification import Specification
 
 if TYPE_CHECKING:
     import pandas
 
-SCHEMA = "tt_precise.sweep_store/1"
-COMPRESSION = "zstd"
+SCHEMA = "tt_precise.sweep_store/2"
+MANIFEST, LEDGER, RECHECK, QUARANTINE, SUMMARY, ROWS = (
+    "sweep.json", "ledger.jsonl", "recheck.jsonl", "quarantine.jsonl", "summary.json",
+    "rows.parquet",
+)  # fmt: skip
+# above it the chunks stay as they are: a copy of all would take longer than anybody waits for it
+GATHERED_AT_MOST = 20_000_000  # rows
+LEDGER_EVERY_S = 1.0  # what is computed within it is computed again if the power goes
 
 
 class Memory:
     """Results in memory, for sweeps that nobody wants as files."""
 
+    target: Place | None = None
+
     def __init__(self, spec: Specification, size: int):
         self.spec, self.size = spec, size
-        self.done: set[int] = set()
+        self.parts: dict[int, dict[str, Any]] = {}
         self.quarantined: dict[int, str] = {}
         self.checked: dict[int, dict[str, Any]] = {}
+        self.damaged: list[str] = []
         self._frames: dict[int, pandas.DataFrame] = {}
 
-    def keep(self, number: int, values: Any, results: Mapping[str, Any], about: Any) -> None:
-        """Take the results of a chunk."""
-        self._frames[number] = frame_of(self.spec, self.size, number, values, results)
-        self.done.add(number)
+    def locked(self) -> AbstractContextManager[None]:
+        """Nobody else has it."""
+        return nullcontext()
+
+    def keep(self, number: int, frame: pandas.DataFrame | None, about: Mapping[str, Any]) -> None:
+        """Take the rows of a chunk."""
+        assert frame is not None
+        self._frames[number] = frame
+        self.parts[number] = summarized(frame)
 
     def quarantine(self, number: int, error: str) -> None:
         """Note a chunk that could not be computed."""
@@ -55,144 +81,208 @@ class Memory:
         for number in sorted(self._frames):
             yield self._frames[number]
 
-    def gather(self) -> None:
+    def finish(self, summary: Mapping[str, Any]) -> None:
         """The rows are together already."""
 
-    def tell(self, summary: Mapping[str, Any]) -> None:
-        """Nothing to write it to."""
 
-
-class Folder:
-    """Results in a folder; opening one that was interrupted goes on with it.
+class Files:
+    """Results in a folder or at a URL; opening one that was interrupted goes on with it.
 
     Raises
     ------
     InputError
-        The folder holds another sweep, or the extra ``parquet`` is not installed.
+        It holds something else, cannot be used, or the extra ``parquet`` is not installed.
     """
 
-    def __init__(self, path: str | Path, spec: Specification, size: int | None):
-        self._parquet = _parquet()
-        self.path, self.spec = Path(path), spec
-        self.chunks = self.path / "chunks"
-        self.rows_file = self.path / "rows.parquet"
-        manifest = self._opened(size)
-        self.size: int = manifest["chunk"]
+    def __init__(self, out: str | Path, spec: Specification, size: int | None):
+        self._parquet = parquet()
+        self.place: Folder | Url = place_of(out)
+        self.target: Place = self.place
+        self.spec, self.size = spec, size or 0
+        self.parts: dict[int, dict[str, Any]] = {}
         self.quarantined: dict[int, str] = {}
-        self.checked = {
-            line["index"]: line["found"] for line in _lines(self.path / "recheck.jsonl")
+        self.checked: dict[int, dict[str, Any]] = {}
+        self.damaged: list[str] = []
+        self._pending: list[str] = []
+        self._flushed = time.monotonic()
+        self._gathered = False
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Open it, and keep other sweeps out meanwhile, which at a URL is not possible."""
+        alone = locked(self.place.path, "sweep") if isinstance(self.place, Folder) else None
+        with alone or nullcontext():
+            self.size = self._opened(self.size or None)["chunk"]
+            self.checked = {
+                line["index"]: line["found"]
+                for line in self._lines(RECHECK, {"index": int, "found": dict})
+            }
+            self._verify()
+            try:
+                yield
+            finally:
+                self._flush()
+
+    def _verify(self) -> None:
+        """Find out which chunks are there and whole."""
+        known = {"chunk": int, "rows": int, "sha256": str, "outcomes": dict, "columns": dict}
+        lines = {line["chunk"]: line for line in self._lines(LEDGER, known)}
+        chunks = -(-self.spec.rows // self.size)
+        lines = {
+            number: line
+            for number, line in lines.items()
+            if 0 <= number < chunks and line["rows"] == self._rows_in(number)
         }
-        self.done = self._verified()
+        if isinstance(self.place, Folder) and (self.place.path / ROWS).exists():
+            self._gathered = len(lines) == chunks and self._rows_file_is_whole()
+            if self._gathered:
+                self.parts = lines
+                return
+            self.damaged.append(ROWS)
+            self.place.remove(ROWS)
+        for number, line in sorted(lines.items()):
+            content = self.place.read(chunk_name(number))
+            if content is not None and digest(content) == line["sha256"]:
+                self.parts[number] = line
+            else:
+                self.damaged.append(chunk_name(number))
 
-    def keep(self, number: int, values: Any, results: Mapping[str, Any], about: Any) -> None:
-        """Write a chunk, then, when it lies there whole, its line in the ledger."""
-        import pyarrow
+    def keep(self, number: int, frame: pandas.DataFrame | None, about: Mapping[str, Any]) -> None:
+        """Note a chunk, which its worker has written if the client has not got its rows."""
+        if frame is not None:
+            about = {**written(self.place, number, frame), **about}
+        line = {"chunk": number, **about}
+        self.parts[number] = line
+        self._pending.append(json.dumps(line) + "\n")
+        if time.monotonic() - self._flushed > LEDGER_EVERY_S:
+            self._flush()
 
-        frame = frame_of(self.spec, self.size, number, values, results)
-        table = pyarrow.Table.from_pandas(frame, preserve_index=False)
-        sink = pyarrow.BufferOutputStream()
-        self._parquet.write_table(table, sink, compression=COMPRESSION)
-        content = sink.getvalue().to_pybytes()
-        atomic_write(self._chunk(number), content)
-        digest = hashlib.sha256(content).hexdigest()
-        line = {"chunk": number, "rows": len(frame), "sha256": digest, **about}
-        _append(self.path / "ledger.jsonl", line)
-        self.done.add(number)
+    def _flush(self) -> None:
+        """Write what the ledger still lacks."""
+        if self._pending:
+            self.place.append(LEDGER, "".join(self._pending))
+            self._pending.clear()
+        self._flushed = time.monotonic()
 
     def quarantine(self, number: int, error: str) -> None:
         """Note a chunk that could not be computed; the next run tries it again."""
         self.quarantined[number] = error
-        _append(self.path / "quarantine.jsonl", {"chunk": number, "error": error})
+        self.place.append(QUARANTINE, json.dumps({"chunk": number, "error": error}) + "\n")
 
     def check(self, index: int, found: dict[str, Any]) -> None:
         """Note what recomputing a row came to."""
         self.checked[index] = found
-        _append(self.path / "recheck.jsonl", {"index": index, "found": found})
+        self.place.append(RECHECK, json.dumps({"index": index, "found": found}) + "\n")
 
     def frames(self) -> Iterator[pandas.DataFrame]:
         """The rows, in order, some at a time."""
-        if self.rows_file.exists():
-            file = self._parquet.ParquetFile(self.rows_file)
+        if self._gathered and isinstance(self.place, Folder):
+            file = self._parquet.ParquetFile(self.place.path / ROWS)
             for batch in file.iter_batches(batch_size=max(self.size, 65536)):
                 yield batch.to_pandas()
             return
-        for number in sorted(self.done):
-            yield self._parquet.read_table(self._chunk(number)).to_pandas()
+        for number in sorted(self.parts):
+            yield self._table(number).to_pandas()
 
-    def gather(self) -> None:
-        """Put all rows into one file in place of the chunks, unless some are missing."""
-        if self.quarantined or self.rows_file.exists():
-            return
-        with replacing(self.rows_file) as temporary:
-            self._gather(temporary)
-        for number in sorted(self.done):
-            self._chunk(number).unlink(missing_ok=True)
-
-    def tell(self, summary: Mapping[str, Any]) -> None:
-        """Write ``summary.json``."""
-        atomic_write(self.path / "summary.json", json.dumps(summary, indent=2) + "\n")
+    def finish(self, summary: Mapping[str, Any]) -> None:
+        """Write the summary, and put all rows into one file, unless some are missing."""
+        self._flush()
+        whole = len(self.parts) == -(-self.spec.rows // self.size)
+        small = self.spec.rows <= GATHERED_AT_MOST
+        if isinstance(self.place, Folder) and whole and small and not self._gathered:
+            self._gather(self.place.path / ROWS)
+            self._gathered = True
+        if self._gathered:
+            self.place.remove("chunks")
+        text = json.dumps(summary, indent=2) + "\n"
+        self.place.write(SUMMARY, text.encode())
 
     def _gather(self, target: Path) -> None:
         import pyarrow
 
-        writer = None
-        waiting: list[Any] = []
-        for number in sorted(self.done):
-            waiting.append(self._parquet.read_table(self._chunk(number)))
-            last = len(waiting) * self.size >= 65536 or number == max(self.done)
-            if last:
-                table = pyarrow.concat_tables(waiting)
-                if writer is None:
-                    writer = self._parquet.ParquetWriter(
-                        target, table.schema, compression=COMPRESSION
+        with replacing(target) as temporary:
+            writer = None
+            waiting: list[Any] = []
+            for number in sorted(self.parts):
+                waiting.append(self._table(number))
+                if len(waiting) * self.size >= 65536 or number == max(self.parts):
+                    table = pyarrow.concat_tables(waiting)
+                    writer = writer or self._parquet.ParquetWriter(
+                        temporary, table.schema, compression=COMPRESSION
                     )
-                writer.write_table(table)
-                waiting.clear()
-        if writer is not None:
-            writer.close()
+                    writer.write_table(table)
+                    waiting.clear()
+            if writer is not None:
+                writer.close()
+            checksum = _digest_of_file(temporary)
+        line = {"gathered": ROWS, "rows": self.spec.rows, "sha256": checksum}
+        self.place.append(LEDGER, json.dumps(line) + "\n")
+
+    def _rows_file_is_whole(self) -> bool:
+        lines = list(self._lines(LEDGER, {"gathered": str, "rows": int, "sha256": str}))
+        if not lines or lines[-1]["rows"] != self.spec.rows:
+            return False
+        assert isinstance(self.place, Folder)
+        return _digest_of_file(self.place.path / ROWS) == lines[-1]["sha256"]
+
+    def _table(self, number: int) -> Any:
+        content = self.place.read(chunk_name(number))
+        if content is None or digest(content) != self.parts[number]["sha256"]:
+            raise InputError(
+                f"{self.place}: {chunk_name(number)} is not what was written; expected to be "
+                "alone there, run it again"
+            )
+        return unpacked(content)
+
+    def _rows_in(self, number: int) -> int:
+        return min(self.size, self.spec.rows - number * self.size)
 
     def _opened(self, size: int | None) -> dict[str, Any]:
-
-        file = self.path / "sweep.json"
         wanted = {
             "schema": SCHEMA,
             "fingerprint": self.spec.fingerprint,
             "tt_precise": __version__,
             "rows": self.spec.rows,
         }
-        if not file.exists():
-            if self.path.exists() and any(self.path.iterdir()):
-                raise InputError(f"{self.path}: not empty, expected a new folder or a sweep's own")
+        content = self.place.read(MANIFEST)
+        if content is None:
+            if self.place.names():
+                raise InputError(f"{self.place}: not empty, expected a new folder or a sweep's own")
             chunk = size or default_chunk(self.spec.rows)
             manifest = {**wanted, "chunk": chunk, "specification": self.spec.description()}
-            self.chunks.mkdir(parents=True, exist_ok=True)
-            atomic_write(file, json.dumps(manifest, indent=2) + "\n")
+            self.place.write(MANIFEST, (json.dumps(manifest, indent=2) + "\n").encode())
             return manifest
-        found: dict[str, Any] = json.loads(file.read_text("utf-8"))
+        try:
+            found: Any = json.loads(content)
+        except ValueError:
+            found = None
+        if not isinstance(found, dict) or not isinstance(found.get("chunk"), int):
+            raise InputError(
+                f"{self.place}: {MANIFEST} is damaged, expected a sweep's own; take another folder"
+            )
         for key, value in wanted.items():
             if found.get(key) != value:
                 raise InputError(
-                    f"{self.path}: holds another sweep ({key} {found.get(key)}, not {value}); "
-                    "expected its own specification and version, or another folder"
+                    f"{self.place}: holds another sweep ({key} {str(found.get(key))[:80]}, not "
+                    f"{value}); expected its own specification and version, or another folder"
                 )
-        if size not in (None, found["chunk"]):
+        if found["chunk"] < 1 or size not in (None, found["chunk"]):
             raise InputError(
-                f"chunk: got {size}, expected {found['chunk']}, with which {self.path} was begun"
+                f"chunk: got {size}, expected {found['chunk']}, with which {self.place} was begun"
             )
         return found
 
-    def _verified(self) -> set[int]:
-        lines = {line["chunk"]: line for line in _lines(self.path / "ledger.jsonl")}
-        if self.rows_file.exists():
-            return set(lines)
-        return {
-            number
-            for number, line in lines.items()
-            if self._chunk(number).exists() and _digest(self._chunk(number)) == line["sha256"]
-        }
-
-    def _chunk(self, number: int) -> Path:
-        return self.chunks / f"{number:08}.parquet"
+    def _lines(self, log: str, kinds: Mapping[str, type]) -> Iterator[dict[str, Any]]:
+        """The lines of a log that are of this kind; others are torn, or somebody else's."""
+        for text in self.place.log(log).splitlines():
+            try:
+                line = json.loads(text)
+            except ValueError:
+                continue  # the line that was being written when the power went
+            if isinstance(line, dict) and all(
+                type(line.get(name)) is kind for name, kind in kinds.items()
+            ):
+                yield line
 
 
 def default_chunk(rows: int) -> int:
@@ -203,67 +293,66 @@ def default_chunk(rows: int) -> int:
     return min(16384, max(256, 256 * -(-rows // (2000 * 256))))
 
 
-def frame_of(
-    spec: Specification, size: int, number: int, values: Any, results: Mapping[str, Any]
-) -> pandas.DataFrame:
-    """The rows of a chunk: index, what was varied, results."""
-    import numpy
-    import pandas
-
-    columns: dict[str, Any] = {
-        "index": numpy.arange(number * size, number * size + len(values), dtype=numpy.int64)
-    }
-    columns |= {name: values[:, position] for position, name in enumerate(spec.names)}
-    columns |= results
-    return pandas.DataFrame(columns)
-
-
 def read_rows(path: str | Path) -> pandas.DataFrame:
-    """The rows of a sweep: a folder of ``--out``, a Parquet or a CSV file.
+    """The rows of a sweep: a folder or URL of ``--out``, a Parquet or a CSV file.
 
     Raises
     ------
     InputError
-        There are none.
+        There are none, or they cannot be read.
     """
     import pandas
 
-    path = Path(path)
-    file = path / "rows.parquet" if path.is_dir() else path
+    if "://" in str(path) or (Path(path).is_dir() and not (Path(path) / ROWS).exists()):
+        return _chunks_of(place_of(path))
+    file = Path(path) / ROWS if Path(path).is_dir() else Path(path)
     if not file.is_file():
         raise InputError(f"{path}: no rows there, expected a finished sweep's folder or file")
-    if file.suffix == ".csv":
-        return pandas.read_csv(file)
-    _parquet()
-    return pandas.read_parquet(file)
-
-
-def _parquet() -> Any:
     try:
-        import pyarrow.parquet
-    except ImportError:
+        if file.suffix == ".csv":
+            _require_equal_rows(file)
+            return pandas.read_csv(file)
+        parquet()
+        return pandas.read_parquet(file)
+    except (
+        OSError,
+        ValueError,
+        csv.Error,
+    ) as error:  # pyarrow's and pandas' own are of these kinds
+        reason = str(error).partition("\n")[0]
+        raise InputError(f"{file}: {reason[:200]}; expected the rows of a sweep") from None
+
+
+def _require_equal_rows(file: Path) -> None:
+    """Refuse what pandas would fill up, or take for an index."""
+    with file.open(newline="", encoding="utf-8") as text:
+        rows = csv.reader(text)
+        width = len(next(rows, ()))
+        for row in rows:
+            if len(row) != width:
+                raise ValueError(f"line {rows.line_num} has {len(row)} cells, the header {width}")
+
+
+def _chunks_of(place: Place) -> pandas.DataFrame:
+    import pandas
+
+    summary = place.read(SUMMARY)
+    try:
+        told = json.loads(summary or b"")
+        numbers = range(-(-told["expected"] // told["how"]["chunk"]))
+    except (ValueError, KeyError, TypeError):
         raise InputError(
-            "parquet: not installed, expected pip install 'tt-precise[parquet]'"
+            f"{place}: no rows there, expected a finished sweep's folder or file"
         ) from None
-    return pyarrow.parquet
+    contents = [place.read(chunk_name(number)) for number in numbers]
+    if None in contents or not contents:
+        raise InputError(f"{place}: rows are missing, expected a finished sweep; run it again")
+    frames = [unpacked(content).to_pandas() for content in contents if content is not None]
+    return pandas.concat(frames, ignore_index=True)
 
 
-def _append(file: Path, line: Mapping[str, Any]) -> None:
-    with file.open("a", encoding="utf-8") as ledger:
-        ledger.write(json.dumps(line) + "\n")
-        ledger.flush()
-        os.fsync(ledger.fileno())
+def _digest_of_file(file: Path) -> str:
+    import hashlib
 
-
-def _lines(file: Path) -> Iterator[dict[str, Any]]:
-    if not file.exists():
-        return
-    for line in file.read_text("utf-8").splitlines():
-        try:
-            yield json.loads(line)
-        except json.JSONDecodeError:
-            continue  # the line that was being written when the power went
-
-
-def _digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+    with file.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()
