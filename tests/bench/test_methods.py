@@ -93,5 +93,6 @@ def test_an_unknown_method_is_refused() -> None:
 
 
 def test_a_name_is_registered_once() -> None:
+    methods()
     with pytest.raises(ValueError, match="twice"):
         registered("heyoka")(lambda problem, settings: None)  # type: ignore[arg-type, return-value]

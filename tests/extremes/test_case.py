@@ -20,6 +20,7 @@ from tt_precise.extremes.case import (
     together,
     within,
 )
+from tt_precise.registry import Registry
 
 
 def one(function: Any = Observation, **arguments: Any) -> Case:
@@ -67,7 +68,7 @@ def test_finite_refuses_nan_and_leaves_out_what_is_missing() -> None:
 
 
 def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "_registered", {})
+    monkeypatch.setattr(registry, "_registered", Registry("case"))
 
     @registry.case(
         "k = {k}, {word}",
@@ -80,7 +81,7 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
     def echo(k: int, word: str, truth: str = "") -> Observation:
         return same(truth or word, word)
 
-    made = list(registry._registered.values())
+    made = list(registry._registered)
     assert [case.name for case in made] == ["k = 1, a", "k = 1, b", "k = 2, a", "k = 2, b"]
     assert [case.quick for case in made] == [False, False, True, True]
     outcomes = [case.outcome() for case in made]
@@ -88,7 +89,7 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
     assert made[0].outcome(**made[0].control).verdict == "fail"
     (family,) = families(outcomes)
     assert family.wrong == []
-    with pytest.raises(ValueError, match="registered twice"):
+    with pytest.raises(ValueError, match="got it twice"):
         registry.case("k = 1, a", expected="e", source="s", control={})(echo)
 
 

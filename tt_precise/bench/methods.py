@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.errors import InputError
 from tt_precise.integrate.precision import Precision
+from tt_precise.registry import Registry
 
 MODULES = (
     "compiled_methods", "jax_methods", "mpmath_methods", "scipy_methods", "taylor_methods",
@@ -66,16 +67,16 @@ class Method:
         return tuple(name for name in self.packages if importlib.util.find_spec(name) is None)
 
 
-_registered: dict[str, Method] = {}
+_registered: Registry[Method] = Registry("method")
 
 
 def registered(name: str, *packages: str, peer: bool = True) -> Callable[[Prepare], Prepare]:
     """Make a preparing function the method ``name``, which needs ``packages``."""
 
     def enter(prepare: Prepare) -> Prepare:
-        if name in _registered:
-            raise ValueError(f"method: got {name} twice, expected each name once")
-        _registered[name] = Method(name, packages, prepare, peer)
+        # a method of its own may be another one's function with some arguments
+        module = getattr(prepare, "func", prepare).__module__
+        _registered.enter(name, Method(name, packages, prepare, peer), module)
         return prepare
 
     return enter
@@ -85,7 +86,7 @@ def methods() -> dict[str, Method]:
     """All methods by name, installed or not."""
     for module in MODULES:
         importlib.import_module(f"tt_precise.bench.{module}")
-    return dict(_registered)
+    return _registered.named()
 
 
 def method_named(name: str) -> Method:

@@ -24,6 +24,7 @@ from typing import Any
 from tt_precise.claims.verdicts import Finding
 from tt_precise.docstrings import docstring
 from tt_precise.errors import InputError
+from tt_precise.registry import Registry
 
 KINDS = {
     "EQ": "equation",
@@ -97,7 +98,7 @@ class Claim:
         return list(KINDS).index(prefix), int(number)
 
 
-_registered: dict[str, Claim] = {}
+_registered: Registry[Claim] = Registry("claim")
 
 
 def claim(
@@ -112,10 +113,9 @@ def claim(
     """Register the decorated function as the judge of a claim; see ``Claim``."""
 
     def register(function: Callable[..., Finding]) -> Callable[..., Finding]:
-        if id in _registered:
-            raise ValueError(f"claim {id}: registered twice, in {function.__module__} again")
         statement = " ".join(docstring(function).split())
-        _registered[id] = Claim(id, statement, quote, where, definition, function, control, slow)
+        made = Claim(id, statement, quote, where, definition, function, control, slow)
+        _registered.enter(id, made, function.__module__)
         return function
 
     return register
@@ -128,7 +128,7 @@ def claims() -> Mapping[str, Claim]:
 
     for module in pkgutil.iter_modules(statements.__path__, f"{statements.__name__}."):
         importlib.import_module(module.name)
-    ordered = sorted(_registered.values(), key=lambda one: one.order)
+    ordered = sorted(_registered, key=lambda one: one.order)
     return MappingProxyType({one.id: one for one in ordered})
 
 

@@ -28,6 +28,8 @@ from functools import cache, cached_property
 from itertools import product
 from typing import Any
 
+from tt_precise.registry import Registry
+
 # the modules of each topic
 TOPICS: dict[str, tuple[str, ...]] = {
     "geometry": ("pole_starts", "pole_passages", "conversions"),
@@ -182,7 +184,7 @@ def finite(values: Iterable[Any], what: str = "output") -> list[Any]:
     return found
 
 
-_registered: dict[str, Case] = {}
+_registered: Registry[Case] = Registry("case")
 
 
 def case(
@@ -211,9 +213,7 @@ def case(
         for values in product(*(over or {}).values()):
             arguments = dict(zip(names, values, strict=True))
             filled = name.format(**arguments)
-            if filled in _registered:
-                raise ValueError(f"case {filled!r}: registered twice, in {function.__module__}")
-            _registered[filled] = Case(
+            made = Case(
                 topic=topic,
                 family=name,
                 name=filled,
@@ -225,6 +225,7 @@ def case(
                 quick=quick(**arguments) if callable(quick) else quick,
                 limit_s=limit_s,
             )
+            _registered.enter(filled, made, function.__module__)
         return function
 
     return register
@@ -235,7 +236,7 @@ def _all_cases() -> tuple[Case, ...]:
     for module in _topic_of:
         importlib.import_module(f"{__package__}.{module}")
     order = {topic: place for place, topic in enumerate(TOPICS)}
-    return tuple(sorted(_registered.values(), key=lambda one: order[one.topic]))
+    return tuple(sorted(_registered, key=lambda one: order[one.topic]))
 
 
 def cases(topics: Sequence[str] = (), quick: bool = False) -> tuple[Case, ...]:

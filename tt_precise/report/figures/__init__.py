@@ -9,14 +9,15 @@ import importlib
 import pkgutil
 from collections.abc import Callable
 
+from tt_precise.registry import Registry
 from tt_precise.report.document import Figure
 
-_registered: list[Callable[[], Figure | None]] = []
+_registered: Registry[Callable[[], Figure | None]] = Registry("figure")
 
 
 def registered(function: Callable[[], Figure | None]) -> Callable[[], Figure | None]:
     """Make ``function`` one of the report's figures; it returns None if its data is missing."""
-    _registered.append(function)
+    _registered.enter(function.__qualname__, function, function.__module__)
     return function
 
 
