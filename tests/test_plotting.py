@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
@@ -64,3 +65,25 @@ def test_other_endings_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"got .*a\.jpg, expected .*\.svg, \.png, \.pdf"):
         plotting.save(drawn(), tmp_path / "a.jpg")
     assert not list(tmp_path.iterdir())
+
+
+TIMES = numpy.linspace(0, 8, 100_001)
+VALUES = numpy.sin(40 * TIMES)
+VALUES[61_803] = 1e4  # a spike of one sample
+
+
+def test_thinning_keeps_every_extremum() -> None:
+    kept = plotting.thinned(TIMES, VALUES)
+    assert len(kept) <= 4 * plotting.BINS
+    assert kept[0] == 0
+    assert kept[-1] == len(TIMES) - 1
+    assert VALUES[kept].max() == 1e4
+    assert VALUES[kept].min() == VALUES.min()
+
+
+def test_every_other_sample_would_lose_the_spike() -> None:
+    assert VALUES[:: len(VALUES) // (4 * plotting.BINS)].max() < 2
+
+
+def test_short_series_stay_as_they_are() -> None:
+    assert len(plotting.thinned(TIMES[:50], VALUES[:50])) == 50

@@ -10,6 +10,7 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
 CYCLE = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK, GREY)
 FORMATS = (".svg", ".png", ".pdf")
 DPI = 150  # of PNG
+BINS = 700  # of time across a panel; each keeps its first, least, greatest and last value
 _SETTINGS: Any = {
     "font.size": 10,
     "axes.titlesize": 10,
@@ -61,10 +63,32 @@ def styled() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure, in inches, whose layout finds room for labels; needs no display."""
+    """An empty figure, in inches, whose layout finds room for labels; needs no display.
+
+    A notebook shows it when it is the last value of a cell.
+    """
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width, height), layout="constrained")
+    drawn: Any = Figure(figsize=(width, height), layout="constrained")
+    # matplotlib registers its own figures only where pyplot is in use
+    drawn._repr_svg_ = lambda: svg_text(drawn)
+    return drawn
+
+
+def thinned(times: Any, values: Any, bins: int = BINS) -> Any:
+    """Indices of the first, least, greatest and last value in each of ``bins`` spans of time."""
+    import numpy
+
+    if len(times) <= 4 * bins:
+        return numpy.arange(len(times))
+    places = (times - times[0]) / (times[-1] - times[0])
+    spans = numpy.minimum((bins * places).astype(int), bins - 1)
+    edges = numpy.flatnonzero(numpy.diff(spans, prepend=-1, append=bins)).tolist()
+    kept = {0, len(times) - 1}
+    for begin, end in pairwise(edges):
+        piece = values[begin:end]
+        kept |= {begin, begin + int(piece.argmin()), begin + int(piece.argmax()), end - 1}
+    return numpy.array(sorted(kept))
 
 
 def require_format(path: str | Path) -> None:

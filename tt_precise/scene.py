@@ -185,6 +185,11 @@ class Scene:
             changes[name] = getattr(owner, name) * (1 + exact(size, name))
         return replace(self, body=replace(self.body, **body), start=replace(self.start, **start))
 
+    def _repr_html_(self) -> str:
+        from tt_precise.notebook import scene_html
+
+        return scene_html(self)
+
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
         """Exact sample times in s: multiples of ``sample_every`` from 0, and the end."""

@@ -206,3 +206,20 @@ def test_a_run_that_cannot_be_written_leaves_the_old_file(
     assert cli.main(["run", *SHORT, "--out", str(file)]) == 130
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]
+
+
+def test_the_pose_in_a_file(tmp_path: Path) -> None:
+    out = tmp_path / "pose.csv"
+    assert cli.main(["run", *SHORT, "--columns", "theta,pose:xyzw", "--out", str(out)]) == 0
+    first = out.read_text("utf-8").splitlines()[0].split(",")
+    assert first[:6] == ["t", "theta", "qx", "qy", "qz", "qw"]
+    assert first[-3:] == ["wbx", "wby", "wbz"]
+    assert cli.main(["check", str(out), "--scene", "reference"]) == 0
+
+
+def test_a_picture_of_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["run", *SHORT, "--plot", str(tmp_path / "run.svg")]) == 0
+    assert (tmp_path / "run.svg").read_text("utf-8").rstrip().endswith("</svg>")
+    assert cli.main(["run", *SHORT, "--plot", str(tmp_path / "run.jpg")]) == 2
+    assert cli.main(["run", *SHORT, "--plot", str(tmp_path / "none" / "run.svg")]) == 2
+    assert "--plot: got" in capsys.readouterr().err

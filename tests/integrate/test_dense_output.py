@@ -104,7 +104,7 @@ def test_times_are_exact(time: Any, value: Fraction) -> None:
     "time",
     [
         *(float("nan"), float("-inf"), numpy.longdouble("nan"), mpmath.nan, mpmath.inf),
-        *("nan", "0,1", "1/0", None, True, object(), [1]),
+        *("nan", "0,1", "1/0", None, True, object(), [[1]]),
     ],
 )
 def test_what_is_no_time_is_refused(double: Trajectory, time: Any) -> None:

@@ -1,5 +1,6 @@
 """Trajectories: what must be conserved is, what must agree does, and spoiled equations show."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -8,6 +9,7 @@ from typing import Any
 import numpy
 import pytest
 
+from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.scene import Scene, load_scene
@@ -179,3 +181,18 @@ def test_event_table_has_the_columns_of_the_trajectory(double: Trajectory) -> No
     assert list(double.events) == ["name", "t", "direction", *NEWTON, *EULER]
     assert double.events["t"].is_monotonic_increasing
     assert set(double.events["direction"]) == {-1, 1}
+
+
+def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> None:
+    times = [0, 0.25, 0.5]
+    for trajectory, kind in ((double, float), (half_quad, object)):
+        several = trajectory.at(numpy.array(times))
+        assert several.theta.shape == several.t.shape == (3,)
+        assert several.theta.dtype == kind
+        for one, name in itertools.product(range(3), ("t", "theta", "vx")):
+            assert getattr(several, name)[one] == getattr(trajectory.at(times[one]), name)
+        assert several.as_text()["kz"] == [trajectory.at(t).as_text()["kz"] for t in times]
+    with pytest.raises(InputError, match=r"t: got 9 s, expected 0 to 8 s"):
+        double.at([1, 9])
+    with pytest.raises(InputError, match="t: got 'now'"):
+        double.at(["now"])

@@ -28,8 +28,11 @@ UNFINISHED = 1
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--events", help="Events to record: names separated by commas, or all.")
 @click.option("--record", help="Quadratures: any of phi,psi,x,y, separated by commas.")
-@click.option("--columns", help="Columns of the CSV, separated by commas: any quantity.")
+@click.option(
+    "--columns", help="Columns of the CSV, separated by commas: any quantity; pose, pose:xyzw."
+)
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the trajectory (CSV, SI).")
+@click.option("--plot", type=click.Path(dir_okay=False), help="Draw it (.svg, .png or .pdf).")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
     scene: str,
@@ -43,6 +46,7 @@ def command(
     record: str | None,
     columns: str | None,
     out: str | None,
+    plot: str | None,
     as_json: bool,
 ) -> int:
     """Integrate SCENE, a shipped name or a TOML file.
@@ -55,7 +59,7 @@ def command(
     from tt_precise.integrate import catalogue, integrate
     from tt_precise.numerals import exact
     from tt_precise.progress import progress_bar
-    from tt_precise.scene import load_scene
+    from tt_precise.scene import RECORDABLE, load_scene
 
     loaded = load_scene(scene)
     if until is not None:
@@ -69,11 +73,17 @@ def command(
         recorded.add("phi")  # so that the end can be told as vectors too
     wanted = _split(columns)
     # found out now, not after a long integration
+    if plot is not None:
+        from tt_precise.plotting import require_format
+
+        require_format(plot)
+        _require_writable(Path(plot), "--plot")
     if out is not None:
-        _require_writable(Path(out))
+        _require_writable(Path(out), "--out")
     elif wanted:
         raise InputError("--columns: got names without --out, expected --out FILE too")
-    _require_columns(wanted)
+    if _require_columns(wanted):
+        recorded |= set(RECORDABLE)  # now, not in a second integration
     with progress_bar(f"integrating {loaded.name}") as progress:
         trajectory = integrate(
             loaded,
@@ -90,6 +100,10 @@ def command(
         from tt_precise.files import atomic_write
 
         atomic_write(out, as_csv(trajectory.table(*wanted, numbers="text")))
+    if plot is not None:
+        from tt_precise.plotting import save
+
+        save(trajectory.plot(), plot)
     if as_json:
         click.echo(json.dumps(summary(trajectory), indent=2))
     else:
@@ -182,16 +196,19 @@ def _split(names: str | None) -> tuple[str, ...]:
     return tuple(name.strip() for name in (names or "").split(",") if name.strip())
 
 
-def _require_columns(names: tuple[str, ...]) -> None:
+def _require_columns(names: tuple[str, ...]) -> bool:
+    """Refuse unknown columns; whether the pose is among them."""
+    from tt_precise.integrate.pose import POSE_COLUMNS
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.mechanics.quantities import QUANTITIES
 
+    known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS])
     for name in names:
-        if name not in STATE_DIMENSIONS and name not in QUANTITIES:
-            known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES])
+        if name not in known:
             raise InputError(f"--columns: got {name[:60]!r}, expected any of: {', '.join(known)}")
+    return bool(POSE_COLUMNS.keys() & set(names))
 
 
-def _require_writable(path: Path) -> None:
+def _require_writable(path: Path, option: str) -> None:
     if not path.parent.is_dir():
-        raise InputError(f"--out: got {path}, expected a file in a folder that exists")
+        raise InputError(f"{option}: got {path}, expected a file in a folder that exists")

@@ -10,6 +10,8 @@ from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Dimension
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
+from tt_precise.integrate.pose import POSE_NAMES, pose_of
+from tt_precise.integrate.pose import dimension as pose_dimension
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.quadratures import QUADRATURE_SCALE, motion
 from tt_precise.integrate.setup import Setup
@@ -27,12 +29,30 @@ Row = tuple[Scalar, ...]
 class State:
     """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
 
-    Names are those of the trajectory file: kx ... vy, theta ... nu_y, and what was recorded.
+    Names are those of the trajectory file: kx ... vy, theta ... nu_y, and what was recorded. For
+    several times each entry is an array.
     """
 
     t: Scalar
     values: dict[str, Scalar]
     precision: Precision
+
+    @classmethod
+    def joined(cls, states: Sequence[State], precision: Precision) -> State:
+        """Several states as one: float64 arrays in double, with NaN where undefined."""
+        import numpy
+
+        kind, none = (float, numpy.nan) if precision.name == "double" else (object, None)
+
+        def column(values: list[Any]) -> Array:
+            return numpy.array([none if v is None else v for v in values], dtype=kind)
+
+        names = states[0].values if states else ()
+        return cls(
+            column([state.t for state in states]),
+            {name: column([state.values[name] for state in states]) for name in names},
+            precision,
+        )
 
     def __getattr__(self, name: str) -> Scalar:
         try:
@@ -41,12 +61,16 @@ class State:
         except KeyError:
             raise AttributeError(name) from None
 
-    def as_text(self) -> dict[str, str | None]:
-        """Every value in decimals, enough to recover the working precision."""
-        return {
-            name: None if value is None else self.precision.text(self.precision.context.mpf(value))
-            for name, value in self.values.items()
-        }
+    def as_text(self) -> dict[str, Any]:
+        """Every value in decimals, enough to recover the working precision; lists of arrays."""
+        return {name: self._text(value) for name, value in self.values.items()}
+
+    def _text(self, value: Any) -> Any:
+        if hasattr(value, "__len__"):
+            return [self._text(one) for one in value]
+        if value is None or value != value:
+            return None
+        return self.precision.text(self.precision.context.mpf(value))
 
 
 class Columns:
@@ -75,6 +99,8 @@ class Columns:
             return QUANTITIES[name].dimension
         if name in self.names:
             return STATE_DIMENSIONS[name]
+        if name in POSE_NAMES:
+            return pose_dimension(name)
         raise InputError(
             f"column: got {name[:60]!r}, expected one of: "
             + ", ".join(dict.fromkeys([*self.names, *QUANTITIES]))
@@ -139,11 +165,20 @@ class Columns:
 
     def _entry(self, name: str, row: tuple[Any, ...], q: Motion) -> Any:
         if name in self.record:
-            position = len(self.form.columns) + self.record.index(name)
-            return row[position] * QUADRATURE_SCALE
+            return self._recorded(row)[name]
         if name in VECTOR_COLUMNS:
             return getattr(q.state, name)
+        if name in POSE_NAMES:
+            if "pose" not in q.__dict__:
+                q.__dict__["pose"] = pose_of(q, self._recorded(row))
+            return getattr(q.__dict__["pose"], name)
         try:
             return QUANTITIES[name].evaluate(q)
         except ZeroDivisionError:  # the direction of tilt, and what needs it, ends at the poles
             return None
+
+    def _recorded(self, row: tuple[Any, ...]) -> dict[str, Any]:
+        values = row[len(self.form.columns) :]
+        return {
+            name: value * QUADRATURE_SCALE for name, value in zip(self.record, values, strict=True)
+        }

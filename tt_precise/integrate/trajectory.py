@@ -19,6 +19,7 @@ from tt_precise.integrate.columns import Columns, State
 from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.integrate.pose import POSE, POSE_NAMES, expanded
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import ARRIVED, Propagation, Status, propagate
 from tt_precise.integrate.setup import Setup
@@ -28,10 +29,13 @@ from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.numerals import as_fraction
 from tt_precise.progress import Progress
-from tt_precise.scene import Scene
+from tt_precise.scene import RECORDABLE, Scene
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import pandas
+    from matplotlib.figure import Figure
 
 
 class Trajectory:
@@ -133,16 +137,20 @@ class Trajectory:
         """How and where the solution ends."""
         return End(self.status, self.t_end, self.state.values)
 
-    def at(self, t: str | int | float | Fraction | Any) -> State:
+    def at(self, t: Any) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
+
+        A sequence of times gives one ``State`` whose entries are arrays.
 
         Raises
         ------
         InputError
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
-        time = self._dense_output.dimensionless_time(t)
-        return self._columns.states([time], self._dense_output.rows([time]))[0]
+        several = hasattr(t, "__len__") and not isinstance(t, str)
+        times = [self._dense_output.dimensionless_time(one) for one in (t if several else [t])]
+        states = self._columns.states(times, self._dense_output.rows(times))
+        return State.joined(states, self.precision) if several else states[0]
 
     def motion(self, t: str | int | float | Fraction | Any) -> Motion:
         """What every quantity is computed from at time ``t`` (s), dimensionless (m = R = g = 1).
@@ -168,23 +176,31 @@ class Trajectory:
         *names: str,
         times: Iterable[Any] | None = None,
         numbers: Numbers = "native",
+        pose: bool = False,
     ) -> pandas.DataFrame:
         """A table over time, in SI: column ``t`` and one for each name.
+
+        Values that are undefined (Euler rates at a pole) are missing.
 
         Parameters
         ----------
         names
             State entries (kx, theta, ...), recorded quadratures, or any quantity; by default
-            all vector and Euler columns and what was recorded.
+            all vector and Euler columns and what was recorded. "pose" stands for the columns of
+            the pose, "pose:xyzw" for them with the scalar of the quaternion last.
         times
             In s; by default the scene's samples.
         numbers
             "native" (float64 for double, mpmath numbers otherwise), "float" or "text".
-
-        Values that are undefined (Euler rates at a pole) are missing.
+        pose
+            Give the pose, behind ``names`` if there are any: quaternion, position and velocity of
+            the centre of mass, angular velocity in the inertial and in the body's frame. Where
+            phi, psi, x and y were not recorded, the scene is integrated once more.
         """
         import pandas
 
+        if pose:
+            names = (*names, POSE)
         return pandas.DataFrame(self.table(*names, times=times, numbers=numbers))
 
     def table(
@@ -203,7 +219,22 @@ class Trajectory:
                 f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
             )
         exact = self.sample_times if times is None else tuple(map(as_fraction, times))
-        return self._tables.columns(names or self._columns.names, exact, numbers)
+        wanted = expanded(names or self._columns.names)
+        missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
+        if not missing:
+            return self._tables.columns(wanted, exact, numbers)
+        run = self.with_quadratures
+        plain = [name for name in wanted if name not in missing]
+        found = self._tables.columns(plain, exact, numbers)
+        found |= run._tables.columns(missing, exact, numbers)
+        return {name: found[name] for name in ("t", *wanted)}
+
+    @cached_property
+    def with_quadratures(self) -> Trajectory:
+        """The same run with phi, psi, x and y recorded; made now where they were not."""
+        if set(RECORDABLE) <= set(self.setup.record):
+            return self
+        return self.again(record=RECORDABLE, events=())
 
     @cached_property
     def events(self) -> pandas.DataFrame:
@@ -259,6 +290,50 @@ class Trajectory:
             if self.formulation == "newton" or integral.name != "axis_norm"
         ]
         return self._tables.drift(integrals, self.sample_times)
+
+    def plot(self, *names: str) -> Figure:
+        """A matplotlib ``Figure`` over time: a panel for each of ``names``.
+
+        Without names: theta, energies, normal force, relative drift of what is conserved; recorded
+        events are marked. ``tt_precise.plotting.save`` writes it.
+        """
+        from tt_precise.integrate.picture import figure
+
+        return figure(self, names)
+
+    def animate(
+        self,
+        path: str | Path,
+        *,
+        seconds: float = 12.0,
+        fps: int = 20,
+        begin: float = 0.0,
+        end: float | None = None,
+        progress: Progress | None = None,
+    ) -> Path:
+        """Write a moving picture of the top and its track on the table.
+
+        Parameters
+        ----------
+        path
+            Ends in .gif, .html, or .mp4 (which needs ffmpeg).
+        seconds, fps
+            How long it plays, and frames in a second; equally spaced in the trajectory's time.
+        begin, end
+            Which part of the trajectory, in s; by default all of it.
+        progress
+            Called with the fraction done, now and then.
+        """
+        from tt_precise.integrate.animation import animate
+
+        return animate(
+            self, path, seconds=seconds, fps=fps, begin=begin, end=end, progress=progress
+        )
+
+    def _repr_html_(self) -> str:
+        from tt_precise.notebook import trajectory_html
+
+        return trajectory_html(self)
 
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses names that ``frame`` does not know."""

@@ -39,16 +39,17 @@ class Pose(NamedTuple):
 
 
 def half_angles(fn: Any, k: Vector, s: Any) -> tuple[Any, Any]:
-    """cos(theta/2) and sin(theta/2), theta in [0, pi], without cancellation beside either pole.
+    """cos(theta/2) and sin(theta/2), with all their digits beside either pole.
 
     ``s`` is sin theta, the length of the horizontal part of ``k``.
     """
-    # the larger of the two by the half-angle formula, the smaller by sin theta = 2 sin cos
-    if k[2] >= 0:
-        cosine = fn.sqrt((1 + k[2]) / 2)
-        return cosine, s / (2 * cosine)
-    sine = fn.sqrt((1 - k[2]) / 2)
-    return s / (2 * sine), sine
+    angle = fn.atan2(s, abs(k[2])) / 2  # from the nearer pole
+    large, small = fn.cos(angle), fn.sin(angle)
+    upright = (k[2] >= 0) * 1  # a number, so that arrays choose entry by entry
+    return (
+        large * upright + small * (1 - upright),
+        small * upright + large * (1 - upright),
+    )
 
 
 def pose(q: Motion, s: Any, phi: Any, psi: Any, x: Any, y: Any) -> Pose:

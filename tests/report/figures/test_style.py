@@ -21,23 +21,6 @@ def drawn(name: str) -> str:
         return style.svg_text(name, drawing)
 
 
-def test_thinning_keeps_every_extremum() -> None:
-    kept = style.thinned(TIMES, VALUES)
-    assert len(kept) <= 4 * style.BINS
-    assert kept[0] == 0
-    assert kept[-1] == len(TIMES) - 1
-    assert VALUES[kept].max() == 1e4
-    assert VALUES[kept].min() == VALUES.min()
-
-
-def test_every_other_sample_would_lose_the_spike() -> None:
-    assert VALUES[:: len(VALUES) // (4 * style.BINS)].max() < 2
-
-
-def test_short_series_stay_as_they_are() -> None:
-    assert len(style.thinned(TIMES[:50], VALUES[:50])) == 50
-
-
 def test_the_same_drawing_gives_the_same_text() -> None:
     first = drawn("one")
     assert first == drawn("one")

@@ -9,11 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from tt_precise import plotting
-from tt_precise.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
+from tt_precise.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, thinned
 from tt_precise.report.document import Figure
 
 if TYPE_CHECKING:
@@ -25,7 +24,6 @@ __all__ = [
     "legend", "moments", "panels", "svg_text", "thinned",
 ]  # fmt: skip
 WIDTH = 5.6  # inches
-BINS = 700  # of time across a panel; each keeps its first, least, greatest and last value
 DECIMALS = 2  # of a point (1/72 inch) in paths
 
 
@@ -77,22 +75,6 @@ def curve(
     """Draw a course, thinned to what the width can show without losing an extremum."""
     at = thinned(times, values)
     axes.plot(times[at], values[at], color=colour, label=label, **style)
-
-
-def thinned(times: Any, values: Any, bins: int = BINS) -> Any:
-    """Indices of the first, least, greatest and last value in each of ``bins`` spans of time."""
-    import numpy
-
-    if len(times) <= 4 * bins:
-        return numpy.arange(len(times))
-    places = (times - times[0]) / (times[-1] - times[0])
-    spans = numpy.minimum((bins * places).astype(int), bins - 1)
-    edges = numpy.flatnonzero(numpy.diff(spans, prepend=-1, append=bins)).tolist()
-    kept = {0, len(times) - 1}
-    for begin, end in pairwise(edges):
-        piece = values[begin:end]
-        kept |= {begin, begin + int(piece.argmin()), begin + int(piece.argmax()), end - 1}
-    return numpy.array(sorted(kept))
 
 
 def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:

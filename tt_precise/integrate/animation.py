@@ -1,0 +1,222 @@
+"""A trajectory as a moving picture: the top, seen from the side, and its track on the table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tt_precise import plotting
+from tt_precise.errors import InputError
+from tt_precise.files import replacing
+from tt_precise.progress import Progress, silent
+
+if TYPE_CHECKING:
+    import numpy
+    from matplotlib.figure import Figure
+
+    from tt_precise.integrate.trajectory import Trajectory
+
+FORMATS = (".gif", ".html", ".mp4")
+ELEVATION = 0.30  # rad above the table, from where it is seen
+PEG = 0.12  # of R, beyond the sphere: only a mark, as the model has none
+CIRCLE_POINTS = 73
+FINER = 8  # points of the track for each frame
+DPI = 80
+
+
+class Frames(NamedTuple):
+    """What is drawn, n frames: times (s), orientations (n, 3, 3), inclinations (rad).
+
+    ``track`` has the contact point, in units of R, FINER times as often.
+    """
+
+    t: numpy.ndarray
+    turn: numpy.ndarray
+    theta: numpy.ndarray
+    track: numpy.ndarray
+
+
+def animate(
+    trajectory: Trajectory,
+    path: str | Path,
+    *,
+    seconds: float = 12.0,
+    fps: int = 20,
+    begin: float = 0.0,
+    end: float | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write the moving picture of ``trajectory`` from ``begin`` to ``end`` (s).
+
+    Raises
+    ------
+    InputError
+        A name that ends in none of ``FORMATS``, an empty span of time, a trajectory that has no
+        pose, or .mp4 without ffmpeg.
+    """
+    import matplotlib
+    from matplotlib.animation import FuncAnimation
+
+    target = Path(path)
+    writer = _writer(target, fps)
+    count = max(2, round(seconds * fps))
+    frames = sampled(trajectory, begin, end, count)
+    scene = trajectory.scene
+    with plotting.styled(), matplotlib.rc_context({"animation.embed_limit": 200}):
+        drawn = plotting.new_figure(6.0, 3.9)
+        drawn.set_layout_engine("none")
+        picture = _Picture(drawn, frames, f"{scene.name}  ({scene.title})")
+        moving = FuncAnimation(drawn, picture.show, frames=count, interval=1000 / fps)
+        tell = progress or silent
+        with replacing(target) as temporary:
+            moving.save(
+                temporary, writer=writer, dpi=DPI,
+                progress_callback=lambda done, total: tell((done + 1) / count),
+            )  # fmt: skip
+    return target
+
+
+def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int) -> Frames:
+    """``count`` poses, equally spaced in time.
+
+    Raises
+    ------
+    InputError
+        The span is empty or reaches beyond the trajectory.
+    """
+    import numpy
+    from scipy.spatial.transform import Rotation
+
+    last = float(trajectory.t_end) if end is None else end
+    if not 0 <= begin < last <= float(trajectory.t_end):
+        raise InputError(
+            f"animate: got {begin:g} to {last:g} s, expected a span within 0 to "
+            f"{float(trajectory.t_end):g} s"
+        )
+    times = numpy.linspace(begin, last, FINER * (count - 1) + 1).tolist()
+    table = trajectory.frame("theta", "pose", times=times, numbers="float")
+    body = trajectory.scene.body
+    R, alpha = float(body.R), float(body.alpha)
+    turn = Rotation.from_quat(table[["qw", "qx", "qy", "qz"]], scalar_first=True).as_matrix()
+    # below the sphere's centre, which lies alpha R along the axis from the centre of mass
+    track = table[["x", "y", "z"]].to_numpy() / R + alpha * turn[:, :, 2]
+    track[:, 2] = 0
+    shown = table.iloc[::FINER]
+    return Frames(shown["t"].to_numpy(), turn[::FINER], shown["theta"].to_numpy(), track)
+
+
+def _writer(path: Path, fps: int) -> Any:
+    from matplotlib import animation
+
+    ending = path.suffix.lower()
+    if ending not in FORMATS:
+        raise InputError(f"animate: got {path}, expected a name that ends in {', '.join(FORMATS)}")
+    if ending == ".gif":
+        return animation.PillowWriter(fps=fps)
+    if ending == ".html":
+        return animation.HTMLWriter(fps=fps, embed_frames=True)
+    if not animation.FFMpegWriter.isAvailable():
+        raise InputError(f"animate: got {path}, which needs ffmpeg; expected .gif or .html without")
+    return animation.FFMpegWriter(fps=fps)
+
+
+class _Picture:
+    """The artists of one drawing: the top close by, and its track from above."""
+
+    def __init__(self, drawn: Figure, frames: Frames, title: str):
+        import numpy
+        from matplotlib.patches import Circle
+
+        self.frames = frames
+        self.track = frames.track
+        drawn.suptitle(title, x=0.03, y=0.97, ha="left", fontsize=10)
+        self.clock = drawn.text(0.03, 0.875, "", ha="left", family="monospace", fontsize=9)
+        self.near = drawn.add_axes((0.0, 0.0, 0.58, 0.86))
+        above = drawn.add_axes((0.66, 0.16, 0.32, 0.66))
+        for axes in (self.near, above):
+            axes.set_aspect("equal")
+        self.near.axis("off")
+        self.near.set_xlim(-2.1, 2.1)
+        self.near.set_ylim(-0.9, 2.9)
+        above.set_title("track, from above / R", fontsize=9)
+        above.plot(self.track[:, 0], self.track[:, 1], color="#e2e2e2", linewidth=1)
+        orange, grey = plotting.ORANGE, plotting.GREY
+        (self.path,) = above.plot([], [], color=orange, linewidth=1.1)
+        (self.spot,) = above.plot([], [], "o", color=orange, markersize=4)
+        self.grid = [self.near.plot([], [], color="#dddddd", linewidth=0.6)[0] for _ in range(26)]
+        (self.trail,) = self.near.plot([], [], color=orange, linewidth=1.2, zorder=1)
+        self.ball = Circle((0, 0), 1, facecolor="#eef4fa", edgecolor=grey, linewidth=1, zorder=3)
+        self.near.add_patch(self.ball)
+        self.back, self.front = (
+            [self.near.plot([], [], color=colour, linewidth=width, zorder=z)[0] for _ in range(4)]
+            for colour, width, z in (("#c9d6e2", 0.7, 4), (plotting.BLUE, 1.4, 6))
+        )
+        (self.peg,) = self.near.plot(
+            [], [], color=plotting.RED, linewidth=9, solid_capstyle="round", zorder=5
+        )
+        angle = numpy.linspace(0, 2 * numpy.pi, CIRCLE_POINTS)
+        c, s, none = numpy.cos(angle), numpy.sin(angle), 0 * angle
+        # two meridians, the equator and a circle round the peg, fixed in the body
+        self.circles = [
+            numpy.stack(points)
+            for points in (
+                (c, none, s), (none, c, s), (c, s, none), (0.35 * c, 0.35 * s, none + 0.937),
+            )
+        ]  # fmt: skip
+
+    def show(self, number: int) -> list[Any]:
+        """Move everything to frame ``number``."""
+        import numpy
+
+        turn, now = self.frames.turn[number], FINER * number
+        place, past = self.track[now], self.track[: now + 1]
+        middle = numpy.array([[0.0], [0.0], [1.0]])  # of the sphere, seen by an eye that follows
+        self.ball.center = tuple(float(v[0]) for v in _seen(middle))
+        for circle, front, back in zip(self.circles, self.front, self.back, strict=True):
+            points = turn @ circle
+            across, up = _seen(points + middle)
+            near = _towards(points) >= 0
+            front.set_data(numpy.where(near, across, numpy.nan), numpy.where(near, up, numpy.nan))
+            back.set_data(numpy.where(near, numpy.nan, across), numpy.where(near, numpy.nan, up))
+        k = turn[:, 2:]
+        self.peg.set_data(*_seen(middle + k * [0.97, 1 + PEG]))
+        # the peg in front of the ball, or behind it
+        self.peg.set_zorder(5 if float(_towards(k)[0]) > 0 else 2.5)
+        self._table(place)
+        self.trail.set_data(*_seen((past - place).T))
+        self.path.set_data(past[:, 0], past[:, 1])
+        self.spot.set_data([place[0]], [place[1]])
+        self.clock.set_text(
+            f"t = {self.frames.t[number]:.3f} s, theta = {self.frames.theta[number]:.3f} rad"
+        )
+        return []
+
+    def _table(self, place: Any) -> None:
+        """Lines on the table, half a radius apart, that pass below an eye which follows."""
+        import numpy
+
+        reach, half = 3.0, len(self.grid) // 2
+        shift = -(place[:2] % 0.5)
+        for number, line in enumerate(self.grid):
+            offset = (number % half - half // 2) * 0.5
+            ends = numpy.array([-reach, reach])
+            level = numpy.zeros(2)
+            if number < half:
+                points = numpy.stack([level + offset + shift[0], ends, level])
+            else:
+                points = numpy.stack([ends, level + offset + shift[1], level])
+            line.set_data(*_seen(points))
+
+
+def _seen(points: Any) -> tuple[Any, Any]:
+    """Where points (3, n) lie in the picture: across and up, seen along +Y and a little down."""
+    import numpy
+
+    return points[0], points[2] * numpy.cos(ELEVATION) + points[1] * numpy.sin(ELEVATION)
+
+
+def _towards(points: Any) -> Any:
+    """How far points (3, n) lie towards the eye."""
+    import numpy
+
+    return points[2] * numpy.sin(ELEVATION) - points[1] * numpy.cos(ELEVATION)

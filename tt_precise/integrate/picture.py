@@ -1,0 +1,93 @@
+"""Pictures of a trajectory: angle, energies, normal force and drift over time, or any columns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from tt_precise import plotting
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from tt_precise.integrate.trajectory import Trajectory
+
+WIDTH, PANEL = 7.0, 1.55  # inches
+SMALLEST_DRIFT = 1e-18  # drawn for an exact zero, which a logarithmic axis has no place for
+ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
+SHORT_UNITS = {"kg m^2/s^2": "J", "kg m/s^2": "N", "kg m^2/s^3": "W"}
+LABELS = {
+    "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
+    "omega_3": r"$\omega_3$", "nu_x": r"$\nu_x$", "nu_y": r"$\nu_y$", "g_n": r"$g_n$",
+    "E": r"$E$", "E_rot": r"$E_{rot}$", "E_trans": r"$E_{trans}$", "E_pot": r"$E_{pot}$",
+    "lambda": r"$\lambda$", "psi_dot": r"$\dot\psi$", "E_tilde": r"$\tilde E$",
+}  # fmt: skip
+
+
+def figure(trajectory: Trajectory, names: tuple[str, ...] = ()) -> Figure:
+    """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named."""
+    panels: tuple[tuple[str, ...], ...] = tuple((name,) for name in names)
+    if not names:
+        panels = (("theta",), ENERGIES, ("g_n",))
+    wanted = [name for panel in panels for name in panel]
+    table = trajectory.frame(*dict.fromkeys(wanted), numbers="float")
+    count = len(panels) + (not names)
+    with plotting.styled():
+        drawn = plotting.new_figure(WIDTH, PANEL * count + 0.5)
+        axes = list(drawn.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
+        for panel, place in zip(panels, axes, strict=False):
+            _panel(place, trajectory, table, panel)
+        if not names:
+            _drift(axes[-1], trajectory)
+        _events(axes[0], trajectory)
+        axes[-1].set_xlabel("t / s")
+        note = "" if trajectory.status == "complete" else f" ({trajectory.status})"
+        axes[0].set_title(f"{trajectory.scene.name}{note}")
+        drawn.align_ylabels(axes)
+    return drawn
+
+
+def _panel(axes: Axes, trajectory: Trajectory, table: Any, names: tuple[str, ...]) -> None:
+    from tt_precise.mechanics.columns import described
+
+    for name in names:
+        at = plotting.thinned(table["t"].to_numpy(), table[name].to_numpy())
+        axes.plot(table["t"].to_numpy()[at], table[name].to_numpy()[at], label=_label(name))
+    unit = described(names[0]).unit
+    unit = SHORT_UNITS.get(unit, unit)
+    axes.set_ylabel((f"{_label(names[0])} / " if len(names) == 1 else "") + unit)
+    if len(names) > 1:
+        axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
+    if names == ("g_n",):
+        axes.axhline(0, color=plotting.GREY, linewidth=0.8)
+
+
+def _drift(axes: Axes, trajectory: Trajectory) -> None:
+    """The relative drift of everything that the scene conserves, on a logarithmic axis."""
+    import numpy
+
+    times = [float(t) for t in trajectory.sample_times]
+    for name, values in trajectory.drift_over_time().items():
+        floats = numpy.maximum([float(value) for value in values], SMALLEST_DRIFT)
+        axes.semilogy(times, floats, label=name.replace("_", " "))
+    axes.set_ylabel("relative drift")
+    axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
+
+
+def _events(axes: Axes, trajectory: Trajectory) -> None:
+    """A tick for each recorded event, one row a name, below the first panel's curve."""
+    events = trajectory.events
+    names = list(events["name"].unique())
+    for row, name in enumerate(names):
+        rows = events[events["name"] == name]
+        axes.plot(
+            rows["t"].astype(float), [0.02 + 0.05 * row] * len(rows), "|", markersize=5,
+            color=plotting.CYCLE[(row + 1) % len(plotting.CYCLE)], label=f"{len(rows)} x {name}",
+            transform=axes.get_xaxis_transform(),
+        )  # fmt: skip
+    if names:
+        axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
+
+
+def _label(name: str) -> str:
+    return LABELS.get(name, name)
