@@ -9,14 +9,15 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 PYTEST := $(BIN)/pytest
 SMOKE := $(CURDIR)/build/smoke
-# The stamps' order: the locked packages, the project itself, every optional extra.
+# The stamps' order: the locked packages, the project itself, every optional extra, the site's.
 LOCKED := .venv/.stamp-locked
 DEV := .venv/.stamp-dev
 ALL := .venv/.stamp-all
+DOCS := .venv/.stamp-docs
 
 .DEFAULT_GOAL := help
 .PHONY: help venv report test slow golden peers clients browser proofs fuzz \
-        lint format types check smoke lock build clean
+        lint format types check docs smoke lock build clean
 
 help:     ## list the targets
 	@awk -F ': *## ' '/^[a-z]+:.*## /{sub(/:.*/, "", $$1); printf "  make %-8s %s\n", $$1, $$2}' \
@@ -37,6 +38,10 @@ $(DEV): pyproject.toml $(LOCKED)
 
 $(ALL): requirements/all.txt $(LOCKED) | $(DEV)
 	$(PIP) install --require-hashes -r requirements/all.txt
+	touch $@
+
+$(DOCS): requirements/docs.txt $(LOCKED) | $(DEV)
+	$(PIP) install --require-hashes -r requirements/docs.txt
 	touch $@
 
 report:   ## write the precision report into reports/
@@ -82,6 +87,11 @@ types: $(DEV)
 check:    ## what a commit has to pass: lint, types, test
 check: lint types test
 
+# -W: a warning is an error; the tutorials are run, or taken from the cache of an unchanged package.
+docs:     ## the documentation site, into build/docs/html; works offline
+docs: $(DOCS)
+	$(BIN)/sphinx-build -W --keep-going -q -b html -d build/docs/doctrees docs build/docs/html $(ARGS)
+
 build:    ## wheel and sdist, into dist/
 build: $(DEV)
 	$(BIN)/hatchling build --clean
@@ -97,7 +107,7 @@ smoke: build
 		assert tt.__file__.startswith('$(SMOKE)'), tt.__file__"
 	cd / && $(SMOKE)/bin/tt-precise --help > /dev/null
 
-# all.txt first: the smaller sets are cut out of it, so that one .venv can hold all three.
+# all.txt first: the smaller sets are cut out of it, so that one .venv can hold them all.
 UV_COMPILE = build/lock/bin/uv pip compile pyproject.toml --quiet --universal \
 	--python-version 3.11 --fork-strategy fewest --generate-hashes --no-emit-index-url \
 	--no-annotate --custom-compile-command "make lock"
@@ -108,6 +118,7 @@ lock:     ## pin and hash requirements/*.txt anew
 	$(UV_COMPILE) $(ARGS) --all-extras -o requirements/all.txt
 	$(UV_COMPILE) -c requirements/all.txt --extra test --extra dev --extra parquet --extra certify \
 		-o requirements/dev.txt
+	$(UV_COMPILE) -c requirements/all.txt --extra docs --extra certify -o requirements/docs.txt
 	$(UV_COMPILE) -c requirements/all.txt -o requirements/runtime.txt
 
 clean:    ## remove .venv, builds and caches

@@ -1,0 +1,135 @@
+"""The directive ``generated``: tables made of the package itself, so that they cannot be wrong."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+from docutils import nodes
+from docutils.parsers.rst import Directive
+from docutils.statemachine import StringList
+
+DOCS = Path(__file__).parents[1]
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Lines of a Markdown table."""
+    for row in (header, ["---"] * len(header), *rows):
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
+
+
+def columns(_: str) -> Iterator[str]:
+    """Each column set with units and meanings, and the conventions."""
+    from tt_precise.check.columns import COLUMN_SETS
+    from tt_precise.commands.columns import CONVENTIONS
+    from tt_precise.mechanics.columns import described
+
+    for name, found in COLUMN_SETS.items():
+        yield from (f"**{name[0].upper()}{name[1:]}**", "")
+        rows = []
+        for column in ("t", *found.names):
+            one = described(column)
+            note = " (if known)" if column in found.velocity else ""
+            rows.append((f"`{column}`", one.unit, one.meaning.rstrip(".") + note))
+        yield from table(("column", "unit", "meaning"), rows)
+        yield ""
+    for sentence in CONVENTIONS:
+        yield f"- {sentence}"
+
+
+def scenes(_: str) -> Iterator[str]:
+    """The scenes that ship."""
+    from tt_precise.scene import load_scene, shipped
+
+    found = [load_scene(name) for name in shipped()]
+    rows = [(f"`{one.name}`", one.model, f"{float(one.until):g}", one.title) for one in found]
+    yield from table(("name", "model", "until / s", "title"), rows)
+
+
+def events(_: str) -> Iterator[str]:
+    """The catalogue of events."""
+    from tt_precise.integrate.events import EVENTS, EXTREMUM, TERMINAL
+
+    rows = [(f"`{name}`", event.meaning) for name, event in EVENTS.items()]
+    rows.append((f"`{EXTREMUM}NAME`", f"extremum of a quantity, such as `{EXTREMUM}g_n`"))
+    rows += [(f"`{name}` (always watched)", meaning) for name, meaning in TERMINAL.items()]
+    yield from table(("event", "meaning"), rows)
+
+
+def quantities(_: str) -> Iterator[str]:
+    """Every quantity with unit and meaning."""
+    from tt_precise.mechanics.quantities import QUANTITIES
+
+    rows = [
+        (f"`{one.name}`", one.unit, one.meaning + ("" if one.pole else " Undefined at the poles."))
+        for one in QUANTITIES.values()
+    ]
+    yield from table(("quantity", "unit", "meaning"), rows)
+
+
+def schema(name: str) -> Iterator[str]:
+    """A JSON schema as a table of its keys."""
+    text = json.loads((DOCS / f"schemas/{name}.schema.json").read_text("utf-8"))
+    yield from (text["description"], "")
+    yield from table(("key", "type", "meaning"), list(_keys(text, text, "")))
+
+
+def _keys(node: dict[str, Any], root: dict[str, Any], prefix: str) -> Iterator[tuple[str, ...]]:
+    if "$ref" in node:
+        node = root["$defs"][node["$ref"].rpartition("/")[2]] | node
+    required = node.get("required", ())
+    for key, value in node.get("properties", {}).items():
+        target = value
+        if "$ref" in value:
+            target = root["$defs"][value["$ref"].rpartition("/")[2]] | value
+        kind = target.get("type") or ("one of" if "enum" in target else "")
+        kinds = " or ".join(kind) if isinstance(kind, list) else kind
+        choices = "".join(f" `{one}`" for one in target.get("enum", ()) if one is not None)
+        optional = "" if key in required else " (optional)"
+        meaning = target.get("description", "") + choices
+        yield (f"`{prefix}{key}`", f"{kinds}{optional}", meaning)
+        yield from _keys(target, root, f"{prefix}{key}.")
+        for inner, mark in (("items", "[]"), ("additionalProperties", ".*")):
+            if isinstance(target.get(inner), dict):
+                yield from _keys(target[inner], root, f"{prefix}{key}{mark}.")
+
+
+MAKERS: dict[str, Callable[[str], Iterator[str]]] = {
+    made.__name__: made for made in (columns, scenes, events, quantities, schema)
+}
+
+
+class Generated(Directive):
+    """``{generated} WHAT [ARGUMENT]``: Markdown made by the function of that name."""
+
+    required_arguments = 1
+    optional_arguments = 1
+    has_content = False
+    option_spec: ClassVar[dict[str, Any]] = {}
+
+    def run(self) -> list[nodes.Node]:
+        what, *rest = self.arguments
+        if what not in MAKERS:
+            raise self.error(f"generated: got {what!r}, expected one of: {', '.join(MAKERS)}")
+        content = StringList(list(MAKERS[what](rest[0] if rest else "")), source=f"<{what}>")
+        holder = nodes.container()
+        self.state.nested_parse(content, 0, holder)
+        return holder.children
+
+
+def draw(app: Any) -> None:
+    """The pictures that pages include."""
+    import axes
+
+    folder = DOCS / "_generated"
+    folder.mkdir(exist_ok=True)
+    axes.draw(folder / "axes.svg")
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Register the directive, and the pictures."""
+    app.add_directive("generated", Generated)
+    app.connect("builder-inited", draw)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

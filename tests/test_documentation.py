@@ -1,0 +1,263 @@
+"""README.md and the pages of docs/: what they tell a reader to type works, in order, in one folder.
+
+In a ``python`` block a comment behind a ``print`` may give the beginning of what is printed, as in
+``# rad at 8 s: 3.1340...``. A block that defines tests is handed to pytest. In a ``console`` block
+lines after ``$ `` are commands; lines below a command are what it prints, ``...`` for anything, and
+a comment ``# exit status 1`` says that it fails. A ``{code-block}`` with a caption is a file of
+that name. Commands in ``shell`` blocks and within a sentence exist, with their options. Tutorials
+(``file_format: mystnb``) are run by the build of the site instead.
+"""
+
+import contextlib
+import doctest
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+import pytest
+
+from tt_precise import cli
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+MAKEFILE = ROOT / "Makefile"
+DOCUMENTS = sorted([README, *(ROOT / "docs").rglob("*.md")], key=str)
+# From ten seconds to minutes: their words are checked, but they run under the marker slow only.
+LONG = (
+    "claims", "report", "golden build", "golden verify", "golden certify", "sweep", "tradeoff",
+    "extremes",
+)  # fmt: skip
+LONG_PYTHON = ("tt_precise.certify", "sweep(", "animate(")
+BEGINNING = re.compile(r"#.*?(-?\d+\.\d+)\.\.\.")
+FENCE = re.compile(r"^```(\w+|\{code-block\} \w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+CAPTION = re.compile(r":caption: (\S+)\n\n?(.*)", re.DOTALL)
+INLINE = re.compile(r"`(tt-precise [a-z][^`]*)`")
+STATUS = re.compile(r"#\s*exit status (\d)")
+
+
+class Block(NamedTuple):
+    """A fenced block: its language, its text, and the line of the file on which it starts."""
+
+    language: str
+    text: str
+    line: int
+
+
+def blocks(text: str) -> list[Block]:
+    return [
+        Block(found[1], found[2], text[: found.start()].count("\n") + 2)
+        for found in FENCE.finditer(text)
+    ]
+
+
+def commands(block: Block) -> list[tuple[str, str]]:
+    """Each command of a console block, with what it is said to print."""
+    pieces = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
+    assert not pieces[0], f"line {block.line}: expected a line that starts with '$ '"
+    told = [piece.partition("\n") for piece in pieces[1:]]
+    return [(command, output) for command, _, output in told]
+
+
+def run_python(text: str, names: dict[str, Any]) -> None:
+    """Run a block and hold the comments behind its ``print`` to what they say."""
+    if re.search(r"^def test_", text, re.MULTILINE):
+        return run_tests(text)
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(text, "example", "exec"), names)
+    prints = [line for line in text.splitlines() if line.startswith("print(")]
+    outputs = printed.getvalue().splitlines()
+    assert len(prints) == len(outputs)
+    for line, output in zip(prints, outputs, strict=True):
+        beginning = BEGINNING.search(line)
+        if beginning:
+            assert output.startswith(beginning[1]), line
+    return None
+
+
+def run_tests(text: str) -> None:
+    Path("test_readme_block.py").write_text(text, "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_readme_block.py"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def run_command(command: str, expected: str) -> None:
+    """Run a command, which must end with the status that is said, and print what is said."""
+    said = STATUS.search(command)
+    status = int(said[1]) if said else 0
+    program, *arguments = shlex.split(command, comments=True)
+    assert program in ("tt-precise", "python", "pytest"), command
+    printed = io.StringIO()
+    if program == "tt-precise":
+        with contextlib.redirect_stdout(printed):
+            found = cli.main(arguments)
+    else:
+        words = [sys.executable, *(("-m", "pytest") if program == "pytest" else ()), *arguments]
+        # the package under test, wherever the example runs
+        paths = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+        done = subprocess.run(
+            words, capture_output=True, text=True, check=False,
+            env=os.environ | {"PYTHONPATH": paths},
+        )  # fmt: skip
+        found = done.returncode
+        printed.write(done.stdout + done.stderr)
+    assert found == status, f"{command}\n{printed.getvalue()}"
+    checker = doctest.OutputChecker()
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    if expected.strip():
+        assert checker.check_output(expected, printed.getvalue(), flags), printed.getvalue()
+
+
+def check_words(command: str, *, partly: bool = False) -> None:
+    """Parse a command without running it: it and its options exist, and it has all it needs.
+
+    ``partly`` allows arguments to be left out, as in a sentence.
+    """
+    _, *arguments = shlex.split(command, comments=True)
+    found: click.Command = cli.group
+    while isinstance(found, click.Group) and arguments:
+        context = click.Context(found)
+        if found.name == "sweep" and arguments[0] not in found.list_commands(context):
+            arguments.insert(0, "run")  # `sweep SCENE` is `sweep run SCENE`
+        name, *arguments = arguments
+        found = found.get_command(context, name) or pytest.fail(f"{command}: no such command")
+    try:
+        found.make_context(found.name, [word for word in arguments if word != "--help"])
+    except (click.MissingParameter, click.exceptions.NoArgsIsHelpError):
+        if not partly:
+            raise
+
+
+def is_long(text: str) -> bool:
+    return any(f"tt-precise {words}" in text for words in LONG) or any(
+        words in text for words in LONG_PYTHON
+    )
+
+
+def prose(text: str) -> str:
+    """What stands between the blocks."""
+    return FENCE.sub("", text)
+
+
+def run_all(text: str, *, long: bool) -> int:
+    """Run all blocks in the present folder; how many examples there were."""
+    if "file_format: mystnb" in text:
+        pytest.skip("a tutorial: the build of the site runs it (make docs)")
+    count = 0
+    names: dict[str, Any] = {}
+    waiting = False  # what follows a long example may need what it made
+    for block in blocks(text):
+        if block.language.startswith("{code-block}"):
+            file = CAPTION.match(block.text)
+            if file:
+                Path(file[1]).write_text(file[2], "utf-8")
+                count += 1
+        elif block.language == "python":
+            waiting = waiting or is_long(block.text)
+            if long or not waiting:
+                run_python(block.text, names)
+            else:
+                compile(block.text, "example", "exec")
+            count += 1
+        elif block.language == "console":
+            for command, expected in commands(block):
+                waiting = waiting or is_long(command)
+                if waiting and not long:
+                    check_words(command)
+                else:
+                    run_command(command, expected)
+                count += 1
+        elif block.language == "shell":
+            for line in block.text.replace("\\\n", " ").splitlines():
+                if line.startswith("tt-precise "):
+                    check_words(line)
+                    count += 1
+    for found in INLINE.finditer(prose(text)):
+        check_words(" ".join(found[1].split()), partly=True)
+        count += 1
+    return count
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def document_id(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=document_id)
+def test_the_examples_run(path: Path) -> None:
+    count = run_all(path.read_text("utf-8"), long=False)
+    if path == README:
+        assert count >= 5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", DOCUMENTS, ids=document_id)
+def test_the_long_examples_run_too(path: Path) -> None:
+    run_all(path.read_text("utf-8"), long=True)
+
+
+def test_make_targets_exist() -> None:
+    readme = README.read_text("utf-8")
+    targets = re.findall(r"^([a-z]+):", MAKEFILE.read_text("utf-8"), re.MULTILINE)
+    named = re.findall(r"\bmake ([a-z]+)\b", readme)
+    used = [name for name in named if f"make {name}" in readme and name not in ("each", "it")]
+    assert {"report", "test"} <= set(used) <= set(targets)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=document_id)
+def test_links_lead_somewhere(path: Path) -> None:
+    links = re.findall(r"\]\(([^)#]+)\)", prose(path.read_text("utf-8")))
+    inside = [link for link in links if "://" not in link]
+    if path == README:
+        assert len(inside) > 3
+    assert [link for link in inside if not (path.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize(
+    "spoiled",
+    [
+        "```python\nassert 1 + 1 == 3\n```\n",
+        "```python\nprint(3.14159)  # pi: 3.1417...\n```\n",
+        "```python\nimport tt_precise as tt\ntt.no_such_name\n```\n",
+        "```python\ndef test_mine(no_such_fixture):\n    pass\n```\n",
+        "```console\n$ tt-precise run nowhere\n```\n",
+        "```console\n$ tt-precise events\nno such event\n```\n",
+        "```console\n$ tt-precise report --no-such-option\n```\n",
+        "```console\n$ tt-precise golden burn\n```\n",
+        "```console\n$ rm -r /\n```\n",
+        "```console\n$ tt-precise events  # exit status 1\n```\n",
+        "```shell\ntt-precise run --no-such-option\n```\n",
+        "as `tt-precise runs` says\n",
+        "as `tt-precise check\n--limits 3` says\n",
+        "```{code-block} python\n:caption: one.py\n\n1/0\n```\n```console\n$ python one.py\n```\n",
+    ],
+)
+def test_a_wrong_example_is_found(spoiled: str) -> None:
+    with pytest.raises(
+        (AssertionError, AttributeError, click.ClickException, pytest.fail.Exception)
+    ):
+        run_all(spoiled, long=False)
+
+
+def test_a_right_example_passes() -> None:
+    right = (
+        "```console\n$ tt-precise events\ntheta_min  turning point: ...\n```\n"
+        "```python\nprint(3.14159)  # pi: 3.1415...\n```\n"
+        "```toml\nanything = 'else'\n```\n"
+        "as `tt-precise check --limit 3` and `tt-precise sweep plot` say\n"
+        "```console\n$ tt-precise run nowhere  # exit status 2\n```\n"
+    )
+    assert run_all(right, long=False) == 5
