@@ -1,4 +1,4 @@
-"""The files in examples/: the commands in them exist, and the annotations are those of a failure."""
+"""examples/: the commands in the files exist, and the annotations are those of a failure."""
 
 import json
 import re
@@ -37,9 +37,7 @@ def annotated(result: Path) -> list[str]:
 def test_an_annotation_for_each_check_that_failed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from dataclasses import replace
-
-    frame = integrate(replace(load_scene("reference"), until="0.1")).frame()
+    frame = integrate(load_scene("reference").varied(until="0.1")).frame()
     frame.to_csv(tmp_path / "right.csv", index=False)
     frame["Lx"] *= 1.01
     frame.to_csv(tmp_path / "wrong.csv", index=False)

@@ -8,5 +8,6 @@ with open(sys.argv[1], encoding="utf-8") as file:
 for check in result["checks"]:
     if check["verdict"] == "fail":
         when = "" if check["at"] is None else f" at t = {check['at']:.6g} s"
-        text = f"{check['value']} {when}, expected {check['sense']} {check['limit']}. {check['reason']}"
-        print(f"::error title={check['name']} of {result['trajectory']}::{' '.join(text.split())}")
+        said = f"{check['value']}{when}, expected {check['sense']} {check['limit']}"
+        title = f"{check['name']} of {result['trajectory']}"
+        print(f"::error title={title}::{said} {check['reason']}".strip())

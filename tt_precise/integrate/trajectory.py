@@ -231,10 +231,23 @@ class Trajectory:
 
     @cached_property
     def with_quadratures(self) -> Trajectory:
-        """The same run with phi, psi, x and y recorded; made now where they were not."""
+        """The same run with phi, psi, x and y recorded; made now where they were not.
+
+        Raises
+        ------
+        InputError
+            The axis is exactly vertical at the start or on the way.
+        """
         if set(RECORDABLE) <= set(self.setup.record):
             return self
-        return self.again(record=RECORDABLE, events=())
+        if not self.scene.start.theta.at_pole:
+            run = self.again(record=RECORDABLE, events=())
+            if run.status == self.status:
+                return run
+        raise InputError(
+            "pose: got an axis that is exactly vertical at some time, where phi and psi are "
+            "undefined; expected another scene"
+        )
 
     @cached_property
     def events(self) -> pandas.DataFrame:
