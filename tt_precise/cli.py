@@ -32,6 +32,7 @@ COMMANDS = {
     "bench": "Measure what calls and commands cost, beside the bars.",
     "extremes": "Numerical stability at the extremes, case by case.",
     "sweep": "Many starts at once.",
+    "engines": "Physics engines on a ladder of tests: the well-known ones, or your own.",
     "report": "The main job: the precision report.",
 }
 

@@ -1,0 +1,93 @@
+"""Order, floor and verdicts, from motions whose errors are known."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy
+import pytest
+
+from tt_precise.engines.ladder import VERDICTS, measured
+from tt_precise.engines.run import Run
+from tt_precise.engines.rungs import STEPS, Rung, States, rungs
+
+
+@pytest.fixture(scope="module")
+def flight() -> Rung:
+    return rungs()[0]
+
+
+def off(rung: Rung, error: float) -> Run:
+    """The reference with an angular velocity that is off by this share of the spin."""
+    truth = rung.truth
+    assert truth is not None
+    t = numpy.linspace(0, 1, len(truth.k))[:, None]
+    return Run("done", "", States(truth.k, truth.omega + error * rung.spin * t, truth.s_dot))
+
+
+def judged(rung: Rung, error: Any) -> Any:
+    return measured("mine", rung, STEPS, [off(rung, error(float(step))) for step in STEPS])
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_order_constant_and_no_floor(flight: Rung, order: int) -> None:
+    found = judged(flight, lambda h: 50 * h**order)
+    assert found.verdict == "converges"
+    assert found.order == pytest.approx(order, abs=1e-3)
+    # the three components of the angular velocity are off together
+    assert found.constant == pytest.approx(50 * 3**0.5, rel=1e-3)
+    assert found.floor < 1e-3 * found.errors[-1]
+    assert found.limit == pytest.approx(2 * found.errors[-1], rel=0.01)
+
+
+def test_a_floor_is_seen_below_the_step_error_of_the_coarse_runs(flight: Rung) -> None:
+    found = judged(flight, lambda h: 3e3 * h**2 + 1e-3)
+    assert found.verdict == "floor"
+    assert found.order == pytest.approx(2, abs=1e-3)
+    assert found.floor == pytest.approx(1e-3 * 3**0.5, rel=1e-2)
+
+
+def test_no_order_where_smaller_steps_do_not_help(flight: Rung) -> None:
+    assert judged(flight, lambda h: 1e-3 * (round(1 / h) % 3)).verdict == "no order"
+    assert judged(flight, lambda h: 1e-3).verdict == "no order"
+
+
+def test_rounding(flight: Rung) -> None:
+    assert judged(flight, lambda h: 1e-16).verdict == "rounding"
+
+
+def test_a_run_that_was_no_run_is_no_pass(flight: Rung) -> None:
+    good = off(flight, 1e-9)
+    for status, verdict in (("refused", "refused"), ("timeout", "failed"), ("diverged", "failed")):
+        found = measured("mine", flight, STEPS, [good, good, Run(status, "why")])
+        assert found.verdict == verdict
+        assert found.message.endswith("why")
+        assert not found.digits
+    assert {"rounding", "converges", "floor", "no order", "refused", "failed"} < set(VERDICTS)
+
+
+def test_every_rung_has_a_reference_that_conserves(flight: Rung) -> None:
+    for rung in rungs():
+        if rung.truth is None:
+            assert rung.name == "inversion"
+            continue
+        run = Run("done", "", rung.truth)
+        found = measured("truth", rung, STEPS, [run, run, run])
+        assert found.verdict == "rounding"
+        assert set(found.drift) == set(rung.conserved)
+        # rounding of some thousand steps; the angular momentum is made of k and omega
+        assert max(max(values) for values in found.drift.values()) < 1e-12, rung.name
+
+
+def test_flight_is_the_closed_form_of_the_example() -> None:
+    # the period of precession 2 pi I1/|L| comes back to the start's axis
+    rung = rungs()[0]
+    q = rung.start
+    L = numpy.linalg.norm(numpy.array(q.state.L, dtype=float))
+    period = 2 * numpy.pi * q.body.I1 / L
+    scene = rung.scene.varied(until=str(Fraction(period)), sample_every=str(Fraction(period)))
+    assert rung.reference is not None
+    there = rung.reference(scene)
+    assert there.k[-1] == pytest.approx(there.k[0], abs=1e-12)
+    assert there.omega[-1] == pytest.approx(there.omega[0], rel=1e-12, abs=1e-12 * rung.spin)

@@ -1,0 +1,219 @@
+"""The protocol: jobs, programs in two languages, and everything that can go wrong with them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy
+import pytest
+
+from tt_precise.cli import main
+from tt_precise.engines.job import SCHEMA, SCHEMA_FILE
+from tt_precise.engines.program import COLUMNS
+from tt_precise.engines.run import run
+from tt_precise.engines.rungs import Rung, rungs
+from tt_precise.errors import InputError
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+STEP = Fraction(1, 500)
+
+
+def rung(name: str) -> Rung:
+    (found,) = (one for one in rungs() if one.name == name)
+    return found
+
+
+@pytest.fixture(scope="module")
+def flight_job() -> dict[str, Any]:
+    return rung("flight").job(STEP)
+
+
+def program(tmp_path: Path, text: str) -> list[str]:
+    path = tmp_path / "engine.py"
+    path.write_text("import json, sys\njob = json.load(sys.stdin)\n" + text)
+    return [sys.executable, "-S", str(path)]
+
+
+def test_the_job_is_what_the_schema_says(flight_job: dict[str, Any]) -> None:
+    _valid(flight_job, json.loads(SCHEMA_FILE.read_text()))
+    assert flight_job["schema"] == SCHEMA
+    for one in rungs("viscous") + rungs("regularised"):
+        _valid(one.job(STEP), json.loads(SCHEMA_FILE.read_text()))
+    with pytest.raises(AssertionError):
+        _valid(flight_job | {"step": "0.001"}, json.loads(SCHEMA_FILE.read_text()))
+    with pytest.raises(AssertionError):
+        _valid(flight_job | {"more": 1}, json.loads(SCHEMA_FILE.read_text()))
+
+
+def _valid(value: Any, schema: dict[str, Any], root: dict[str, Any] | None = None) -> None:
+    """The part of JSON Schema that the job's uses."""
+    root = root or schema
+    if "$ref" in schema:
+        return _valid(value, root["$defs"][schema["$ref"].rpartition("/")[2]], root)
+    kinds: dict[str, Any] = {"object": dict, "array": list, "number": (int, float)}
+    if "type" in schema:
+        assert isinstance(value, kinds[schema["type"]]), value
+    assert "const" not in schema or value == schema["const"]
+    assert "enum" not in schema or value in schema["enum"]
+    assert value > schema["exclusiveMinimum"] if "exclusiveMinimum" in schema else True
+    assert value >= schema["minimum"] if "minimum" in schema else True
+    if schema.get("type") == "object":
+        assert set(schema["required"]) <= set(value) <= set(schema["properties"])
+        for name, one in value.items():
+            _valid(one, schema["properties"][name], root)
+    if schema.get("type") == "array":
+        assert schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value))
+        for one in value:
+            _valid(one, schema["items"], root)
+    return None
+
+
+def test_the_start_of_the_job_touches_the_table() -> None:
+    job = rung("gliding").job(STEP)
+    body, start = job["body"], job["start"]
+    w, x, y, z = start["quaternion_wxyz"]
+    k = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
+    centre = start["position"][2] + body["centre_offset"] * k[2]
+    assert centre == pytest.approx(body["radius"], rel=1e-14)
+    assert start["quaternion_xyzw"] == [x, y, z, w]
+    # the velocity of the contact point, nu_y along +Y
+    a = numpy.array([body["centre_offset"] * c for c in k]) - [0, 0, body["radius"]]
+    contact = numpy.array(start["velocity"]) + numpy.cross(start["angular_velocity"], a)
+    assert contact == pytest.approx([0, 0.92, 0], abs=1e-14)
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("no C compiler on this machine")
+    made = tmp_path_factory.mktemp("c") / "engine"
+    words = [compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-O1"]
+    subprocess.run([*words, "-o", str(made), str(EXAMPLES / "engine.c"), "-lm"], check=True)
+    return [str(made)]
+
+
+@pytest.mark.parametrize("name", ["flight", "ice", "gliding"])
+def test_the_examples_agree_and_are_near_the_reference(name: str, compiled: list[str]) -> None:
+    one = rung(name)
+    job = one.job(STEP)
+    job["sample_times"] = job["sample_times"][:11]
+    in_c, in_python = (
+        run(command, job) for command in (compiled, [sys.executable, str(EXAMPLES / "engine.py")])
+    )
+    assert (in_c.status, in_python.status) == ("done", "done"), in_c.message + in_python.message
+    assert in_c.states is not None
+    assert in_python.states is not None
+    assert one.truth is not None
+    for part in ("k", "omega", "s_dot"):
+        mine = getattr(in_c.states, part)
+        # the same formulas in another order of additions
+        assert mine == pytest.approx(getattr(in_python.states, part), rel=1e-10, abs=1e-10)
+        truth = getattr(one.truth, part)[:11]
+        # 50 steps of Runge and Kutta at 0.3 rad a step
+        assert abs(mine - truth).max() < 1e-3 * one.spin
+
+
+def test_a_law_that_a_program_does_not_have_is_refused(compiled: list[str]) -> None:
+    job = rung("gliding").job(STEP) | {"friction": {"law": "regularised", "mu": 1, "epsilon": 1}}
+    found = run(compiled, job)
+    assert (found.status, found.message) == ("refused", "no such friction here")
+
+
+ROWS = "print(','.join({columns!r}))\nfor t in job['sample_times']: print({row})"
+GOOD = "','.join(map(str, [t, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0]))"
+
+
+@pytest.mark.parametrize(
+    ("text", "status", "message"),
+    [
+        ("sys.exit('no licence')", "failed", "exit status 1: no licence"),
+        ("sys.exit(7)", "failed", "exit status 7: nothing on standard error"),
+        ("pass", "unreadable", "got nothing on standard output"),
+        ("print('t,qw\\n0,1')", "unreadable", "missing columns qx"),
+        ("print('\"')", "unreadable", "not CSV"),
+        (ROWS.format(columns=COLUMNS, row=GOOD.replace("[t,", "[t + 1,")), "unreadable", "row 1"),
+        (ROWS.format(columns=COLUMNS, row=GOOD.replace(", 1, 0,", ", 3, 0,")), "unreadable", "3, "),
+        (ROWS.format(columns=COLUMNS, row=GOOD).replace("'sample_times']", "'sample_times'][:3]"),
+         "unreadable", "got 3 rows, expected 51"),
+        (ROWS.format(columns=COLUMNS, row=GOOD.replace("0, 1, 0", "0, 'nan' if t > 0.2 else 1, 0")),
+         "diverged", "no numbers from t = 0.21 s on"),
+        ("import time; time.sleep(60)", "timeout", "still running after 0.5 s"),
+    ],
+)  # fmt: skip
+def test_what_a_program_does_wrong_is_said_in_one_line(
+    text: str, status: str, message: str, flight_job: dict[str, Any], tmp_path: Path
+) -> None:
+    limit = 0.5 if status == "timeout" else 30.0
+    found = run(program(tmp_path, text), flight_job, limit)
+    assert found.status == status
+    assert message in found.message
+    assert "\n" not in found.message
+
+
+def test_comments_and_further_columns_are_passed_over(
+    flight_job: dict[str, Any], tmp_path: Path
+) -> None:
+    text = "print('# my engine 1.0')\n" + ROWS.format(columns=(*COLUMNS, "extra"), row=GOOD)
+    found = run(program(tmp_path, text.replace("0, 0, 0]))", "0, 0, 0, 5]))")), flight_job)
+    assert found.status == "done"
+    assert found.states is not None
+    assert found.states.k[-1].tolist() == [0, 0, 1]
+
+
+def test_no_such_program(flight_job: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=r"engines: got '\./nowhere', which cannot be started"):
+        run(["./nowhere"], flight_job)
+
+
+def test_the_command_prints_job_and_schema(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["engines", "--job", "ice", "--step", "1/1000"]) == 0
+    job = json.loads(capsys.readouterr().out)
+    assert (job["step"], job["friction"]["law"]) == (0.001, "none")
+    assert main(["engines", "--schema"]) == 0
+    assert json.loads(capsys.readouterr().out)["$id"] == SCHEMA
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--engine", "Havok"], "engine: got 'Havok', expected one of: MuJoCo"),
+        (["--rung", "loop"], "rung: got 'loop', expected one of: flight"),
+        (["--step", "0.003"], "step: got 0.003, expected a whole fraction"),
+        (["--run", "./x", "--engine", "DART"], "run: expected one program"),
+        (["--run", "./nowhere"], "which cannot be started"),
+    ],
+)
+def test_the_command_refuses_in_one_line(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["engines", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+
+
+def test_a_healthy_program_passes_and_a_spoiled_one_does_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], compiled: list[str]
+) -> None:
+    out = tmp_path / "mine.json"
+    arguments = ["engines", "--rung", "flight", "--workers", "1"]
+    assert main([*arguments, "--run", compiled[0], "--out", str(out)]) == 0
+    (row,) = json.loads(out.read_text())["rows"]
+    assert row["verdict"] == "converges"
+    assert row["order"] == pytest.approx(4, abs=0.1)
+    # the sign of the gyroscopic term
+    text = (EXAMPLES / "engine.c").read_text()
+    spoiled = tmp_path / "engine.c"
+    spoiled.write_text(text.replace("torque[i] - (I3 - I1)", "torque[i] + (I3 - I1)"))
+    wrong = tmp_path / "wrong"
+    subprocess.run(["cc", "-O1", "-o", str(wrong), str(spoiled), "-lm"], check=True)
+    capsys.readouterr()
+    assert main([*arguments, "--run", str(wrong)]) == 1
+    assert "floor" in capsys.readouterr().out

@@ -1,0 +1,130 @@
+"""``tt-precise engines``: physics engines on a ladder of tests."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import click
+
+from tt_precise.errors import InputError
+
+GOOD = ("rounding", "converges", "measured")
+
+
+@click.command("engines")
+@click.option("--run", "program", help="A program of the engine protocol, arguments and all.")
+@click.option(
+    "--law", default="coulomb", show_default=True,
+    type=click.Choice(["coulomb", "viscous", "regularised"]),
+    help="Friction of the program: the law that it is held against.",
+)  # fmt: skip
+@click.option("--engine", "names", multiple=True, help="One of the engines; may be repeated.")
+@click.option("--rung", "wanted", multiple=True, help="One of the tests; may be repeated.")
+@click.option(
+    "--step", default="0.001", show_default=True,
+    help="Largest step in s; a half and a quarter of it follow.",
+)  # fmt: skip
+@click.option(
+    "--time-limit", default=60.0, show_default=True, type=click.FloatRange(min=0, min_open=True),
+    help="Seconds for one motion.",
+)  # fmt: skip
+@click.option("--workers", type=click.IntRange(min=1), help="Programs at once; one a core.")
+@click.option("--out", type=click.Path(path_type=Path), help="Where to write the scoreboard.")
+@click.option("--schema", is_flag=True, help="Print the JSON Schema of a job.")
+@click.option("--job", "job_of", metavar="RUNG", help="Print the job of a test at --step.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def command(
+    program: str | None,
+    law: str,
+    names: tuple[str, ...],
+    wanted: tuple[str, ...],
+    step: str,
+    time_limit: float,
+    workers: int | None,
+    out: Path | None,
+    schema: bool,
+    job_of: str | None,
+    as_json: bool,
+) -> int:
+    """Measure order and floor of physics engines against references, test by test.
+
+    Without --run: all the engines that are installed (extra "engines", and npm packages). With
+    --run: your own, in any language, by the protocol that is printed with --schema and described
+    in tt_precise/engines/PROTOCOL.md; exit status 1 if a test failed, did not converge, or
+    converges to another motion than the reference.
+    """
+    from tt_precise.engines import scoreboard
+    from tt_precise.engines.catalogue import ENGINES
+    from tt_precise.engines.job import SCHEMA_FILE, as_text
+    from tt_precise.engines.ladder import climb
+    from tt_precise.engines.rungs import rungs
+    from tt_precise.files import atomic_write
+    from tt_precise.numerals import exact
+    from tt_precise.progress import progress_bar
+    from tt_precise.workers import cores
+
+    if schema:
+        click.echo(SCHEMA_FILE.read_text("utf-8"), nl=False)
+        return 0
+    largest = exact(step, "step")
+    if not 0 < largest <= Fraction(1, 100) or (Fraction(1, 100) / largest).denominator != 1:
+        raise InputError(
+            f"step: got {step}, expected a whole fraction of the sampling interval of 0.01 s"
+        )
+    steps = (largest, largest / 2, largest / 4)
+    ladder = rungs(law)
+    known = [rung.name for rung in ladder]
+    for name in (*wanted, *([job_of] if job_of else [])):
+        if name not in known:
+            raise InputError(f"rung: got {name!r}, expected one of: {', '.join(known)}")
+    if job_of:
+        (rung,) = (rung for rung in ladder if rung.name == job_of)
+        click.echo(as_text(rung.job(largest)), nl=False)
+        return 0
+    at_once = workers or cores()
+    if program:
+        words = shlex.split(program)
+        if not words or names:
+            raise InputError("run: expected one program, and no --engine beside it")
+        chosen = [rung for rung in ladder if not wanted or rung.name in wanted]
+        with progress_bar("tests of the ladder") as progress:
+            results = list(
+                climb(
+                    Path(words[0]).name, words, chosen, steps, time_limit=time_limit,
+                    workers=at_once, progress=progress,
+                )
+            )  # fmt: skip
+        content = scoreboard.as_dict((), ladder, steps, results)
+        if out:
+            atomic_write(out, json.dumps(content, indent=1) + "\n")
+        _show(content, as_json)
+        looked_at = [result for result in results if result.verdict != "refused"]
+        return 0 if looked_at and all(one.verdict in GOOD for one in looked_at) else 1
+    by_name = {engine.name.lower(): engine for engine in ENGINES}
+    for name in names:
+        if name.lower() not in by_name:
+            expected = ", ".join(engine.name for engine in ENGINES)
+            raise InputError(f"engine: got {name!r}, expected one of: {expected}")
+    engines = [by_name[name.lower()] for name in names] or list(ENGINES)
+    with progress_bar("engines") as progress:
+        content = scoreboard.measure(
+            engines, steps, chosen=lambda rung: not wanted or rung.name in wanted,
+            time_limit=time_limit, workers=at_once,
+            note=lambda text: click.echo(text, err=True), progress=progress,
+        )  # fmt: skip
+    if not content["rows"]:
+        raise InputError("engines: none is installed, so nothing was measured; see above")
+    if out:
+        atomic_write(out, json.dumps(content, indent=1) + "\n")
+    _show(content, as_json)
+    return 0
+
+
+def _show(content: dict[str, Any], as_json: bool) -> None:
+    from tt_precise.engines.scoreboard import line
+
+    click.echo(json.dumps(content) if as_json else "\n".join(map(line, content["rows"])))

@@ -1,0 +1,1 @@
+"""Adapters: one engine a file, each a program of the engine protocol."""

@@ -1,0 +1,209 @@
+"""The ladder: order and floor of an engine on every rung, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy
+
+from tt_precise.engines.run import TIME_LIMIT_S, Run, run
+from tt_precise.engines.rungs import STEPS, Rung, States
+from tt_precise.mechanics import quantities
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.progress import Progress, silent
+
+LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together
+HIGHEST_ORDER = 4.0  # of the methods that engines have; more is seen where a coarse run blew up
+EPS = 2.0**-52
+VERDICTS = {
+    "rounding": "differs from the reference by rounding alone",
+    "converges": "converges to the reference",
+    "floor": "converges, but to another motion: an error of its model remains",
+    "no order": "a smaller step does not bring it closer to itself",
+    "measured": "there is no reference for it",
+    "refused": "the engine cannot express it",
+    "failed": "it did not get to the end",
+}
+
+
+@dataclass(frozen=True)
+class Result:
+    """An engine on a rung. Differences are ``States.distance``: 1 is the size of the motion.
+
+    ``errors`` from the reference, at the end ``digits`` of it, and ``drift`` of what is conserved
+    (relative, largest), one entry a step size. ``order``, ``constant`` (with the step in s) and
+    ``floor`` describe the error as constant step^order + floor; ``resolved`` bounds the step error
+    that is left at the smallest step; ``limit`` is twice the error that they give there.
+    ``equator`` is when the axis was first horizontal, s. ``digits_over_time``: smallest step, at
+    ten times.
+    """
+
+    engine: str
+    rung: str
+    verdict: str
+    message: str = ""
+    steps: tuple[float, ...] = ()
+    errors: tuple[float, ...] = ()
+    digits: tuple[float, ...] = ()
+    digits_over_time: tuple[float, ...] = ()
+    drift: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    order: float | None = None
+    constant: float | None = None
+    floor: float | None = None
+    resolved: float | None = None
+    limit: float | None = None
+    equator: tuple[float | None, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON, numbers to four digits."""
+        return {name: _rounded(value) for name, value in asdict(self).items()}
+
+
+def climb(
+    engine: str,
+    command: Sequence[str],
+    rungs: Sequence[Rung],
+    steps: Sequence[Fraction] = STEPS,
+    *,
+    time_limit: float = TIME_LIMIT_S,
+    workers: int = 1,
+    progress: Progress = silent,
+) -> Iterator[Result]:
+    """Run the program on every rung at every step, and say what it did.
+
+    Raises
+    ------
+    InputError
+        The program cannot be started.
+    """
+    with ThreadPoolExecutor(workers) as pool:
+        asked = [
+            [pool.submit(run, command, rung.job(step), time_limit) for step in steps]
+            for rung in rungs
+        ]
+        for done, (rung, futures) in enumerate(zip(rungs, asked, strict=True)):
+            yield measured(engine, rung, steps, [future.result() for future in futures])
+            progress((done + 1) / len(rungs))
+
+
+def measured(engine: str, rung: Rung, steps: Sequence[Fraction], runs: Sequence[Run]) -> Result:
+    """What three runs at halved steps say about an engine on a rung."""
+    for step, one in zip(steps, runs, strict=True):
+        if one.status != "done":
+            verdict = "refused" if one.status == "refused" else "failed"
+            where = "" if verdict == "refused" else f"step {float(step):g} s: {one.status}: "
+            return Result(engine, rung.name, verdict, f"{where}{one.message}")
+    states = [one.states for one in runs if one.states is not None]
+    known: dict[str, Any] = {
+        "steps": tuple(map(float, steps)),
+        "drift": {
+            name: tuple(DRIFTS[name](rung, one) for one in states) for name in rung.conserved
+        },
+        "equator": tuple(_equator(rung, one) for one in states),
+    }
+    order, resolved = _order(states, rung)
+    known |= {"order": order, "resolved": resolved}
+    if rung.truth is None:
+        return Result(engine, rung.name, "measured", **known)
+    errors = tuple(_difference(one, rung.truth, rung) for one in states)
+    course = states[-1].distance(rung.truth, rung.spin, float(rung.start.body.R))
+    known |= {
+        "errors": errors,
+        "digits": tuple(_digits(error) for error in errors),
+        "digits_over_time": tuple(_digits(float(e)) for e in course[:: max(len(course) // 10, 1)]),
+    }
+    # one rounding a step, of a few numbers of the size of the motion
+    if max(errors) <= 16 * EPS * float(rung.scene.until / steps[-1]):
+        return Result(engine, rung.name, "rounding", limit=2 * max(errors), **known)
+    if order is None or order < LEAST_ORDER:
+        return Result(engine, rung.name, "no order", floor=min(errors), **known)
+    assert resolved is not None
+    of_method = min(order, HIGHEST_ORDER)
+    extrapolated = _extrapolated(states, of_method)
+    floor = _difference(extrapolated, rung.truth, rung)
+    left = _difference(states[-2], states[-1], rung) / (2**of_method - 1)
+    return Result(
+        engine, rung.name, "converges" if floor <= resolved else "floor",
+        constant=left / float(steps[-1]) ** of_method, floor=floor, limit=2 * (left + floor),
+        **known,
+    )  # fmt: skip
+
+
+def _difference(one: States, other: States, rung: Rung) -> float:
+    return float(one.distance(other, rung.spin, float(rung.start.body.R)).max())
+
+
+def _order(states: Sequence[States], rung: Rung) -> tuple[float | None, float | None]:
+    """Observed order, and a bound on what the smallest step is away from the engine's own limit.
+
+    The bound takes no order above 1 for granted: a coarse run outside the asymptotic range makes
+    the observed one too large.
+    """
+    coarse, fine = (
+        _difference(one, other, rung)
+        for one, other in ((states[-3], states[-2]), (states[-2], states[-1]))
+    )
+    if not coarse or not fine:
+        return None, None
+    order = float(numpy.log2(coarse / fine))
+    return order, fine / (2 ** min(order, 1.0) - 1) if order >= LEAST_ORDER else None
+
+
+def _extrapolated(states: Sequence[States], order: float) -> States:
+    weight = 1 / (2**order - 1)
+    before, last = states[-2], states[-1]
+    return States(
+        *(
+            getattr(last, name) + weight * (getattr(last, name) - getattr(before, name))
+            for name in ("k", "omega", "s_dot")
+        )
+    )
+
+
+def _digits(error: float) -> float:
+    return float(-numpy.log10(max(error, EPS)))
+
+
+def _equator(rung: Rung, states: States) -> float | None:
+    below = numpy.flatnonzero(numpy.sign(states.k[:, 2]) != numpy.sign(states.k[0, 2]))
+    return float(rung.scene.sample_times[int(below[0])]) if len(below) else None
+
+
+def _momentum(rung: Rung, states: States) -> Any:
+    body = rung.start.body
+    along = (states.omega * states.k).sum(axis=1, keepdims=True)
+    return body.I1 * states.omega + (body.I3 - body.I1) * along * states.k
+
+
+def _motion(rung: Rung, states: States) -> Motion:
+    L = _momentum(rung, states)
+    vectors = NewtonState(*(*states.k.T, *L.T, 0.0, 0.0))
+    return Motion(rung.start.body, vectors, numpy, s_dot=tuple(states.s_dot.T))
+
+
+def _relative(values: Any) -> float:
+    return float((abs(values - values[0]) / abs(values[0])).max())
+
+
+DRIFTS: dict[str, Callable[[Rung, States], float]] = {
+    "jellett": lambda rung, states: _relative(quantities.jellett(_motion(rung, states))),
+    "energy": lambda rung, states: _relative(quantities.E(_motion(rung, states))),
+    "rotational_energy": lambda rung, states: _relative(quantities.E_rot(_motion(rung, states))),
+    "angular_momentum": lambda rung, states: float(
+        numpy.linalg.norm(_momentum(rung, states) - _momentum(rung, states)[0], axis=1).max()
+        / numpy.linalg.norm(_momentum(rung, states)[0])
+    ),
+}
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.4g}")
+    if isinstance(value, dict):
+        return {name: _rounded(one) for name, one in value.items()}
+    return [_rounded(one) for one in value] if isinstance(value, tuple) else value

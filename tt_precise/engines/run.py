@@ -1,0 +1,101 @@
+"""Run a program of the engine protocol once, and read what it wrote."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy
+
+from tt_precise.engines.job import as_text
+from tt_precise.engines.program import COLUMNS, REFUSED
+from tt_precise.engines.rungs import States
+from tt_precise.errors import InputError
+
+TIME_LIMIT_S = 60.0
+TIME_SLACK = 1e-9  # s
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a program did on one job.
+
+    ``status``: "done"; "refused" (exit status 3); "failed", "timeout" or "unreadable", with
+    ``message`` in one line; "diverged": numbers that are no numbers, or out of all proportion.
+    """
+
+    status: str
+    message: str = ""
+    states: States | None = None
+
+
+def run(command: Sequence[str], job: dict[str, Any], time_limit: float = TIME_LIMIT_S) -> Run:
+    """Give ``job`` to the program, wait at most ``time_limit`` seconds, and read its rows.
+
+    Raises
+    ------
+    InputError
+        There is no such program, or it cannot be started.
+    """
+    try:
+        done = subprocess.run(
+            list(command), input=as_text(job), capture_output=True, text=True, timeout=time_limit,
+            errors="replace", check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return Run("timeout", f"still running after {time_limit:g} s")
+    except OSError as error:
+        raise InputError(
+            f"engines: got {command[0]!r}, which cannot be started ({error.strerror}); expected a "
+            "program of the engine protocol"
+        ) from None
+    last = _last_line(done.stderr)
+    if done.returncode == REFUSED:
+        return Run("refused", last)
+    if done.returncode:
+        return Run("failed", f"exit status {done.returncode}: {last}")
+    try:
+        return _read(done.stdout, job)
+    except ValueError as error:
+        return Run("unreadable", str(error))
+
+
+def _read(text: str, job: dict[str, Any]) -> Run:
+    import pandas
+
+    try:
+        frame = pandas.read_csv(io.StringIO(text), comment="#", skipinitialspace=True)
+    except pandas.errors.ParserError as error:
+        raise ValueError(f"not CSV: {_last_line(str(error))}") from None
+    except pandas.errors.EmptyDataError:
+        raise ValueError("got nothing on standard output, expected CSV") from None
+    missing = [name for name in COLUMNS if name not in frame.columns]
+    if missing:
+        raise ValueError(f"missing columns {', '.join(missing)}, expected {','.join(COLUMNS)}")
+    times = numpy.array(job["sample_times"])
+    if len(frame) != len(times):
+        raise ValueError(f"got {len(frame)} rows, expected {len(times)}: one a sample time")
+    table = frame[list(COLUMNS)].apply(pandas.to_numeric, errors="coerce").to_numpy(dtype=float)
+    off = numpy.flatnonzero(~(abs(table[:, 0] - times) <= TIME_SLACK))
+    if len(off):
+        row = int(off[0])
+        raise ValueError(f"row {row + 1}: got t = {table[row, 0]!r}, expected {times[row]!r}")
+    finite = numpy.isfinite(table).all(axis=1)
+    if not finite.all():
+        return Run("diverged", f"no numbers from t = {times[int(numpy.argmin(finite))]:g} s on")
+    size = numpy.linalg.norm(table[:, 1:5], axis=1)
+    if abs(size - 1).max() > 0.1:
+        raise ValueError(f"quaternion of length {size[abs(size - 1).argmax()]:.3g}, expected 1")
+    qw, qx, qy, qz = (table[:, 1:5] / size[:, None]).T
+    k = numpy.stack(
+        (2 * (qx * qz + qw * qy), 2 * (qy * qz - qw * qx), 1 - 2 * (qx**2 + qy**2)), axis=1
+    )
+    return Run("done", "", States(k, table[:, 5:8], table[:, 8:11]))
+
+
+def _last_line(text: str) -> str:
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return lines[-1][:200] if lines else "nothing on standard error"
