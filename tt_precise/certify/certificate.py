@@ -26,6 +26,7 @@ from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import is_near_zero, scale_of
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.runs import DIGITS
+from tt_precise.golden.seal import record_proof
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.progress import Progress, silent
@@ -99,11 +100,12 @@ def certify(
         if certificate.settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
             break
         bits += MORE_BITS
-    place = (folder or store.home()) / scene
-    with locked(folder or store.home(), store.WORK):
+    place = stored.folder / stored.name
+    with locked(stored.folder, store.WORK):
         # in between, a reader finds the new enclosure beside the old proof, and says so
         atomic_write(place / proofs.ENCLOSURE, certificate.enclosure.csv())
         atomic_write(place / proofs.PROOF, proofs.text(certificate.content))
+        record_proof(place)
     return certificate
 
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from tt_precise.errors import InputError
 
 if TYPE_CHECKING:
+    import os
+
     from tt_precise.check.result import Result
 
 
@@ -21,6 +23,7 @@ def assert_conserves(
     fresh: bool = False,
     friction: str = "scene",
     columns: Mapping[str, str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
     **demanded: float,
 ) -> Result:
     """Assert that no check fails; arguments are those of ``conservation``.
@@ -47,6 +50,7 @@ def assert_conserves(
         fresh=fresh,
         friction=friction,
         columns=columns,
+        folder=folder,
     )
     told = [finding.sentence() for finding in result.failures]
     told += [
@@ -67,6 +71,7 @@ def assert_matches_golden(
     until: float | None = None,
     fresh: bool = False,
     columns: Mapping[str, str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
 ) -> Result:
     """Assert that every column has ``digits`` correct digits at the golden times.
 
@@ -86,7 +91,13 @@ def assert_matches_golden(
     if digits is None:
         raise InputError("digits: got None, expected the number of correct digits wanted")
     result = conservation(
-        trajectory, scene, until=until, digits=digits, fresh=fresh, columns=columns
+        trajectory,
+        scene,
+        until=until,
+        digits=digits,
+        fresh=fresh,
+        columns=columns,
+        folder=folder,
     )
     golden = result["golden"]
     if golden.verdict != "pass":

@@ -9,7 +9,6 @@ computed at their own times.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import partial
@@ -27,6 +26,8 @@ from tt_precise.golden import store
 from tt_precise.golden.distance import as_decimal
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import RESOLVED, Measured, TrueRows
+from tt_precise.golden.places import MANIFEST, Folder, Located, locate
+from tt_precise.golden.seal import require_whole
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.numerals import exact
@@ -44,9 +45,16 @@ class GoldenDistance:
     ``asked`` are the digits wanted, or None to report only.
     """
 
-    def __init__(self, setup: CheckSetup, present: Sequence[str], asked: float | None, fresh: bool):
+    def __init__(
+        self,
+        setup: CheckSetup,
+        present: Sequence[str],
+        asked: float | None,
+        fresh: bool,
+        folder: Folder = None,
+    ):
         self._setup, self._asked, self._fresh = setup, asked, fresh
-        self._true, self._absent = _golden_rows(setup)
+        self._true, self._absent = _golden_rows(setup, folder)
         known = [*NewtonState._fields, *EulerState._fields]
         still = {"vx", "vy", "nu_x", "nu_y"} if setup.rolling else set()
         self._written = [name for name in present if name in known and name not in still]
@@ -174,14 +182,37 @@ class GoldenDistance:
         )
 
 
-def _golden_rows(setup: CheckSetup) -> tuple[TrueRows | None, str]:
+def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, str]:
     name = setup.scene.name
-    if name not in store.scenes():
-        return None, f"no golden data of a scene {name}"
-    stored = store.read(name)
+    try:
+        place = locate(name, folder)
+    except InputError:
+        place = None
+    if place is None or not (place.path / MANIFEST).is_file():
+        where = "" if folder is None else f" in {folder}"
+        return None, f"no golden data of a scene {name}{where}"
+    stored = store.read(name, place.folder)
+    require_whole(stored)
+    true = _true_rows(place, store.stamp(place.path / store.TRAJECTORY), stored)
     scene = stored.scene
     if (scene.model, scene.body, scene.start) != (
         setup.scene.model, setup.scene.body, setup.scene.start,
     ):  # fmt: skip
         return None, f"the golden data of {name} are of another body or start"
-    return TrueRows(replace(scene, record=()), stored.trajectory), ""
+    return true, ""
+
+
+_KNOWN: dict[tuple[Located, store.Stamp], TrueRows] = {}
+MOST_KNOWN = 32
+
+
+def _true_rows(place: Located, stamp: store.Stamp | None, stored: store.Stored) -> TrueRows:
+    """The rows of golden data, made once while their file stays the same."""
+    if stamp is None:
+        return TrueRows(stored.scene, stored.trajectory)
+    key = (Located(place.name, place.folder.resolve()), stamp)
+    if key not in _KNOWN:
+        while len(_KNOWN) >= MOST_KNOWN:
+            _KNOWN.pop(next(iter(_KNOWN)))
+        _KNOWN[key] = TrueRows(stored.scene, stored.trajectory)
+    return _KNOWN[key]

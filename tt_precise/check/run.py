@@ -6,6 +6,7 @@ import math
 import operator
 from collections.abc import Mapping
 from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.unit_guard import refuse_other_units
 from tt_precise.check.worst import RunningWorst
 from tt_precise.errors import InputError
+from tt_precise.golden.places import Folder
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
 
@@ -41,6 +43,7 @@ def conservation(
     fresh: bool = False,
     friction: str = "scene",
     columns: Mapping[str, str] | None = None,
+    folder: Folder = None,
     progress: Progress = silent,
 ) -> Result:
     """RowCheck what a trajectory must conserve.
@@ -67,6 +70,8 @@ def conservation(
         every friction law is checked.
     columns
         Renames: their name to ours.
+    folder
+        Where golden data lie; by default in the package, those of one's own in ``golden``.
 
     Raises
     ------
@@ -76,25 +81,39 @@ def conservation(
     wanted = chosen_limits(limits or {})
     # what overflows or is undefined becomes a value that fails, not a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
-        return _checked(table, load_scene(scene), wanted, until, digits, fresh, friction, progress)
+        request = Request(wanted, until, digits, fresh, friction, folder)
+        return _checked(table, load_scene(scene), request, progress)
 
 
-def _checked(
-    table: RowSource,
-    scene: Scene,
-    limits: Mapping[str, float],
-    until: float | None,
-    digits: float | None,
-    fresh: bool,
-    friction: str,
-    progress: Progress,
-) -> Result:
-    setup = _setup(table, scene, friction)
-    cutoff = math.inf if until is None else finite("until", until)
-    if digits is not None and finite("digits", digits) <= 0:
-        raise InputError(f"digits: got {digits!r}, expected a number above 0")
-    if digits is not None and not setup.own_force:
-        raise InputError("digits: golden data obey the scene's friction; expected friction scene")
+@dataclass(frozen=True)
+class Request:
+    """What is asked of a trajectory; see ``conservation``."""
+
+    limits: Mapping[str, float]
+    until: float | None
+    digits: float | None
+    fresh: bool
+    friction: str
+    folder: Folder
+
+    def __post_init__(self) -> None:
+        if self.until is not None:
+            finite("until", self.until)
+        if self.digits is not None and finite("digits", self.digits) <= 0:
+            raise InputError(f"digits: got {self.digits!r}, expected a number above 0")
+        if self.digits is not None and self.friction != "scene":
+            raise InputError(
+                "digits: golden data obey the scene's friction; expected friction scene"
+            )
+
+    @property
+    def cutoff(self) -> float:
+        """The time (s) after which rows do not count."""
+        return math.inf if self.until is None else float(self.until)
+
+
+def _checked(table: RowSource, scene: Scene, request: Request, progress: Progress) -> Result:
+    setup, cutoff = _setup(table, scene, request.friction), request.cutoff
     names = ("t", *(name for name in setup.columns.names if name in table.names))
     also = [name for name in known_columns(table.names) if name not in names]
     finiteness, distance = Finiteness(also), None
@@ -105,10 +124,15 @@ def _checked(
         read = setup.samples(block)
         if first is None:
             _refuse(setup, read, block, table)
-            running, first = [_Running(check, setup, read, limits) for check in CHECKS], read
+            running, first = (
+                [_Running(check, setup, read, request.limits) for check in CHECKS],
+                read,
+            )
             if setup.own_force:
                 # golden data are read once the rows have turned out to be some
-                distance = GoldenDistance(setup, table.names, digits, fresh)
+                distance = GoldenDistance(
+                    setup, table.names, request.digits, request.fresh, request.folder
+                )
         joined = read if samples is None else samples.continued(read)
         for check in running:
             check.look(joined)

@@ -33,6 +33,11 @@ FAILED = 1
     show_default=True,
     help="other: the contact force is not the scene's (Coulomb, elastic).",
 )
+@click.option(
+    "--folder",
+    type=click.Path(file_okay=False),
+    help="Where golden data lie; by default in the package, one's own in ./golden.",
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 @click.option("--junit", type=click.Path(dir_okay=False), help="Write JUnit XML.")
 @click.option("--markdown", type=click.Path(dir_okay=False), help="Write a Markdown table.")
@@ -46,6 +51,7 @@ def command(
     digits: float | None,
     fresh: bool,
     friction: str,
+    folder: str | None,
     as_json: bool,
     junit: str | None,
     markdown: str | None,
@@ -74,6 +80,7 @@ def command(
             fresh=fresh,
             friction=friction,
             columns=renaming(columns),
+            folder=folder,
             progress=progress,
         )
     _write(result, junit, markdown, plot)

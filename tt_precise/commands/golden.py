@@ -21,7 +21,7 @@ CHECK_FAILED = 1
 FOLDER = click.option(
     "--folder",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Where golden data lie, instead of those of the package.",
+    help="Where golden data lie; by default in the package, one's own in ./golden.",
 )
 WORKERS = options.workers("one for each core")
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
@@ -47,8 +47,9 @@ def build_command(
 ) -> int:
     """Make golden data for SCENES (shipped names or TOML files), by default all that ship.
 
-    An interrupted build goes on where it was. Exit status 1 if digits would change without a
-    reason, or if the computations contradict each other.
+    They go to ./golden, or for shipped scenes in a checkout to its reference_data. An interrupted
+    build goes on where it was. Exit status 1 if digits would change without a reason, or if the
+    computations contradict each other.
     """
     from tt_precise.golden import build
     from tt_precise.progress import progress_bar
@@ -63,6 +64,7 @@ def build_command(
         click.echo(json.dumps({"schema": SCHEMA.format("build"), "scenes": told}))
     else:
         say(line for one in built for line in _built_lines(one))
+        say(f"in {place}" for place in dict.fromkeys(one.folder for one in built if one.good))
         seconds = sum(one.seconds for one in built)
         click.echo(f"{seconds:.0f} s of CPU time, {time.monotonic() - began:.0f} s")
     return 0 if all(one.good for one in built) else CHECK_FAILED
@@ -76,7 +78,9 @@ def build_command(
 def verify_command(
     scenes: tuple[str, ...], folder: Path | None, workers: int | None, as_json: bool
 ) -> int:
-    """Judge golden data of SCENES, by default all: hashes, proofs and fresh computations.
+    """Verify golden data of SCENES, by default all: hashes, proofs and fresh computations.
+
+    A scene is a name, its TOML file, or the folder of its data.
 
     Exit status 1 if anything is wrong.
     """
@@ -98,10 +102,10 @@ def verify_command(
 @JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
     """List the scenes that have golden data, and shipped ones that lack them."""
-    from tt_precise.golden import proofs, scenes, store
+    from tt_precise.golden import places, proofs, store
     from tt_precise.scene import shipped
 
-    present = scenes(folder)
+    present = places.scenes(folder)
     told = []
     for name in present:
         manifest = store.read(name, folder).manifest

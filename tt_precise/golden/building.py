@@ -13,7 +13,9 @@ from tt_precise.golden import store
 from tt_precise.golden.closed_form import closed_form
 from tt_precise.golden.consensus import Consensus, reconcile
 from tt_precise.golden.invariants import constancies
+from tt_precise.golden.places import OWN, Folder, home, in_checkout, locate
 from tt_precise.golden.runs import LADDER, Run, Task, tasks
+from tt_precise.golden.seal import proof_hash
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import RunCache, perform_all
@@ -43,6 +45,7 @@ class Built:
     agreement: float | None = None
     bits: tuple[int, int] | None = None
     seconds: float = 0.0
+    folder: str = ""
 
     @property
     def good(self) -> bool:
@@ -53,7 +56,7 @@ class Built:
 def build(
     scenes: Iterable[str | Path | Scene] | None = None,
     *,
-    folder: Path | None = None,
+    folder: Folder = None,
     replace: str = "",
     workers: int | None = None,
     progress: Progress = silent,
@@ -61,25 +64,22 @@ def build(
 ) -> list[Built]:
     """Make golden data for ``scenes`` (by default all that ship), in parallel.
 
-    Each scene is computed at two working precisions in vector form and at one in Euler form, and
-    what all agree on is published. A scene's folder is replaced as a whole, so that an interrupted
-    build leaves it whole, old or new; the runs finished so far are kept in the user's cache, and
-    the next build goes on from there. A change of any published digit needs a reason, ``replace``,
-    which the manifest then tells.
+    They go into ``building_place``. Each scene is computed at two working precisions in vector
+    form and at one in Euler form, and what all agree on is published. A scene's folder is replaced
+    as a whole, so that an interrupted build leaves it whole, old or new; the runs finished so far
+    are cached, and the next build goes on from there. A change of any published digit needs a
+    reason, ``replace``, which the manifest then states.
 
     Raises
     ------
     InputError
         A scene cannot be used, or another build is at work in the same folder.
     """
-    place = folder or store.home()
-    wanted = {s.name: s for s in map(load_scene, shipped() if scenes is None else scenes)}
+    asked = list(shipped() if scenes is None else scenes)
+    place = building_place(asked, folder)
+    wanted = {s.name: s for s in map(load_scene, asked)}
     for name in wanted:
-        if not store.is_name(name):
-            raise InputError(
-                f"scene: got the file name {name[:60]!r}, expected letters, digits, - and _, "
-                "because a folder is called after it"
-            )
+        locate(name, place)
     built: dict[str, Built] = {}
     rungs = dict.fromkeys(wanted, 0)
     seconds = dict.fromkeys(wanted, 0.0)
@@ -102,10 +102,17 @@ def build(
                 )
             outcome, note, digits = _settle(scene, consensus, runs, place, replace)
         except ArithmeticError as error:
-            built[name] = Built(name, FAILED, str(error), seconds=seconds[name])
+            built[name] = Built(name, FAILED, str(error), seconds=seconds[name], folder=str(place))
             return []
         built[name] = Built(
-            name, outcome, note, digits, consensus.agreement, LADDER[rung], seconds[name]
+            name,
+            outcome,
+            note,
+            digits,
+            consensus.agreement,
+            LADDER[rung],
+            seconds[name],
+            str(place),
         )
         return []
 
@@ -120,6 +127,18 @@ def build(
         perform_all(pool, plans, finish, cache=cache, progress=progress)
     cache.forget()
     return [built[name] for name in wanted]
+
+
+def building_place(scenes: Sequence[str | Path | Scene], folder: Folder = None) -> Path:
+    """The folder that golden data of ``scenes`` are built into, unless ``folder`` says which.
+
+    That of the package for scenes that ship, in a checkout; else ``golden``.
+    """
+    if folder is not None:
+        return Path(folder)
+    names = set(shipped())
+    ours = all(isinstance(scene, str) and scene in names for scene in scenes)
+    return home() if ours and in_checkout() else OWN
 
 
 def first_difference(old: Table, new: Table) -> str:
@@ -148,6 +167,8 @@ def _settle(
         history.append({"reason": reason, "first_change": change})
     constant = constancies(scene, consensus.trajectory)
     told = manifests.compose(scene, consensus, runs, constant, history)
+    # a proof stays in the folder; whether it is one of the new digits, the proof itself says
+    told = manifests.with_proof(told, proof_hash(place / scene.name))
     files = {
         SCENE: scene.text,
         TRAJECTORY: consensus.trajectory.csv(),

@@ -17,7 +17,9 @@ from tt_precise.golden import store
 from tt_precise.golden.distance import RULE, as_decimal
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import TrueRows
+from tt_precise.golden.places import Folder
 from tt_precise.golden.runs import DIGITS
+from tt_precise.golden.seal import require_whole
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.plotting import new_figure, require_format, save, styled
 
@@ -84,7 +86,7 @@ class Comparison:
         save(self.figure(), path)
 
 
-def compare(frame: pandas.DataFrame, scene: str, *, folder: Path | None = None) -> Comparison:
+def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None) -> Comparison:
     """Compare a trajectory with the golden data of ``scene``.
 
     Parameters
@@ -95,9 +97,9 @@ def compare(frame: pandas.DataFrame, scene: str, *, folder: Path | None = None) 
         exactly, others in double with the nearest golden row, carried to their time by the
         equations of motion.
     scene
-        A name out of ``tt_precise.golden.scenes()``.
+        As in ``load``.
     folder
-        Where golden data lie; by default what came with the package.
+        Where golden data lie, as in ``load``.
 
     Raises
     ------
@@ -105,6 +107,7 @@ def compare(frame: pandas.DataFrame, scene: str, *, folder: Path | None = None) 
         There are no golden data for the scene, no common column, or no time within them.
     """
     stored = store.read(scene, folder)
+    require_whole(stored)
     golden = TrueRows(stored.scene, stored.trajectory)
     names = [name for name in golden.names if name in frame.columns]
     if "t" not in frame.columns or not names:
@@ -131,7 +134,7 @@ def compare(frame: pandas.DataFrame, scene: str, *, folder: Path | None = None) 
     fewest.add(found)
     over_time = pandas.DataFrame({"t": found.t, **found.digits()})[found.compared]
     return Comparison(
-        scene,
+        stored.name,
         pandas.Series(fewest.digits, dtype=float).reindex(names),
         over_time.reset_index(drop=True),
         len(frame) - len(over_time),

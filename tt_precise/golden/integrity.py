@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
@@ -13,15 +14,22 @@ from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.digits import PRINTED
 from tt_precise.golden.invariants import CONSTANT_TO, constancies
 from tt_precise.golden.manifest import SCHEMA, SELF_HASH, derive, scene_sha256, self_hash
+from tt_precise.golden.places import Folder
 from tt_precise.golden.runs import columns
+from tt_precise.golden.seal import missing_proof
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene
 
+_FORMS = {
+    "name": re.compile(r"\w+", re.ASCII),
+    "t": re.compile(rf"{PRINTED.pattern}|\d+(?:\.\d+)?", re.ASCII),
+    "direction": re.compile(r"[+-]?1|0", re.ASCII),
+}
 FEW = 3  # of many equal problems so many are told
 
 
-def inspect(name: str, folder: Path | None = None) -> tuple[Stored | None, list[str]]:
+def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, list[str]]:
     """Read the golden data of ``name``; what is wrong with the files, a line each.
 
     The data are None where they cannot be read at all.
@@ -49,15 +57,16 @@ def inspect(name: str, folder: Path | None = None) -> tuple[Stored | None, list[
             f"{MANIFEST}: edited after it was built, in a value that the data do not determine "
             "(title, source, rule, evidence, versions, history or row_marks)"
         )
-    return stored, problems + _problems_of_proof(stored, folder)
+    return stored, problems + _problems_of_proof(stored)
 
 
-def _problems_of_proof(stored: Stored, folder: Path | None) -> list[str]:
+def _problems_of_proof(stored: Stored) -> list[str]:
     try:
-        record = proofs.read(stored.name, folder)
+        record = proofs.read(stored.name, stored.folder)
     except InputError as error:
         return [str(error)]
-    return proofs.complaints(stored, record) if record else []
+    complaints = proofs.complaints(stored, record) if record else []
+    return complaints or missing_proof(stored)
 
 
 def _problems_of_manifest(stored: Stored) -> list[str]:
@@ -81,15 +90,15 @@ def _problems_of_table(
         yield f"{file}: columns are {','.join(table.columns)}, expected {','.join(names)}"
         return
     told = _told(stored, file)
-    if file == TRAJECTORY:
-        yield from _missing_times(scene, table, stored.manifest.get("status"))
     bad = [
         f"{file}, line {line}, {name}: got {cell[:50]!r}, expected a printed number"
         for line, row in enumerate(table.rows, start=2)
         for name, cell in zip(names, row, strict=True)
-        if name not in ("name", "t", "direction") and cell and not PRINTED.fullmatch(cell)
+        if not _FORMS.get(name, PRINTED).fullmatch(cell) and (cell or name in _FORMS)
     ]
     yield from bad[:FEW]
+    if file == TRAJECTORY and not bad:
+        yield from _missing_times(scene, table, stored.manifest.get("status"))
     if table.sha256 != told.get("sha256"):
         marks = stored.manifest.get("row_marks")
         told_marks = marks.get(file) if isinstance(marks, dict) else ""

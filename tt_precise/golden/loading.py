@@ -10,9 +10,9 @@ import pandas
 
 from tt_precise.errors import InputError
 from tt_precise.golden import store
-from tt_precise.golden.manifest import SELF_HASH, self_hash
+from tt_precise.golden.places import Folder
 from tt_precise.golden.runs import DIGITS
-from tt_precise.golden.store import EVENTS, TRAJECTORY
+from tt_precise.golden.seal import require_whole
 from tt_precise.golden.table import Table
 
 Numbers = Literal["float", "text", "mpmath"]
@@ -31,19 +31,20 @@ class GoldenFrame(pandas.DataFrame):
     manifest: dict[str, Any]
 
 
-def load(scene: str, numbers: Numbers = "float", *, folder: Path | None = None) -> GoldenFrame:
+def load(scene: str | Path, numbers: Numbers = "float", *, folder: Folder = None) -> GoldenFrame:
     """The golden trajectory of ``scene``, with ``.events`` and ``.manifest``.
 
     Parameters
     ----------
     scene
-        A name out of ``tt_precise.golden.scenes()``.
+        A name out of ``tt_precise.golden.scenes()``, or of data of one's own in ``golden``, or
+        the scene's TOML file, or the folder of its data.
     numbers
         "float": float64, correctly rounded from the decimals, NaN where undefined;
         "text": the decimals as published, "" where undefined;
         "mpmath": numbers with all their digits, None where undefined.
     folder
-        Where golden data lie; by default what came with the package.
+        Where golden data lie; by default what came with the package, then ``golden``.
 
     Raises
     ------
@@ -53,21 +54,10 @@ def load(scene: str, numbers: Numbers = "float", *, folder: Path | None = None) 
     if numbers not in ("float", "text", "mpmath"):
         raise InputError(f"numbers: got {numbers!r}, expected one of: float, text, mpmath")
     stored = store.read(scene, folder)
-    manifest = stored.manifest
-    broken = [] if manifest.get(SELF_HASH) == self_hash(manifest) else [store.MANIFEST]
-    broken += [
-        file
-        for file in (TRAJECTORY, EVENTS)
-        if manifest.get("files", {}).get(file, {}).get("sha256") != stored.table(file).sha256
-    ]
-    if broken:
-        raise InputError(
-            f"{scene}: {', '.join(broken)} got changed since it was built; "
-            f"`tt-precise golden verify {scene}` tells where"
-        )
+    require_whole(stored)
     frame = GoldenFrame(_columns(stored.trajectory, numbers))
     frame.events = pandas.DataFrame(_columns(stored.events, numbers))
-    frame.manifest = manifest
+    frame.manifest = stored.manifest
     return frame
 
 

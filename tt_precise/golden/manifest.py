@@ -29,6 +29,7 @@ from tt_precise.scene import Scene
 
 SCHEMA = "tt_precise.golden/1"
 SELF_HASH = "sha256_of_manifest"
+PROOF_KEY = "sha256_of_proof"
 
 # what an event table has besides the columns of a trajectory
 _EVENT_COLUMNS = {
@@ -104,6 +105,12 @@ def dump(manifest: dict[str, Any]) -> str:
     """The text of manifest.json, with the manifest's own hash added."""
     sealed = {**manifest, SELF_HASH: self_hash(manifest)}
     return json.dumps(sealed, indent=1, ensure_ascii=False) + "\n"
+
+
+def with_proof(manifest: dict[str, Any], sha256: str | None) -> dict[str, Any]:
+    """The manifest (without its own hash) of data whose proof has that hash, or that have none."""
+    content = {k: v for k, v in manifest.items() if k not in (SELF_HASH, PROOF_KEY)}
+    return content if sha256 is None else {**content, PROOF_KEY: sha256}
 
 
 def self_hash(manifest: dict[str, Any], name: str = SELF_HASH) -> str:

@@ -6,21 +6,23 @@ import ctypes
 import errno
 import json
 import os
-import re
 import shutil
+import time
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.golden.places import MANIFEST, OWN, Folder, require
+from tt_precise.golden.places import home as home
+from tt_precise.golden.places import scenes as scenes
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene, parse_scene
 
-SCENE, TRAJECTORY, EVENTS, MANIFEST = FILES = (
-    "scene.toml", "trajectory.csv", "events.csv", "manifest.json",
-)  # fmt: skip
-PACKAGE = Path(__file__).resolve().parents[1]
-LONGEST_NAME = 100
+SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
+FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
+SETTLED_NS = 100_000_000  # far more than the steps in which file systems count time
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # linux/fcntl.h, linux/fs.h
 WORK = "golden build"  # what nobody else may be at in a folder meanwhile
 
@@ -34,6 +36,7 @@ class Stored:
     trajectory: Table
     events: Table
     manifest: dict[str, Any]
+    folder: Path = OWN
 
     @property
     def scene(self) -> Scene:
@@ -45,55 +48,63 @@ class Stored:
         return self.trajectory if file == TRAJECTORY else self.events
 
 
-def home() -> Path:
-    """The folder of golden data: inside an installed package, beside it in a checkout."""
-    installed = PACKAGE / "reference_data"
-    return installed if installed.is_dir() else PACKAGE.parent / "reference_data"
+def read(scene: str | Path, folder: Folder = None) -> Stored:
+    """Read the golden data of ``scene`` (see ``places.locate``), without judging them.
 
-
-def is_name(name: str) -> bool:
-    """Whether ``name`` can be that of a scene's folder: no path, not hidden, printable."""
-    return len(name) <= LONGEST_NAME and re.fullmatch(r"\w[\w.-]*", name) is not None
-
-
-def scenes(folder: Path | None = None) -> list[str]:
-    """Names of the scenes that have golden data."""
-    place = folder or home()
-    if not place.is_dir():
-        return []
-    return sorted(
-        entry.name
-        for entry in place.iterdir()
-        if not entry.name.startswith(".") and (entry / MANIFEST).is_file()
-    )
-
-
-def read(name: str, folder: Path | None = None) -> Stored:
-    """Read the golden data of the scene ``name``, without judging it.
+    Tables are parsed once a process, as long as path, size and time of a file stay the same.
 
     Raises
     ------
     InputError
         There is none, or a file is missing or unreadable.
     """
-    place = (folder or home()) / name
-    if name not in scenes(folder):
-        known = ", ".join(scenes(folder)) or "none yet; `tt-precise golden build` makes it"
-        raise InputError(f"golden data: got {name[:60]!r}, expected one of: {known}")
-    texts = {file: _text(place / file) for file in FILES}
+    name, home = require(scene, folder)
+    place = home / name
     try:
-        manifest = json.loads(texts[MANIFEST])
+        manifest = json.loads(_text(place / MANIFEST))
     except ValueError as error:
+        if isinstance(error, InputError):
+            raise
         raise InputError(f"{place / MANIFEST}: no JSON: {error}") from None
     if not isinstance(manifest, dict):
         raise InputError(f"{place / MANIFEST}: got no JSON object, expected one")
-    tables = {}
-    for file in (TRAJECTORY, EVENTS):
-        try:
-            tables[file] = Table.parse(texts[file])
-        except InputError as error:
-            raise InputError(f"{place / file}: {error}") from None
-    return Stored(name, texts[SCENE], tables[TRAJECTORY], tables[EVENTS], manifest)
+    tables = {file: _table(place / file) for file in (TRAJECTORY, EVENTS)}
+    return Stored(name, _text(place / SCENE), tables[TRAJECTORY], tables[EVENTS], manifest, home)
+
+
+Stamp = tuple[int, int, int]
+
+
+def stamp(path: Path) -> Stamp | None:
+    """What changes when a file is written: size, time, number.
+
+    None where there is no file, or one so new that another writing might not change its time.
+    """
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    if time.time_ns() - found.st_mtime_ns < SETTLED_NS:
+        return None
+    return (found.st_size, found.st_mtime_ns, found.st_ino)
+
+
+@lru_cache(maxsize=128)
+def _unchanged_table(path: Path, unchanged: Stamp) -> Table:
+    return _parsed(path)
+
+
+def _table(path: Path) -> Table:
+    unchanged = stamp(path)
+    return _parsed(path) if unchanged is None else _unchanged_table(path, unchanged)
+
+
+def _parsed(path: Path) -> Table:
+    try:
+        return Table.parse(_text(path))
+    except InputError as error:
+        named = str(error).startswith(str(path))
+        raise InputError(str(error) if named else f"{path}: {error}") from None
 
 
 def replace_folder(target: Path, files: dict[str, str]) -> None:

@@ -15,6 +15,8 @@ from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import ordered_events
 from tt_precise.golden.distance import as_decimal, correct_digits, relative_error, scales_by_kind
 from tt_precise.golden.integrity import inspect
+from tt_precise.golden.places import Folder, Located, home, locate, require
+from tt_precise.golden.proved import PROVED
 from tt_precise.golden.runs import LADDER, Run, Task
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
@@ -81,9 +83,9 @@ class Verification:
 
 
 def verify(
-    scenes: Iterable[str] | None = None,
+    scenes: Iterable[str | Path] | None = None,
     *,
-    folder: Path | None = None,
+    folder: Folder = None,
     workers: int | None = None,
     progress: Progress = silent,
 ) -> list[Verification]:
@@ -98,17 +100,13 @@ def verify(
     InputError
         There are no such data.
     """
-    wanted = list(dict.fromkeys(store.scenes(folder) if scenes is None else scenes))
-    place = folder or store.home()
-    unknown = [name for name in wanted if not (store.is_name(name) and (place / name).is_dir())]
-    if unknown:
-        known = ", ".join(store.scenes(folder)) or "none yet; `tt-precise golden build` makes it"
-        raise InputError(f"golden data: got {unknown[0][:60]!r}, expected one of: {known}")
+    located = {one.name: one.folder for one in _asked_for(scenes, folder)}
+    wanted = list(located)
     found: dict[str, Verification] = {}
 
     @cache
     def inspected(name: str) -> tuple[Stored | None, list[str]]:
-        return inspect(name, folder)
+        return inspect(name, located[name])
 
     doubles: dict[str, Run] = {}
 
@@ -132,7 +130,7 @@ def verify(
     # the workers compute while the files are inspected, here
     plans = {
         name: [_double(stored)]
-        for name, stored in ((name, _readable(name, folder)) for name in wanted)
+        for name, stored in ((name, _readable(name, located[name])) for name in wanted)
         if stored
     }
     with local_pool(workers, inline=False) as pool:
@@ -140,7 +138,20 @@ def verify(
     for name in wanted:
         if name not in found:
             found[name] = Verification(name, None, problems=tuple(inspected(name)[1]))
-    return [replace(found[name], digits_proved=_proved(name, folder)) for name in wanted]
+    return [replace(found[name], digits_proved=_proved(name, located[name])) for name in wanted]
+
+
+def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Located]:
+    """Where the data are. All there are means every folder, readable or not, and those known."""
+    if scenes is not None:
+        found = [locate(scene, folder) for scene in scenes]
+        missing = [one for one in found if not one.path.is_dir()]
+        return found if not missing else [require(missing[0].name, folder)]
+    place = home() if folder is None else Path(folder)
+    names = {entry.name for entry in place.iterdir() if entry.is_dir()} if place.is_dir() else set()
+    if place.resolve() == home().resolve():
+        names |= PROVED
+    return [Located(name, place) for name in sorted(names) if not name.startswith(".")]
 
 
 def bits_needed(digits: float, bits: int) -> int | None:
@@ -187,7 +198,7 @@ def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verif
     )
 
 
-def _readable(name: str, folder: Path | None) -> Stored | None:
+def _readable(name: str, folder: Path) -> Stored | None:
     try:
         stored = store.read(name, folder)
         stored.scene  # noqa: B018 - it has to be one
@@ -196,7 +207,7 @@ def _readable(name: str, folder: Path | None) -> Stored | None:
     return stored
 
 
-def _proved(name: str, folder: Path | None) -> int | None:
+def _proved(name: str, folder: Path) -> int | None:
     try:
         record = proofs.read(name, folder)
     except InputError:  # told among the problems

@@ -1,0 +1,105 @@
+"""Whether golden files are still what was built: their hashes, held against the manifest.
+
+A hash shows damage and careless edits. Who writes the files anew can write new hashes, too; that
+takes a signature of the release, see ``reference_data/README.md``.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from pathlib import Path
+
+from tt_precise.errors import InputError
+from tt_precise.files import atomic_write
+from tt_precise.golden import proofs, store
+from tt_precise.golden.manifest import (
+    PROOF_KEY,
+    SELF_HASH,
+    dump,
+    scene_sha256,
+    self_hash,
+    with_proof,
+)
+from tt_precise.golden.places import home
+from tt_precise.golden.proved import PROVED
+from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
+
+
+def require_whole(stored: Stored) -> None:
+    """Hold the files of ``stored`` against its manifest, once while they stay the same.
+
+    Raises
+    ------
+    InputError
+        They are not what was built, or a proof that was there is gone.
+    """
+    place = stored.folder / stored.name
+    stamps = tuple(store.stamp(place / file) for file in (*FILES, proofs.PROOF))
+    # the proof may be missing, the other files must be there and settled to be remembered
+    known = all(stamps[: len(FILES)])
+    problems = _remembered(place.resolve(), stamps) if known else _broken(stored)
+    if problems:
+        raise InputError(
+            f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` tells where"
+        )
+
+
+@lru_cache(maxsize=128)
+def _remembered(place: Path, stamps: tuple[store.Stamp | None, ...]) -> tuple[str, ...]:
+    return _broken(store.read(place.name, place.parent))
+
+
+def _broken(stored: Stored) -> tuple[str, ...]:
+    manifest = stored.manifest
+    files = manifest.get("files")
+    recorded = files if isinstance(files, dict) else {}
+    found = {
+        MANIFEST: (self_hash(manifest), manifest.get(SELF_HASH)),
+        SCENE: (scene_sha256(stored.scene_text), _hash(recorded, SCENE)),
+        TRAJECTORY: (stored.trajectory.sha256, _hash(recorded, TRAJECTORY)),
+        EVENTS: (stored.events.sha256, _hash(recorded, EVENTS)),
+    }
+    changed = [file for file, (now, then) in found.items() if now != then]
+    if changed:
+        return (f"{', '.join(changed)} got changed since it was built",)
+    return tuple(missing_proof(stored))
+
+
+def record_proof(place: Path) -> None:
+    """Write the hash of the proof that lies in a scene's folder into its manifest."""
+    stored = store.read(place.name, place.parent)
+    text = dump(with_proof(stored.manifest, proof_hash(place)))
+    atomic_write(place / MANIFEST, text)
+
+
+def proof_hash(place: Path) -> str | None:
+    """The hash of the proof in a scene's folder; None if there is none, "" if it is spoiled."""
+    path = place / proofs.PROOF
+    if not path.is_file():
+        return None
+    try:
+        content = json.loads(path.read_text("utf-8"))
+        sealed = self_hash(content, proofs.SELF_HASH)
+        return sealed if sealed == content[proofs.SELF_HASH] else ""
+    except (OSError, ValueError, KeyError, AttributeError, TypeError):
+        return ""
+
+
+def missing_proof(stored: Stored) -> list[str]:
+    """Whether the proof that the manifest records, or the package knows of, is there."""
+    recorded = stored.manifest.get(PROOF_KEY)
+    found = proof_hash(stored.folder / stored.name)
+    shipped = stored.folder.resolve() == home().resolve() and stored.name in PROVED
+    if found is None and (recorded or shipped):
+        knows = f"{MANIFEST} records" if recorded else "the package knows of"
+        return [f"{proofs.PROOF}: missing, but {knows} a proof of these digits"]
+    if found != recorded:
+        again = f"run `tt-precise golden certify {stored.name}`"
+        return [f"{proofs.PROOF}: not the one that {MANIFEST} records; {again}"]
+    return []
+
+
+def _hash(files: dict[str, object], file: str) -> object:
+    entry = files.get(file)
+    return entry.get("sha256") if isinstance(entry, dict) else None
