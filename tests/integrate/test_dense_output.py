@@ -11,7 +11,7 @@ import numpy
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate import Trajectory, dense_output, integrate
+from tt_precise.integrate import Trajectory, dense_output, integrate, propagate
 from tt_precise.integrate.columns import EULER_COLUMNS, VECTOR_COLUMNS
 from tt_precise.numerals import as_fraction
 from tt_precise.scene import Scene
@@ -254,3 +254,25 @@ def test_states_can_be_copied(double: Trajectory) -> None:
     assert copy.deepcopy(double.state).theta == double.state.theta
     with pytest.raises(AttributeError, match="phi"):
         _ = double.state.phi
+
+
+@pytest.mark.parametrize("precision", ["double", "extended"])
+def test_a_run_too_long_to_be_kept_is_read_piece_by_piece(
+    half: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same bits, whether the series of all steps are kept or of some steps at a time."""
+    whole = integrate(half, precision)
+    expected = [whole.frame(numbers="text").to_csv(), whole.frame().to_csv(), whole.at("0.2")]
+    assert whole._dense_output._pieces is not None
+    monkeypatch.setattr(dense_output, "MOST_BYTES", 10_000)
+    monkeypatch.setitem(propagate.STEPS_IN_A_PIECE, precision, 10)
+    done: list[float] = []
+    long = integrate(half, precision)
+    found = [
+        long.frame(numbers="text", progress=done.append).to_csv(), long.frame().to_csv(),
+        long.at("0.2"),
+    ]  # fmt: skip
+    assert long._dense_output._pieces is None
+    assert found == expected
+    assert len(done) > 5
+    assert done[-1] == 1

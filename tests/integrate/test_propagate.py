@@ -325,3 +325,20 @@ def test_what_a_scene_can_be(tmp_path: Path) -> None:
 def test_refusals(scene: str, arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         integrate(scene, **arguments)
+
+
+def test_a_tolerance_beyond_the_arithmetic_is_refused(half: Scene) -> None:
+    """1e-300 would take order 346, and hours."""
+    for tolerance in (1e-300, 1e-17, -1.0, 1.0, math.nan):
+        with pytest.raises(InputError, match=r"expected 0 .* of double, or a number from 1\.4e-17"):
+            integrate(half, tolerance=tolerance)
+    assert integrate(half, "quad", tolerance=1e-18).status == "complete"
+
+
+def test_more_events_than_memory_should_hold_are_refused(
+    half: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(system, "MOST_EVENTS", 10)
+    assert len(integrate(half, events=("equator",)).events) == 0
+    with pytest.raises(InputError, match="events: got more than 10, expected fewer: ask for a"):
+        integrate(half, events=("theta_min", "theta_max", "phi_dot_zero"))

@@ -99,7 +99,9 @@ def command(
     if out is not None:
         from tt_precise.files import atomic_write
 
-        atomic_write(out, as_csv(trajectory.table(*wanted, numbers="text")))
+        with progress_bar(f"reading {loaded.name}") as progress:
+            table = trajectory.table(*wanted, numbers="text", progress=progress)
+        atomic_write(out, as_csv(table))
     if plot is not None:
         from tt_precise.plotting import save
 

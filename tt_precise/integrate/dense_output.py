@@ -17,25 +17,62 @@ from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Row
-from tt_precise.integrate.propagate import ARRIVED, Propagation, propagate
+from tt_precise.integrate.propagate import ARRIVED, Pieces, Propagation, propagate
 from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.times import Times
 from tt_precise.numerals import as_fraction, to_mpmath
+from tt_precise.progress import Progress
 
 TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
+MOST_BYTES = 400_000_000  # of the series of all steps of one run
+
+
+class Kept:
+    """The pieces of a propagation, unless they become too large to be kept."""
+
+    def __init__(self, setup: Setup):
+        number = {"double": 8, "mp": setup.precision.bits // 8 + 40}.get(setup.precision.name, 16)
+        entries = len(setup.formulation.columns) + len(setup.record)
+        order = setup.precision.bits * 0.35 + 2  # about, of the finest tolerance
+        self._bytes_of_a_step = number * entries * order
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all pieces."""
+        self._pieces: list[Any] = []
+        self._bytes = 0.0
+
+    def append(self, output: Any) -> None:
+        """Keep one more piece."""
+        self._bytes += output.n_steps * self._bytes_of_a_step
+        self._pieces = [*self._pieces, output] if self._bytes <= MOST_BYTES else []
+
+    @property
+    def pieces(self) -> tuple[Any, ...] | None:
+        """The pieces, one behind the other; None where they have not been kept."""
+        return tuple(self._pieces) if self._bytes <= MOST_BYTES else None
 
 
 class DenseOutput:
     """Rows over the time of a propagation, dimensionless: in guarded numbers or in double.
 
-    May be used by several threads at once.
+    The series of all steps are made by a second propagation when they are first needed, and kept;
+    those of a run that is too long for that (``MOST_BYTES``) are made again for every call, and
+    read piece by piece. May be used by several threads at once.
     """
 
-    def __init__(self, setup: Setup, start: InitialState, propagation: Propagation):
+    def __init__(
+        self,
+        setup: Setup,
+        start: InitialState,
+        propagation: Propagation,
+        pieces: tuple[Any, ...] | None = None,
+    ):
         self.setup, self.start, self.propagation = setup, start, propagation
         self.precision = setup.precision
-        self._lock = threading.Lock()
+        self._pieces, self._too_long = pieces, False
+        self._lock = threading.RLock()
 
     @cached_property
     def end_time(self) -> Scalar:
@@ -93,18 +130,26 @@ class DenseOutput:
     def _as_given(self, time: Scalar) -> Scalar:
         return float(time) if self.precision.name == "double" else time
 
-    def rows(self, times: Sequence[Scalar]) -> list[Row]:
+    def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at guarded dimensionless ``times``, in guarded numbers."""
         number, guarded = self.precision.number, self.precision.guarded
-        rows = []
-        for time in times:
+        rows: dict[int, Row] = {}
+        inner: dict[int, Any] = {}
+        for place, time in enumerate(times):
             if not time or time == self.end_time:
-                rows.append(self.end_row if time else self.start_row)
-                continue
-            rounded = number(time)
-            row = tuple(map(guarded, self._interpolated(rounded)))
-            rows.append(self._moved(row, time - guarded(rounded)))
-        return rows
+                rows[place] = self.end_row if time else self.start_row
+            else:
+                inner[place] = number(time)
+
+        def read(output: Any, low: Any, high: Any) -> None:
+            for place, rounded in inner.items():
+                if (low is None or low < rounded) and (high is None or rounded <= high):
+                    row = tuple(map(guarded, output(rounded)))
+                    rows[place] = self._moved(row, times[place] - guarded(rounded))
+
+        if inner:
+            self._read(read, progress)
+        return [rows[place] for place in range(len(times))]
 
     def times(self, times: Sequence[Fraction]) -> Times:
         """Exact times in s for ``arrays``; those within ``TIME_TOLERANCE`` of the end are the end.
@@ -127,7 +172,12 @@ class DenseOutput:
             numpy.where(at_end, float(self.end_time - end), delay),
         )
 
-    def arrays(self, times: Times, number: Callable[[Scalar], Any] = float) -> tuple[Array, ...]:
+    def arrays(
+        self,
+        times: Times,
+        number: Callable[[Scalar], Any] = float,
+        progress: Progress | None = None,
+    ) -> tuple[Array, ...]:
         """The rows of a run in double at all ``times`` at once: an array for each entry.
 
         ``number`` makes the arrays' numbers of guarded ones: ``float``, or ``long_double``, in
@@ -135,41 +185,47 @@ class DenseOutput:
         """
         import numpy
 
-        state, outputs, rounded = self.propagation.state, self._outputs, times.rounded
+        state, rounded = self.propagation.state, times.rounded
         kind = type(number(self.precision.context.mpf(0)))
         entries = [numpy.full(len(rounded), x, dtype=kind) for x in state]
-        if outputs:  # none for a horizon of zero
-            ends = numpy.array([output.bounds[1] for output in outputs[:-1]], dtype=float)
-            piece = numpy.searchsorted(ends, rounded)
-            for part, output in enumerate(outputs):
-                chosen = piece == part
-                with self._lock:
-                    values = output(rounded[chosen]).T
-                for entry, found in zip(entries, values, strict=True):
-                    entry[chosen] = found
+
+        def read(output: Any, low: Any, high: Any) -> None:
+            chosen = numpy.ones(len(rounded), dtype=bool) if low is None else rounded > low
+            if high is not None:
+                chosen &= rounded <= high
+            for entry, values in zip(entries, output(rounded[chosen]).T, strict=True):
+                entry[chosen] = values
+
+        self._read(read, progress)
         start = self.start.map(number).state(self.setup.formulation)
         for entry, value in zip(entries, start, strict=False):
             entry[rounded == 0] = value
         return moved_arrays(self.setup, self.start.body.map(number), tuple(entries), times.delay)
 
-    def _interpolated(self, time: Any) -> tuple[Any, ...]:
-        outputs = self._outputs
-        if not outputs:
-            return self.propagation.state
-        output = next((one for one in outputs if time <= one.bounds[1]), outputs[-1])
-        with self._lock:
-            return tuple(output(time))
+    def _read(self, read: Callable[[Any, Any, Any], None], progress: Progress | None) -> None:
+        """Call ``read`` with each piece, and with the times behind and up to which it is wanted.
 
-    @cached_property
-    def _outputs(self) -> tuple[Any, ...]:
-        """heyoka's dense outputs, one behind the other; none for a horizon of zero."""
-        if self.propagation.outputs or not self.propagation.steps:
-            return self.propagation.outputs
+        None stands for all earlier and for all later times.
+        """
+        if not self.propagation.steps:  # a horizon of zero
+            return
+        with self._lock:
+            if self._pieces is None and not self._too_long:
+                kept = Kept(self.setup)
+                self._again(kept, progress)
+                self._pieces, self._too_long = kept.pieces, kept.pieces is None
+            reader = _Reader(read, self.propagation.time)
+            if self._pieces is None:
+                self._again(reader, progress)
+            else:
+                for piece in self._pieces:
+                    reader.append(piece)
+
+    def _again(self, pieces: Pieces, progress: Progress | None) -> None:
         until = self.propagation.time if self.propagation.status == "failed" else None
-        again = propagate(self.setup, self.start, until=until, dense=True)
+        again = propagate(self.setup, self.start, until=until, dense=pieces, progress=progress)
         if again.state != self.propagation.state:
             raise RuntimeError("the same integration gave another result when it was repeated")
-        return again.outputs
 
     def _moved(self, row: Row, delay: Scalar) -> Row:
         # heyoka takes times rounded to its precision, which costs up to t eps of state at late
@@ -181,6 +237,22 @@ class DenseOutput:
             setup.formulation, setup.record, self.start.body, row, self.precision.context
         )
         return tuple(x + rate * delay for x, rate in zip(row, rates, strict=True))
+
+
+class _Reader:
+    """Pieces that are read one behind the other, and not kept."""
+
+    def __init__(self, read: Callable[[Any, Any, Any], None], end: Any):
+        self._read, self._end = read, end
+        self.clear()
+
+    def clear(self) -> None:
+        self._low: Any = None
+
+    def append(self, output: Any) -> None:
+        high = output.bounds[1]
+        self._read(output, self._low, high if high < self._end else None)
+        self._low = high
 
 
 def moved_arrays(

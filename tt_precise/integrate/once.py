@@ -10,6 +10,7 @@ from tt_precise.integrate.contact import CONTACTS
 from tt_precise.integrate.events import event_named
 from tt_precise.integrate.precision import Precision, precision_named
 from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.system import full_tolerance
 from tt_precise.integrate.trajectory import Trajectory
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.progress import Progress
@@ -42,8 +43,12 @@ def integrate_once(
         _require_euler_angles(scene, working)
     if contact not in CONTACTS:
         raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
-    if not 0 <= tolerance < 1:
-        raise InputError(f"tolerance: got {tolerance}, expected 0 (for eps) or a number below 1")
+    finest = full_tolerance(working)
+    if tolerance != 0 and not finest <= tolerance < 1:
+        raise InputError(
+            f"tolerance: got {tolerance}, expected 0 for the full accuracy of {working.name}, or a "
+            f"number from {float(finest):.2g}, beyond which nothing is gained, to 1"
+        )
     setup = Setup(
         formulation=form,
         precision=working,
@@ -53,7 +58,7 @@ def integrate_once(
         options=tuple(sorted((options or {}).items())),
         contact=contact,
     )
-    return Trajectory.of(scene, setup, progress)
+    return Trajectory(scene, setup, progress)
 
 
 def _require_euler_angles(scene: Scene, precision: Precision) -> None:

@@ -7,7 +7,7 @@ numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import contact_terms
@@ -30,6 +30,16 @@ STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}
 FIRST_STEP = 2.0**-20
 
 
+class Pieces(Protocol):
+    """What takes the dense outputs of a propagation."""
+
+    def append(self, output: Any, /) -> None:
+        """Take the next piece."""
+
+    def clear(self) -> None:
+        """Forget all pieces: the propagation begins anew."""
+
+
 @dataclass(frozen=True)
 class Propagation:
     """How one propagation went, in heyoka's own numbers, dimensionless.
@@ -44,7 +54,6 @@ class Propagation:
     steps: int
     order: int
     hits: tuple[Hit, ...]
-    outputs: tuple[Any, ...]
 
 
 def propagate(
@@ -52,14 +61,20 @@ def propagate(
     start: InitialState,
     *,
     until: Any = None,
-    dense: bool = False,
+    dense: Pieces | None = None,
     progress: Progress | None = None,
 ) -> Propagation:
     """Propagate once from ``start``; how it went, in heyoka's own numbers.
 
-    ``until`` (a number of heyoka's type) replaces the start's own horizon. A propagation that
+    ``until`` (a number of heyoka's type) replaces the start's own horizon. ``dense`` is given
+    heyoka's dense output of each bounded piece of the way, in order. A propagation that
     produces NaN is cut back to its last good step and has the status "failed", and so has one
     that is given up because its steps are too short ever to arrive.
+
+    Raises
+    ------
+    InputError
+        More than ``MOST_EVENTS`` events happened.
     """
     import heyoka
 
@@ -71,7 +86,7 @@ def propagate(
         goals = [first, horizon] if first < horizon else [horizon]
         longest = longest_step(start.body, start.vectors, made.adaptive.order, setup.precision)
         limits = {} if longest is None else {"max_delta_t": number(longest)}
-        outcome, steps, outputs = _advance(made, goals, dense, progress, setup.precision, limits)
+        outcome, steps = _advance(made, goals, dense, progress, setup.precision, limits)
         status = status_of(outcome, made.terminal)
         if (
             status == "complete"
@@ -80,13 +95,15 @@ def propagate(
         ):
             status = "contact_ignored"
         if status != "failed":
-            return _propagation_of(setup, start, made, status, steps, outputs)
+            return _propagation_of(setup, start, made, status, steps)
         last_good = made.adaptive.time
         if outcome == heyoka.taylor_outcome.err_nf_state:
             last_good = _time_before_failure(setup, start, made, horizon)
         if last_good == number(zero):
             made.begin(setup, start)
-            return _propagation_of(setup, start, made, status, 0, ())
+            return _propagation_of(setup, start, made, status, 0)
+    if dense is not None:
+        dense.clear()
     propagation = propagate(setup, start, until=last_good, dense=dense)
     return replace(propagation, status="failed")
 
@@ -94,12 +111,12 @@ def propagate(
 def _advance(
     made: Integrator,
     goals: list[Any],
-    dense: bool,
+    dense: Pieces | None,
     progress: Progress | None,
     precision: Precision,
     limits: dict[str, Any],
-) -> tuple[Any, int, tuple[Any, ...]]:
-    """Outcome, steps and dense outputs of a propagation from goal to goal, in bounded pieces.
+) -> tuple[Any, int]:
+    """Outcome and steps of a propagation from goal to goal, in bounded pieces.
 
     Between the pieces, and between the steps of wide arithmetics, Python runs: that is where
     progress is reported and Ctrl-C gets through. The outcome is ``step_limit`` where a whole piece
@@ -116,7 +133,7 @@ def _advance(
     keywords: dict[str, Any] = {"max_steps": STEPS_IN_A_PIECE[precision.name], **limits}
     if precision.name in ("quad", "mp"):
         keywords["callback"] = report
-    steps, outputs, outcome = 0, [], heyoka.taylor_outcome.time_limit
+    steps, outcome = 0, heyoka.taylor_outcome.time_limit
     for goal in goals:
         if outcome != heyoka.taylor_outcome.time_limit:
             break
@@ -125,13 +142,14 @@ def _advance(
         while outcome == heyoka.taylor_outcome.step_limit and advance >= crawl:
             before = made.adaptive.time
             outcome, _, _, count, output, _ = made.adaptive.propagate_until(
-                goal, c_output=dense, **keywords
+                goal, c_output=dense is not None, **keywords
             )
             steps += count
-            outputs.append(output)
+            if dense is not None and output is not None:
+                dense.append(output)
             advance = guarded(made.adaptive.time - before)
             report(made.adaptive)
-    return outcome, steps, tuple(output for output in outputs if output is not None)
+    return outcome, steps
 
 
 def _propagation_of(
@@ -140,7 +158,6 @@ def _propagation_of(
     made: Integrator,
     status: Status,
     steps: int,
-    outputs: tuple[Any, ...],
 ) -> Propagation:
     # a zero of order k at the start splits into roots up to eps^(1/k) behind it; phi_dot has k = 2
     early = 2.0 ** (-setup.precision.bits / 4)
@@ -155,7 +172,6 @@ def _propagation_of(
         steps=steps,
         order=made.adaptive.order,
         hits=tuple(hit for hit in made.hits if hit.time >= early or hit.name not in at_start),
-        outputs=outputs,
     )
 
 

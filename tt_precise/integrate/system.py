@@ -6,11 +6,12 @@ Everything is integrated in dimensionless units (m = R = g = 1).
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.events import EXTREMUM, Event, event_named
@@ -37,7 +38,7 @@ class Hit(NamedTuple):
 class Integrator:
     """A ``heyoka.taylor_adaptive`` with the lists that its event callbacks fill.
 
-    ``losses`` are the times at which g_n falls through 0 in a run that goes on there.
+    ``losses`` holds the latest time at which g_n fell through 0 in a run that went on there.
     """
 
     adaptive: Any
@@ -63,6 +64,7 @@ class Integrator:
 _idle: dict[Setup, list[Integrator]] = {}
 _idle_lock = threading.Lock()
 MOST_IDLE = 32
+MOST_EVENTS = 1_000_000  # each takes half a kB
 
 
 @contextmanager
@@ -93,7 +95,7 @@ def build(setup: Setup) -> Integrator:
     losses: list[Any] = []
     noted = []
     if setup.contact == "bilateral":
-        noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses.append)]
+        noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses)]
     number = setup.precision.number
     zero = setup.precision.context.mpf(0)
     made = heyoka.taylor_adaptive(
@@ -106,7 +108,7 @@ def build(setup: Setup) -> Integrator:
             for ex in terminal.values()
         ],
         nt_events=[
-            *(_event(heyoka, name, equations, fp_type, hits.append) for name in setup.events),
+            *(_event(heyoka, name, equations, fp_type, hits) for name in setup.events),
             *noted,
         ],
         **numeric_options(setup),
@@ -173,7 +175,7 @@ def _event(
     name: str,
     equations: Equations,
     fp_type: Any,
-    note: Callable[[Hit], None],
+    hits: list[Hit],
 ) -> Any:
     event = event_named(name, equations.motion.model)
     expression = event_expression(event, equations)
@@ -183,14 +185,19 @@ def _event(
         # sign 0: the function vanishes identically (a scene in a plane), so nothing changes sign
         if not sign:
             return
+        if len(hits) >= MOST_EVENTS:
+            raise InputError(
+                f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or "
+                "for fewer kinds of them"
+            )
         # the state of the integrator is at the end of the step; the event's is interpolated
-        note(Hit(name, time, sign, tuple(adaptive.update_d_output(time))))
+        hits.append(Hit(name, time, sign, tuple(adaptive.update_d_output(time))))
 
     return heyoka.nt_event(expression, callback, direction=direction, fp_type=fp_type)
 
 
-def _loss(heyoka: Any, numerator: Any, fp_type: Any, note: Callable[[Any], None]) -> Any:
+def _loss(heyoka: Any, numerator: Any, fp_type: Any, losses: list[Any]) -> Any:
     def callback(adaptive: Any, time: Any, sign: int) -> None:
-        note(time)
+        losses[:] = [time]
 
     return heyoka.nt_event(numerator, callback, direction=heyoka_direction(-1), fp_type=fp_type)

@@ -18,6 +18,7 @@ from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.times import has_long_double, long_double
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.numerals import to_mpmath
+from tt_precise.progress import Progress
 
 if TYPE_CHECKING:
     import pandas
@@ -38,7 +39,11 @@ class Tables:
         return self.of.precision.name == "double" and has_long_double()
 
     def columns(
-        self, names: Sequence[str], times: Sequence[Fraction], numbers: Numbers
+        self,
+        names: Sequence[str],
+        times: Sequence[Fraction],
+        numbers: Numbers,
+        progress: Progress | None = None,
     ) -> dict[str, Any]:
         """``t`` and the named columns at exact ``times`` in s.
 
@@ -46,20 +51,24 @@ class Tables:
         text, are a list or an array of objects with None there.
         """
         if self.in_arrays:
-            return self._array_columns(names, times, numbers)
+            return self._array_columns(names, times, numbers, progress)
         context, dense_output = self.of.precision.context, self.dense_output
-        rows = dense_output.rows([dense_output.dimensionless_time(t) for t in times])
+        rows = dense_output.rows([dense_output.dimensionless_time(t) for t in times], progress)
         table = {"t": [to_mpmath(t, context) for t in times], **self.of.of_rows(names, rows)}
         return {name: self._converted(values, numbers) for name, values in table.items()}
 
     def _array_columns(
-        self, names: Sequence[str], exact: Sequence[Fraction], numbers: Numbers
+        self,
+        names: Sequence[str],
+        exact: Sequence[Fraction],
+        numbers: Numbers,
+        progress: Progress | None,
     ) -> dict[str, Any]:
         import numpy
 
         number = long_double if numbers == "text" else float
         times = self.dense_output.times(exact)
-        entries = self.dense_output.arrays(times, number)
+        entries = self.dense_output.arrays(times, number, progress)
         table = {"t": times.seconds, **self.of.of_arrays(names, entries, number)}
         for name, values in table.items():
             table[name] = numpy.where(numpy.isfinite(values), values, numpy.nan).astype(float)

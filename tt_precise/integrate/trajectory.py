@@ -17,11 +17,11 @@ from tt_precise.initial_state import InitialState
 from tt_precise.integrate.accuracy import End, error_estimate, reference_runs, worst_digits
 from tt_precise.integrate.columns import Columns, State
 from tt_precise.integrate.contact import require_contact
-from tt_precise.integrate.dense_output import DenseOutput
+from tt_precise.integrate.dense_output import DenseOutput, Kept
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.integrate.pose import POSE, POSE_NAMES, expanded
 from tt_precise.integrate.precision import Precision
-from tt_precise.integrate.propagate import ARRIVED, Propagation, Status, propagate
+from tt_precise.integrate.propagate import ARRIVED, Status, propagate
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import full_tolerance
 from tt_precise.integrate.tables import Numbers, Tables
@@ -39,12 +39,15 @@ if TYPE_CHECKING:
 
 
 class Trajectory:
-    """A solution of a scene, from t = 0 to ``t_end``.
+    """A solution of a scene, from t = 0 to ``t_end``; made by integrating as ``setup`` says.
 
     Look at ``status`` before anything else: only "complete" reached the scene's horizon as a
     top on a table; "contact_ignored" got there with g_n <= 0 on the way, which was asked for with
     ``contact="bilateral"``; the others ended where the model ended, and nothing is ever given
     beyond ``t_end``.
+
+    Several threads may read from one trajectory. A pickle of it holds the scene and the set-up, no
+    numbers and no code: it is integrated again where it is unpickled.
 
     Attributes
     ----------
@@ -59,34 +62,29 @@ class Trajectory:
         ``State`` at ``t_end``.
     """
 
-    def __init__(self, scene: Scene, setup: Setup, start: InitialState, propagation: Propagation):
+    def __init__(
+        self,
+        scene: Scene,
+        setup: Setup,
+        progress: Progress | None = None,
+        *,
+        rounded_otherwise: bool = False,
+    ):
+        precision = setup.precision
+        start = InitialState.of(scene, precision.arithmetic)
+        require_contact(scene.name, start, precision.context, setup.contact)
+        if rounded_otherwise:
+            start = start.map(precision.other_side)
+        # wide arithmetics take seconds, so there the dense output is kept at once, not made again
+        kept = Kept(setup) if precision.name in ("quad", "mp") else None
+        propagation = propagate(setup, start, dense=kept, progress=progress)
         self.scene, self.setup, self.start = scene, setup, start
-        self._dense_output = DenseOutput(setup, start, propagation)
+        self._rounded_otherwise = rounded_otherwise
+        self._dense_output = DenseOutput(setup, start, propagation, kept.pieces if kept else None)
         self._columns = Columns(setup, start)
         self._tables = Tables(self._dense_output, self._columns)
         self.status: Status = propagation.status
         self.steps, self.order = propagation.steps, propagation.order
-
-    @classmethod
-    def of(cls, scene: Scene, setup: Setup, progress: Progress | None = None) -> Trajectory:
-        """Integrate ``scene`` once, as ``setup`` says.
-
-        Raises
-        ------
-        InputError
-            The top is not on the table at t = 0.
-        """
-        start = InitialState.of(scene, setup.precision.arithmetic)
-        require_contact(scene.name, start, setup.precision.context, setup.contact)
-        return cls._from(scene, setup, start, progress)
-
-    @classmethod
-    def _from(
-        cls, scene: Scene, setup: Setup, start: InitialState, progress: Progress | None = None
-    ) -> Trajectory:
-        # wide arithmetics take seconds, so there the dense output is kept at once, not made again
-        dense = setup.precision.name in ("quad", "mp")
-        return cls(scene, setup, start, propagate(setup, start, dense=dense, progress=progress))
 
     def again(self, *, rounded_otherwise: bool = False, **changes: Any) -> Trajectory:
         """The same scene integrated again, with some fields of the ``Setup`` replaced.
@@ -95,10 +93,11 @@ class Trajectory:
         exact one: what such a run differs by contains what their rounding does to a run.
         """
         setup = self.setup.but(**changes)
-        if not rounded_otherwise:
-            return Trajectory.of(self.scene, setup)
-        start = InitialState.of(self.scene, setup.precision.arithmetic)
-        return Trajectory._from(self.scene, setup, start.map(setup.precision.other_side))
+        return Trajectory(self.scene, setup, rounded_otherwise=rounded_otherwise)
+
+    def __reduce__(self) -> Any:
+        # made again where it is unpickled: heyoka's own pickles are machine code
+        return _made, (self.scene, self.setup, self._rounded_otherwise)
 
     def __repr__(self) -> str:
         return (
@@ -177,6 +176,7 @@ class Trajectory:
         times: Iterable[Any] | None = None,
         numbers: Numbers = "native",
         pose: bool = False,
+        progress: Progress | None = None,
     ) -> pandas.DataFrame:
         """A table over time, in SI: column ``t`` and one for each name.
 
@@ -196,18 +196,21 @@ class Trajectory:
             Give the pose, behind ``names`` if there are any: quaternion, position and velocity of
             the centre of mass, angular velocity in the inertial and in the body's frame. Where
             phi, psi, x and y were not recorded, the scene is integrated once more.
+        progress
+            Called with the fraction done, where the series of the steps have to be made (again).
         """
         import pandas
 
         if pose:
             names = (*names, POSE)
-        return pandas.DataFrame(self.table(*names, times=times, numbers=numbers))
+        return pandas.DataFrame(self.table(*names, times=times, numbers=numbers, progress=progress))
 
     def table(
         self,
         *names: str,
         times: Iterable[Any] | None = None,
         numbers: Numbers = "native",
+        progress: Progress | None = None,
     ) -> dict[str, Any]:
         """The columns of ``frame`` by name, without pandas.
 
@@ -222,7 +225,7 @@ class Trajectory:
         wanted = expanded(names or self._columns.names)
         missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
         if not missing:
-            return self._tables.columns(wanted, exact, numbers)
+            return self._tables.columns(wanted, exact, numbers, progress)
         run = self.with_quadratures
         plain = [name for name in wanted if name not in missing]
         found = self._tables.columns(plain, exact, numbers)
@@ -387,3 +390,7 @@ class Trajectory:
             math.pi if double else +self.precision.context.pi,
             mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
         )
+
+
+def _made(scene: Scene, setup: Setup, rounded_otherwise: bool) -> Trajectory:
+    return Trajectory(scene, setup, rounded_otherwise=rounded_otherwise)
