@@ -7,7 +7,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.body import Dimension, TippeTop, Units
+from tt_precise.body import Dimension, TippeTop, Units, require_si
 from tt_precise.errors import InputError
 from tt_precise.numerals import to_mpmath
 
@@ -52,7 +52,7 @@ def test_si_moments_are_taken_as_they_are() -> None:
         ({"I3": "0.75"}, "I3"),
         ({"I1": "1e-300", "I3": "1e-299"}, "I3"),
         ({"alpha": "0,3"}, "alpha"),
-        ({"alpha": 0.3}, "alpha"),
+        ({"alpha": 1.3}, "alpha"),
         ({"mu": "nan"}, "mu"),
         ({"g": None}, "g"),
     ],
@@ -64,11 +64,6 @@ def test_refuses_what_is_no_top(changes: dict[str, Any], key: str) -> None:
     assert message.startswith(f"{key}: got ")
     assert "expected" in message
     assert "\n" not in message
-
-
-def test_refuses_floats_in_si_too() -> None:
-    with pytest.raises(InputError, match=r"m: got 0\.02, expected an exact number as a string"):
-        TippeTop(0.02, "0.02", "0.3", "1e-6", "1e-6", "9.82", "0.3")
 
 
 def test_accepts_the_edges() -> None:
@@ -123,3 +118,43 @@ def test_units_multiply() -> None:
     units = Units(Fraction(2), Fraction(3), Fraction(5))
     assert units.of_dimension(Dimension()) == 1
     assert units.of_dimension(Dimension(1, 2, -3)) == Fraction(2 * 9, 125)
+
+
+def test_floats_are_the_decimals_that_one_writes() -> None:
+    assert TippeTop(0.02, "0.02", 0.3, "1e-6", 1e-6, "9.82", 0.3) == TippeTop(
+        "0.02", "0.02", "0.3", "1e-6", "1e-6", "9.82", "0.3"
+    )
+    with pytest.raises(InputError, match="m: got inf, expected an exact number"):
+        TippeTop(float("inf"), "0.02", "0.3", "1e-6", "1e-6", "9.82", "0.3")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"I1": "2.99e-6", "I3": "3.2e-6"}, r"body\.I1: got 2\.99e-06, .* write 0\.37375, which"),
+        ({"I3": "23.5", "I1": "12"}, r"body\.I1: got 12\.0, expected 0\.001 to 10 in units"),
+        ({"g": "982"}, r"body\.g: got 982\.0, .* \(is it in cm/s\^2\?\)"),
+        ({"m": "20"}, r"body\.m, body\.R: got 20\.0, .* \(is it in g, cm or mm\?\)"),
+        ({"R": "20"}, r"body\.m, body\.R: got 0\.02, .* with R = 20\.0"),
+        ({"R": "2"}, r"body\.m, body\.R: got 0\.02, .* with R = 2\.0"),
+    ],
+)
+def test_numbers_in_other_units_are_told(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        require_si(top(**changes))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"I1": "0.01", "I3": "0.02"},  # nearly all mass in the middle
+        {"I1": "0.9", "I3": "1"},  # a ring
+        {"g": "1.62"},  # the moon
+        {"m": "0.6"},  # of tungsten
+        {"m": "1", "R": "1", "g": "1"},  # dimensionless
+        {"m": "0.004", "R": "0.03"},  # a hollow ball
+    ],
+)
+def test_no_top_is_taken_for_a_mistake(changes: dict[str, Any]) -> None:
+    require_si(top(**changes))

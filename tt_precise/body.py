@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
 
 from tt_precise.errors import InputError
-from tt_precise.numerals import exact
+from tt_precise.numerals import written
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,8 @@ class Parameters:
 class TippeTop(Parameters):
     """A Tippe Top with exact parameters in SI: kg, m, 1, kg m^2, kg m^2, m/s^2, s/m.
 
-    Every parameter is given as an exact decimal or fraction string (or int, or ``Fraction``).
+    Every parameter is given as an exact decimal or fraction string, an int or a ``Fraction``; a
+    float stands for its shortest decimal, 0.015 for "0.015".
 
     Raises
     ------
@@ -59,7 +60,7 @@ class TippeTop(Parameters):
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            object.__setattr__(self, field.name, exact(getattr(self, field.name), field.name))
+            object.__setattr__(self, field.name, written(getattr(self, field.name), field.name))
         for name in ("m", "R", "I1", "I3", "g"):
             _require(getattr(self, name) > 0, name, getattr(self, name), "a number above 0")
         _require(0 < self.alpha < 1, "alpha", self.alpha, "a number between 0 and 1, both excluded")
@@ -74,7 +75,7 @@ class TippeTop(Parameters):
     @classmethod
     def from_ratios(cls, **given: Any) -> TippeTop:
         """A body whose I1 and I3 are given in units of m R^2, as in a scene file."""
-        values = {name: exact(value, name) for name, value in given.items()}
+        values = {name: written(value, name) for name, value in given.items()}
         scale = values["m"] * values["R"] ** 2
         values["I1"] *= scale
         values["I3"] *= scale
@@ -97,6 +98,47 @@ class TippeTop(Parameters):
             g=1,
             mu=fn.sqrt(convert(mu_squared)),
         )
+
+
+# Generous: no top that stands on a table is beyond them.
+PLAUSIBLE_MOMENT = Fraction(1, 1000), Fraction(10)  # of m R^2; a solid sphere has 2/5
+PLAUSIBLE_GRAVITY = Fraction(1, 100), Fraction(100)  # m/s^2
+PLAUSIBLE_DENSITY = Fraction(1, 10), Fraction(100_000)  # kg/m^3 of the sphere; osmium has 22,600
+
+
+def require_si(body: TippeTop) -> None:
+    """Refuse a body whose numbers can only be meant in other units than those of a scene file.
+
+    Raises
+    ------
+    InputError
+        A moment of inertia, gravity, or mass and radius together are beyond what any top has.
+    """
+    unit = body.m * body.R**2
+    for name in ("I1", "I3"):
+        ratio = getattr(body, name) / unit
+        low, high = PLAUSIBLE_MOMENT
+        if not low <= ratio <= high:
+            _refuse_units(
+                f"body.{name}", ratio,
+                f"{float(low):g} to {high} in units of m R^2; if it is in kg m^2, write "
+                f"{float(ratio / unit):.6g}, which is {_short(ratio)}/(m R^2)",
+            )  # fmt: skip
+    low, high = PLAUSIBLE_GRAVITY
+    if not low <= body.g <= high:
+        _refuse_units("body.g", body.g, f"{float(low):g} to {high} m/s^2 (is it in cm/s^2?)")
+    density = body.m / (body.R**3 * Fraction(4.18879))
+    low, high = PLAUSIBLE_DENSITY
+    if not low <= density <= high:
+        _refuse_units(
+            "body.m, body.R", body.m,
+            f"m in kg and R in m: with R = {_short(body.R)} the sphere has a density of "
+            f"{float(density):.3g} kg/m^3 (is it in g, cm or mm?)",
+        )  # fmt: skip
+
+
+def _refuse_units(name: str, got: Fraction, expected: str) -> None:
+    raise InputError(f"{name}: got {_short(got)}, expected {expected}")
 
 
 class Dimension(NamedTuple):

@@ -23,6 +23,7 @@ from tt_precise.terminal import open_closed_streams, sanitized
 COMMANDS = {
     "run": "Integrate a scene.",
     "thresholds": "lambda, its thresholds and asymptotic values, each determined twice.",
+    "scene": "Write a new scene; show what follows from one.",
     "events": "The catalogue of events, or the events of a scene.",
     "golden": "Make, verify or list golden reference trajectories.",
     "check": "Conservation checks on a trajectory from anywhere.",

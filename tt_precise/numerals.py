@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from fractions import Fraction
 from numbers import Integral
@@ -39,6 +40,19 @@ def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
         f"{what}: got {shown}, expected an exact number as a string, "
         'such as "0.02", "1e-9" or "131/350"'
     )
+
+
+def written(value: str | float | Fraction, what: str = "number") -> Fraction:
+    """``exact``, where people write numbers: a float stands for its shortest decimal, as in TOML.
+
+    Raises
+    ------
+    InputError
+        As ``exact``; NaN and infinity too.
+    """
+    if isinstance(value, float) and math.isfinite(value):
+        return exact(float.__repr__(value), what)
+    return exact(value, what)  # type: ignore[arg-type]
 
 
 def to_mpmath(value: Fraction, context: Any) -> Any:

@@ -9,91 +9,29 @@ from fractions import Fraction
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from tt_precise.body import TippeTop
+from tt_precise.body import TippeTop, require_si
 from tt_precise.dry_friction import top_with_friction
 from tt_precise.errors import InputError
-from tt_precise.numerals import exact
+from tt_precise.numerals import exact, written
+from tt_precise.start import START_KEYS, Inclination, Start, is_derived
 from tt_precise.toml import parse, read_text, shown
 
 MODELS = ("gliding", "rolling")
 RECORDABLE = ("phi", "psi", "x", "y")
 MOST_SAMPLES = 20_000_000
-
-_NEARLY_PI = Fraction("3.14159")
-_PI_FORM = re.compile(r"\s*pi\s*(?:-\s*(?P<offset>\S+)\s*)?", re.ASCII)
-
-
-class Inclination(NamedTuple):
-    """An exact inclination theta: ``offset`` from the upright pole, or from the inverted one.
-
-    theta = pi is no rational number, and pi - 1e-300 is no number of any fixed precision, so the
-    distance from the nearer pole is what is stored; sine and cosine are then exact at the poles
-    and accurate beside them.
-    """
-
-    offset: Fraction
-    from_pi: bool = False
-
-    @classmethod
-    def parse(cls, value: Any) -> Inclination:
-        """Read "0.1", "pi" or "pi - 1e-9"; radians, within [0, pi]."""
-        form = _PI_FORM.fullmatch(value) if isinstance(value, str) else None
-        if form:
-            angle = cls(exact(form["offset"] or 0, "theta"), from_pi=True)
-        else:
-            angle = cls(exact(value, "theta"))
-        if not 0 <= angle.offset <= _NEARLY_PI:
-            raise InputError(
-                f"theta: got {str(value)[:60]}, expected 0 <= theta <= pi "
-                '(near pi write "pi - 1e-3")'
-            )
-        return angle
-
-    @property
-    def at_pole(self) -> bool:
-        """Whether the axis is exactly vertical, where Euler angles are undefined."""
-        return self.offset == 0
-
-    def sine_cosine(self, fn: Any, convert: Any) -> tuple[Any, Any]:
-        """``(sin theta, cos theta)`` in the arithmetic ``fn``."""
-        if self.at_pole:
-            return convert(Fraction(0)), convert(Fraction(-1 if self.from_pi else 1))
-        sine, cosine = fn.sin(convert(self.offset)), fn.cos(convert(self.offset))
-        return sine, -cosine if self.from_pi else cosine
-
-    def radians(self, fn: Any, convert: Any) -> Any:
-        """Theta itself in the arithmetic ``fn``."""
-        offset = convert(self.offset)
-        return fn.acos(convert(Fraction(-1))) - offset if self.from_pi else offset
-
-    def __str__(self) -> str:
-        if not self.from_pi:
-            return str(self.offset)
-        return "pi" if self.at_pole else f"pi - {self.offset}"
-
-
-@dataclass(frozen=True)
-class Start:
-    """The exact state at t = 0 in Euler angles: rad, rad/s, m/s; phi = psi = x = y = 0."""
-
-    theta: Inclination
-    omega_3: Fraction
-    theta_dot: Fraction = Fraction(0)
-    phi_dot: Fraction = Fraction(0)
-    nu_x: Fraction = Fraction(0)
-    nu_y: Fraction = Fraction(0)
-
-    def __post_init__(self) -> None:
-        given: Any = self.theta
-        if not isinstance(given, Inclination):
-            object.__setattr__(self, "theta", Inclination.parse(given))
-        for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
-            object.__setattr__(self, name, exact(getattr(self, name), name))
-
+__all__ = [
+    "MODELS", "MOST_SAMPLES", "RECORDABLE", "Inclination", "Scene", "Start", "load_scene",
+    "parse_scene", "shipped",
+]  # fmt: skip
 
 _START = tuple(field.name for field in fields(Start))
+# what a changed entry takes the place of
+_REPLACES = {
+    "psi_dot": ("omega_3",), "omega_3": ("psi_dot",), "at_rest": ("nu_x", "nu_y"),
+    "nu_x": ("at_rest",), "nu_y": ("at_rest",),
+}  # fmt: skip
 _RUN = ("until", "sample_every", "record", "events")
 
 
@@ -102,7 +40,14 @@ class Scene:
     """What to integrate: a body, a start, a horizon, and what to record on the way.
 
     Times in s. ``record`` names quadratures from ``RECORDABLE`` (phi, psi in rad; x, y of the
-    centre of mass in m); ``events`` names entries of the event catalogue.
+    centre of mass in m); ``events`` names entries of the event catalogue. ``start`` may be a
+    mapping of entries as in a scene file, psi_dot and at_rest too; ``given`` keeps those from
+    which others are computed.
+
+    Raises
+    ------
+    InputError
+        Something is no body, no start, or outside its range.
     """
 
     name: str
@@ -116,10 +61,17 @@ class Scene:
     record: tuple[str, ...] = ()
     events: tuple[str, ...] = ()
     text: str = field(default="", repr=False, compare=False)
+    given: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("until", "sample_every"):
-            object.__setattr__(self, name, exact(getattr(self, name), name))
+            object.__setattr__(self, name, written(getattr(self, name), name))
+        _typed(self.body, TippeTop, "body", "a TippeTop")
+        start: Any = self.start
+        if isinstance(start, Mapping):
+            object.__setattr__(self, "start", Start.of(self.body, start))
+            object.__setattr__(self, "given", dict(start) if is_derived(start) else {})
+        _typed(self.start, Start, "start", "a Start or a mapping of its entries")
         _one_of(self.model, MODELS, "model")
         for name in self.record:
             _one_of(name, RECORDABLE, "record")
@@ -143,6 +95,7 @@ class Scene:
 
         ``changes`` are entries of [body], [start] and [run]: exact strings or numbers, in SI but
         for I1 and I3, which are in units of m R^2 and stay what they are there if m or R change.
+        A start that was given by psi_dot or at_rest is computed again from them.
 
         Raises
         ------
@@ -150,10 +103,10 @@ class Scene:
             There is no such entry, or its value is refused.
         """
         parameters = [entry.name for entry in fields(self.body)]
-        known = {*parameters, *_START, *_RUN}
+        known = {*parameters, *START_KEYS, *_RUN}
         for name in changes:
             _one_of(name, known, "varied")
-        start = {name: changes[name] for name in _START if name in changes}
+        start = {name: changes[name] for name in START_KEYS if name in changes}
         run = {name: changes[name] for name in _RUN if name in changes}
         body = {name: changes[name] for name in parameters if name in changes}
         top = self.body
@@ -163,7 +116,21 @@ class Scene:
             top = type(top).from_ratios(
                 **{**given, "I1": top.I1 / unit, "I3": top.I3 / unit, **body}
             )
-        return replace(self, body=top, start=replace(self.start, **start), **run)
+        return replace(self, body=top, **self._start_with(start, top), **run)
+
+    def _start_with(self, changes: Mapping[str, Any], body: TippeTop) -> dict[str, Any]:
+        """Fields of a scene with this start changed: ``start``, and ``given`` where it counts."""
+        # replace(scene, start=...) leaves ``given`` behind: then it says nothing any more
+        given = self.given if self.given and Start.of(self.body, self.given) == self.start else {}
+        if not is_derived({**given, **changes}):
+            return {"start": replace(self.start, **changes)}
+        values = dict(given or {name: getattr(self.start, name) for name in _START}) | dict(changes)
+        for name, others in _REPLACES.items():
+            if name in changes:
+                for other in others:
+                    if other not in changes:
+                        values.pop(other, None)
+        return {"start": values}
 
     def perturbed(self, **relative: Any) -> Scene:
         """The same scene with parameters (in SI) and rates off by exact relative sizes.
@@ -246,13 +213,14 @@ def _from_table(table: Mapping[str, Any], name: str, text: str) -> Scene:
     # with [friction] its place is there, and the message about two of them says so
     needed, extra = (parameters, set()) if friction is None else (parameters - {"mu"}, {"mu"})
     _keys(body, needed, extra, "body.")
-    _keys(start, {"theta", "omega_3"}, {f.name for f in fields(Start)}, "start.")
     _keys(run, {"until"}, {"sample_every", "record", "events"}, "run.")
+    top = _top(body, friction)
+    require_si(top)
     return Scene(
         name=name,
         model=_text(table, "model"),
-        body=_top(body, friction),
-        start=Start(**start),
+        body=top,
+        start=start,  # type: ignore[arg-type]
         until=run["until"],
         sample_every=run.get("sample_every", "0.01"),
         title=_text(table, "title"),
@@ -267,6 +235,11 @@ def _top(body: Mapping[str, Any], friction: Mapping[str, Any] | None) -> TippeTo
     if friction is None:
         return TippeTop.from_ratios(**body)
     return top_with_friction(dict(body), dict(friction))
+
+
+def _typed(value: Any, kind: type, what: str, expected: str) -> None:
+    if not isinstance(value, kind):
+        raise InputError(f"{what}: got a {type(value).__name__}, expected {expected}")
 
 
 def _keys(table: Mapping[str, Any], required: set[str], optional: set[str], prefix: str) -> None:

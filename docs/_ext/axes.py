@@ -47,7 +47,7 @@ def draw(path: Path) -> None:
     axes.text(*_moved(corner, 0.1, 0.12), r"$\otimes\ \hat y$ (away)", fontsize=11)
     axes.text(
         1.75, 0.55,
-        "$\\hat x$: horizontal, towards which the axis leans,\n"
+        "$\\hat x$: horizontal, towards which the axis is tilted,\n"
         "   at azimuth $\\varphi$ from the inertial $X$\n"
         "$\\hat y = \\hat z\\times\\hat x$\n"
         "O: centre of the sphere\n"

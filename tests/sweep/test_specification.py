@@ -1,5 +1,6 @@
 """Specifications: what is refused, and which rows they number."""
 
+import math
 from fractions import Fraction
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy
 import pytest
 
 from tt_precise.errors import InputError
+from tt_precise.scene import load_scene
 from tt_precise.sweep import read_specification, specification
 from tt_precise.sweep.specification import Axis, Interval, blocks
 
@@ -171,3 +173,36 @@ def test_refuses_toml(tmp_path: Path, old: str, new: str, told: str) -> None:
 
 def test_interval_is_exact() -> None:
     assert Interval.parse("mu", "1/3:0.5") == Interval("mu", Fraction(1, 3), Fraction(1, 2))
+
+
+def test_psi_dot_is_swept_like_any_start_value() -> None:
+    from tt_precise.sweep.chunk import compute
+
+    spec = specification("reference", vary={"psi_dot": "150,155", "phi_dot": "0,10"}, until="0.3")
+    assert spec.plan.derived
+    rows = [
+        dict(zip(spec.names, row, strict=True)) for _, one in blocks(spec, 9, set()) for row in one
+    ]
+    starts = [spec.plan.scene_of(row).start for row in rows]
+    assert [float(one.omega_3) for one in starts[::2]] == [150, 155]
+    assert float(starts[3].omega_3) == pytest.approx(155 + 10 * math.cos(0.1), abs=1e-12)
+    values = numpy.array([[row[name] for name in spec.names] for row in rows])
+    found = compute(spec.plan, values, 4)
+    plain = specification("reference", vary={"omega_3": "150,155"}, until="0.3")
+    same = compute(plain.plan, numpy.array([[150.0], [155.0]]), 4)
+    assert found["min_g_n"][::2].tolist() == same["min_g_n"].tolist()
+
+
+def test_a_sweep_of_a_start_by_psi_dot_keeps_it(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    text = load_scene("reference").text.replace("omega_3", "psi_dot")
+    file.write_text(text, "utf-8")
+    spec = specification(str(file), vary={"phi_dot": "0,10"})
+    assert spec.plan.scene_of({"phi_dot": 10.0}).start.omega_3 > 164
+    assert spec.description()["given"]["psi_dot"] == "155"
+    assert "given" not in specification("reference", vary={"phi_dot": "0,10"}).description()
+
+
+def test_moments_in_si_are_refused_in_a_sweep_too() -> None:
+    with pytest.raises(InputError, match=r"body\.I1: got .* in units of m R\^2"):
+        specification("reference", vary={"I1": "2.9e-6,3e-6", "I3": "3.1e-6,3.2e-6"})

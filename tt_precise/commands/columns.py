@@ -20,8 +20,8 @@ CONVENTIONS = (
     "Angular velocity (wx, wy, wz) is in the inertial frame. An engine that writes it in the "
     "body's frame (MuJoCo does) has to be turned by the quaternion first.",
     "Euler angles: orientation is Rz(phi) Ry(theta) Rz(psi), omega_3 = psi_dot + phi_dot cos "
-    "theta; nu_x is the contact velocity towards the lean of the axis, nu_y across it "
-    "(z x lean). Undefined where the axis is vertical.",
+    "theta; nu_x is the contact velocity towards the tilt of the axis, nu_y across it "
+    "(z x tilt). Undefined where the axis is vertical.",
     "Units: SI, angles in rad, time in s and strictly increasing.",
 )
 

@@ -42,6 +42,11 @@ def horizontal_length(fn: Any, x: Any, y: Any) -> Any:
     return hypot(x, y) if hypot else fn.sqrt(x * x + y * y)
 
 
+def spin(psi_dot: Any, phi_dot: Any, cosine: Any) -> Any:
+    """omega_3 = psi_dot + phi_dot cos theta; section 1."""
+    return psi_dot + phi_dot * cosine
+
+
 def vectors_from_euler(
     body: Parameters, state: EulerState, fn: Any, phi: Any = 0, sine_cosine: Any = None
 ) -> NewtonState:

@@ -67,7 +67,7 @@ def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
 
 def _begin(plan: Plan, values: Any) -> list[InitialState]:
     rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
-    if any(name in PARAMETERS for name in plan.names):
+    if plan.derived or any(name in PARAMETERS for name in plan.names):
         return [InitialState.of(plan.scene_of(row), FLOATS) for row in rows]
     first = InitialState.of(plan.scene, FLOATS)
     return [first.from_another(plan.scene.start, FLOATS, row) for row in rows]

@@ -17,6 +17,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from tt_precise.body import require_si
 from tt_precise.errors import InputError
 from tt_precise.integrate.contact import CONTACTS
 from tt_precise.numerals import exact
@@ -25,6 +26,7 @@ from tt_precise.sweep.columns import check_names
 from tt_precise.toml import parse, read_text
 
 STARTS = tuple(field.name for field in fields(Start))
+SWEEPABLE = (*STARTS, "psi_dot")
 PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
 SAMPLERS = ("sobol", "latin")
 MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
@@ -85,6 +87,11 @@ class Plan:
     names: tuple[str, ...]
     record: tuple[str, ...]
     contact: str
+
+    @property
+    def derived(self) -> bool:
+        """Whether a row's start has entries that are computed from others, exactly."""
+        return bool(self.scene.given) or "psi_dot" in self.names
 
     def scene_of(self, values: Mapping[str, float]) -> Scene:
         """The scene of one row, from the numbers in its columns."""
@@ -160,7 +167,8 @@ class Specification:
     def description(self) -> dict[str, Any]:
         """Everything the rows depend on, in plain JSON values."""
         scene, body, start = self.scene, self.scene.body, self.scene.start
-        return {
+        given = {name: str(value) for name, value in scene.given.items()}
+        return ({"given": given} if given else {}) | {
             "scene": scene.name,
             "model": scene.model,
             "body": {one.name: str(getattr(body, one.name)) for one in fields(body)},
@@ -192,11 +200,12 @@ class Specification:
         inertia = {name: ends.pop(name) for name in ("I1", "I3") if name in ends}
         for name, pair in ends.items():
             for value in pair:
-                self.scene.varied(**{name: value})
+                require_si(self.scene.varied(**{name: value}).body)
         # I3 <= 2 I1 and both positive: the corners with one low and one high are the worst
         for corner in ((0, 1), (1, 0)) if inertia else ():
             which = dict(zip(("I1", "I3"), corner, strict=True))
-            self.scene.varied(**{name: pair[which[name]] for name, pair in inertia.items()})
+            changes = {name: pair[which[name]] for name, pair in inertia.items()}
+            require_si(self.scene.varied(**changes).body)
 
 
 def specification(
@@ -317,9 +326,9 @@ class _Samples:
 
 
 def _check_name(name: str) -> None:
-    if name not in STARTS + PARAMETERS:
+    if name not in SWEEPABLE + PARAMETERS:
         raise InputError(
-            f"sweep: got {name[:60]!r}, expected one of: {', '.join(STARTS + PARAMETERS)}"
+            f"sweep: got {name[:60]!r}, expected one of: {', '.join(SWEEPABLE + PARAMETERS)}"
         )
 
 

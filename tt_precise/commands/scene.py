@@ -1,0 +1,220 @@
+"""``tt-precise scene``: write the file of a new scene, show what follows from one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from tt_precise.errors import InputError
+
+if TYPE_CHECKING:
+    from tt_precise.scene import Scene
+
+SCHEMA = "tt_precise.scene/1"
+DIGITS = 20
+TEMPLATE = """\
+title = "{name}"
+source = ""                      # where the numbers come from
+model = "gliding"                # or "rolling": the contact point never glides
+
+# Numbers are decimals or fractions in quotes, so that they stay exact in every precision.
+[body]                           # SI
+m = "0.015"                      # kg, mass
+R = "0.015"                      # m, radius of the sphere
+alpha = "0.2"                    # centre of mass below the centre of the sphere, in units of R
+I1 = "0.38"                      # moment of inertia across the axis, in units of m R^2
+I3 = "0.4"                       # moment of inertia about the axis, in units of m R^2
+g = "9.81"                       # m/s^2
+mu = "0.3"                       # s/m: friction F_f = -mu g_n v_A
+
+# Dry friction instead: take mu out of [body], and write
+# [friction]
+# law = "regularised"            # or "coulomb"
+# mu = "0.3"                     # dimensionless
+# epsilon = "0.001"              # m/s, only for "regularised"
+
+[start]                          # rad, rad/s, m/s; what is left out is 0
+theta = "0.1"                    # inclination of the axis, 0 (upright) to pi
+theta_dot = "0"
+phi_dot = "0"                    # precession
+omega_3 = "200"                  # spin about the axis; or psi_dot = omega_3 - phi_dot cos theta
+at_rest = "contact point"        # or "centre of mass"; or nu_x and nu_y (m/s) themselves
+
+[run]
+until = "4"                      # s
+sample_every = "0.01"            # s
+record = []                      # further columns: any of "phi", "psi", "x", "y"
+events = []                      # by name; `tt-precise events` lists them
+"""
+
+
+@click.group("scene")
+def command() -> None:
+    """Scenes: bodies, starts and horizons, one TOML file each."""
+
+
+@command.command("new")
+@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--force", is_flag=True, help="Replace a file that exists.")
+def new(file: Path, force: bool) -> None:
+    """Write a commented scene to FILE (.toml), valid as it is, to be changed."""
+    from tt_precise.files import atomic_write
+
+    if file.suffix != ".toml":
+        raise InputError(f"scene new: got {file}, expected a name that ends in .toml")
+    if file.exists() and not force:
+        raise InputError(f"scene new: {file} exists, expected a new name, or --force")
+    if not file.parent.is_dir():
+        raise InputError(f"scene new: got {file}, expected a file in a folder that exists")
+    name = file.stem.replace("\\", "\\\\").replace('"', '\\"')
+    atomic_write(file, TEMPLATE.replace("{name}", name))
+    click.echo(f"{file}: change it, then `tt-precise scene show {file}`")
+
+
+@command.command("list")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def list_command(as_json: bool) -> None:
+    """List the scenes that ship with the package."""
+    from tt_precise.scene import load_scene, shipped
+
+    found = [load_scene(name) for name in shipped()]
+    if as_json:
+        told = [{"name": one.name, "model": one.model, "title": one.title} for one in found]
+        click.echo(json.dumps({"schema": "tt_precise.scene.list/1", "scenes": told}, indent=2))
+        return
+    for one in found:
+        click.echo(f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}")
+
+
+@command.command("show")
+@click.argument("scene")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+def show(scene: str, as_json: bool) -> None:
+    """Show what follows from SCENE, a shipped name or a TOML file.
+
+    gamma, lambda over its thresholds, whether it inverts, static balance, and warnings.
+    """
+    from tt_precise.scene import load_scene
+
+    told = summary(load_scene(scene))
+    click.echo(json.dumps(told, indent=2, ensure_ascii=False) if as_json else lines(told))
+
+
+def summary(scene: Scene) -> dict[str, Any]:
+    """What follows from a scene, for JSON."""
+    from dataclasses import fields
+
+    from tt_precise.exact.thresholds import thresholds
+
+    found = thresholds(scene, DIGITS)
+    values = {name: one.value for name, one in found.quantities.items()}
+
+    def over(name: str) -> float | None:
+        below = values.get(name)
+        return None if below is None else float(values["lambda"] / below)
+
+    body, unit = scene.body, scene.body.m * scene.body.R**2
+    shown = {field.name: str(getattr(body, field.name)) for field in fields(body)}
+    shown |= {"I1": str(body.I1 / unit), "I3": str(body.I3 / unit)}
+    start = {field.name: str(getattr(scene.start, field.name)) for field in fields(scene.start)}
+    ratios = {name: over(name) for name in ("lambda_thres", "lambda_up")}
+    return {
+        "schema": SCHEMA,
+        "scene": scene.name,
+        "title": scene.title,
+        "source": scene.source,
+        "model": scene.model,
+        "friction": body.law,
+        "body": shown,
+        "start": start,
+        "given": {name: str(value) for name, value in scene.given.items()},
+        "until": str(scene.until),
+        "gamma": float(body.gamma),
+        "lambda": float(values["lambda"]),
+        "lambda_over": ratios,
+        "inverts": found.inverts,
+        "inverts_reason": found.inverts_reason,
+        "static_balance": balance(scene),
+        "warnings": warnings(scene, ratios),
+    }
+
+
+def balance(scene: Scene) -> str:
+    """Where the top rests without spin."""
+    height = float(scene.body.alpha * scene.body.R) * 1000
+    return (
+        f"rests at theta = 0, with the centre of mass {height:.3g} mm below the centre of the "
+        "sphere; theta = pi is its unstable balance"
+    )
+
+
+def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
+    """What is worth a second look."""
+    from tt_precise.initial_state import InitialState
+    from tt_precise.integrate.precision import precision_named
+
+    found = []
+    body, start = scene.body, scene.start
+    if not 1 - body.alpha < body.gamma < 1 + body.alpha:
+        found.append(
+            f"gamma = {float(body.gamma):.4g} lies outside 1 - alpha to 1 + alpha "
+            f"({float(1 - body.alpha):.4g} to {float(1 + body.alpha):.4g}): no spin inverts it"
+        )
+    elif any(ratio is not None and abs(abs(ratio) - 1) < 0.05 for ratio in ratios.values()):
+        found.append("lambda is within 5 % of a threshold: what it does may take very long")
+    unit = body.m * body.R**2
+    if max(body.I1, body.I3) > unit:
+        found.append("a moment of inertia is above m R^2, which no mass inside the sphere has")
+    if start.theta.at_pole:
+        found.append("the axis is vertical: Euler angles are undefined, and a perfect top stays so")
+    if scene.model == "gliding" and body.mu == 0:
+        found.append("no friction: the top never inverts")
+    double = precision_named("double")
+    motion = InitialState.of(scene, double.arithmetic).motion(double.context)
+    force = motion.force[2]
+    if force <= 0:
+        found.append(f"g_n = {float(force):.3g} m g at t = 0: the top is not on the table")
+    elif force < 0.3:
+        found.append(f"g_n is only {float(force):.3g} m g at t = 0: contact may be lost soon")
+    return found
+
+
+def lines(told: dict[str, Any]) -> str:
+    """What a person reads."""
+    body = {name: _short(value) for name, value in told["body"].items()}
+    inverts = {True: "yes", False: "no", None: "undecided"}[told["inverts"]]
+    ratios = "   ".join(
+        f"lambda/{name} = {value:.6g}" if value is not None else f"{name} does not exist"
+        for name, value in told["lambda_over"].items()
+    )
+    given = ", ".join(f"{name} = {_short(value)}" for name, value in told["given"].items())
+    text = [
+        f"{told['scene']}: {told['title']}",
+        f"  model      {told['model']}, {told['friction']} friction, until {told['until']} s",
+        f"  body       m {body['m']} kg, R {body['R']} m, alpha {body['alpha']}, "
+        f"I1 {body['I1']} and I3 {body['I3']} (m R^2), g {body['g']} m/s^2, mu {body['mu']}",
+        "  start      "
+        + ", ".join(f"{name} {_short(value)}" for name, value in told["start"].items()),
+        *([f"  given      {given}"] if given else []),
+        f"  gamma      {told['gamma']:.6g}",
+        f"  lambda     {told['lambda']:.10g} kg m^3/s; {ratios}",
+        f"  inverts    {inverts}: {told['inverts_reason']}",
+        f"  balance    {told['static_balance']}",
+        *(f"  WARNING    {warning}" for warning in told["warnings"]),
+    ]
+    return "\n".join(text)
+
+
+def _short(value: str) -> str:
+    """A fraction as a decimal where that is short and exact."""
+    from fractions import Fraction
+
+    try:
+        number = Fraction(value)
+    except ValueError:  # pi - 1e-9
+        return value
+    decimal = f"{float(number):.12g}"
+    return decimal if Fraction(decimal) == number or len(value) > 24 else value
