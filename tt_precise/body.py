@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.errors import InputError
 from tt_precise.numerals import written
 
@@ -20,26 +21,26 @@ class Parameters:
     ``law`` names the friction law; ``dry_friction`` has the others.
     """
 
-    m: Any
-    R: Any
-    alpha: Any
-    I1: Any
-    I3: Any
-    g: Any
-    mu: Any
+    m: Scalar
+    R: Scalar
+    alpha: Scalar
+    I1: Scalar
+    I3: Scalar
+    g: Scalar
+    mu: Scalar
     law: ClassVar[str] = "viscous"
 
-    def map(self, convert: Callable[[Any], Any]) -> Parameters:
+    def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
         """These parameters with every one of them converted."""
         return Parameters(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
 
     @property
-    def gamma(self) -> Any:
+    def gamma(self) -> Scalar:
         """Ratio of the moments of inertia gamma = I1/I3; Theorem 1.1."""
         return self.I1 / self.I3
 
     @property
-    def sigma(self) -> Any:
+    def sigma(self) -> Scalar:
         """Ratio sigma = m R^2/I3; after eq (9)."""
         return self.m * self.R * self.R / self.I3
 
@@ -81,11 +82,11 @@ class TippeTop(Parameters):
         values["I3"] *= scale
         return cls(**values)
 
-    def numbers(self, convert: Callable[[Fraction], Any]) -> Parameters:
+    def numbers(self, convert: Callable[[Fraction], Scalar]) -> Parameters:
         """These parameters (SI) in another arithmetic; ``convert`` rounds one exact number."""
         return self.map(convert)
 
-    def dimensionless(self, fn: Any, convert: Callable[[Fraction], Any]) -> Parameters:
+    def dimensionless(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Parameters:
         """The same top with m = R = g = 1 and mu sqrt(g R) for mu."""
         scale = self.m * self.R**2
         mu_squared = self.mu**2 * self.g * self.R
@@ -161,18 +162,18 @@ class Dimension(NamedTuple):
 class Units(NamedTuple):
     """The units of the dimensionless form: mass m, length R, time sqrt(R/g), in SI."""
 
-    mass: Any
-    length: Any
-    time: Any
+    mass: Scalar
+    length: Scalar
+    time: Scalar
 
     @classmethod
-    def of(cls, body: TippeTop, fn: Any, convert: Callable[[Fraction], Any]) -> Units:
+    def of(cls, body: TippeTop, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Units:
         """The units of ``body``, each rounded once by ``convert`` (and one square root)."""
         return cls(convert(body.m), convert(body.R), fn.sqrt(convert(body.R / body.g)))
 
-    def of_dimension(self, dimension: Dimension) -> Any:
+    def of_dimension(self, dimension: Dimension) -> Scalar:
         """How many SI units one dimensionless unit of this dimension is."""
-        factor: Any = 1
+        factor: Scalar = 1
         for unit, power in zip(self, dimension, strict=True):
             if power:
                 factor = factor * unit**power
@@ -187,5 +188,5 @@ def _require(holds: bool, name: str, got: Fraction, expected: str) -> None:
 def _short(value: Fraction) -> str:
     text = str(value)
     decimal = repr(float(value)) if abs(value) < 10**300 else text
-    told = decimal if Fraction(decimal) == value or len(text) > 24 else text
-    return told if len(told) <= 60 else f"{told[:40]}... ({len(told)} characters)"
+    shown = decimal if Fraction(decimal) == value or len(text) > 24 else text
+    return shown if len(shown) <= 60 else f"{shown[:40]}... ({len(shown)} characters)"

@@ -176,7 +176,7 @@ def test_digits_of_a_hopeless_start_are_refused(
 
 
 def test_two_arithmetics_that_end_differently_leave_no_digits(rough: Scene) -> None:
-    """A horizon so close to the loss of contact that double cannot tell which comes first."""
+    """A horizon so close to the loss of contact that double cannot decide which comes first."""
     at_the_edge = replace(rough, until=Fraction("0.65771882639144194"))
     torn = integrate(at_the_edge)
     assert (torn.status, integrate(at_the_edge, "quad").status) == ("complete", "contact_lost")

@@ -16,7 +16,7 @@ EVERY = frozenset(("double", "extended", "quad"))
 
 @pytest.fixture
 def two_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A table in which the cheaper run has the dearer judge."""
+    """A table in which the cheaper run has the more expensive reference run."""
     table = tmp_path / "cost_table.csv"
     table.write_text(
         "formulation,precision,tolerance,order,digits_worst,digits_median,cost,scenes\n"
@@ -45,7 +45,7 @@ def test_the_table_holds_what_can_be_integrated() -> None:
 @pytest.mark.parametrize("formulation", [None, "newton", "euler"])
 def test_dearer_settings_have_more_digits(formulation: str | None) -> None:
     chosen = cost_table.settings(formulation, EVERY)
-    digits, costs = [s.digits for s in chosen], [cost_table.judged_cost(s) for s in chosen]
+    digits, costs = [s.digits for s in chosen], [cost_table.cost_with_estimate(s) for s in chosen]
     assert digits == sorted(set(digits))
     assert costs == sorted(costs)
     assert {s.formulation for s in chosen} == {formulation or "newton"}
@@ -62,7 +62,7 @@ def test_arithmetics_that_are_missing_are_not_chosen() -> None:
 def test_what_the_judges_cost_counts() -> None:
     coarse, full, quad = cost_table.settings(None, EVERY)
     assert (coarse.tolerance, full.tolerance, quad.precision) == (1e-15, 0, "quad")
-    assert [cost_table.judged_cost(s) for s in (coarse, full, quad)] == [26, 1008, math.inf]
+    assert [cost_table.cost_with_estimate(s) for s in (coarse, full, quad)] == [26, 1008, math.inf]
     (only,) = cost_table.settings("euler", EVERY)
     assert only.digits == 14.5
 

@@ -23,7 +23,7 @@ def spin_along_axis(row: Any) -> Any:
     return row.Lx * row.kx + row.Ly * row.ky + row.Lz * row.kz
 
 
-# What each event means, told with the columns of a trajectory and not with the event's function:
+# What each event means, in the columns of a trajectory and not with the event's function:
 # the sign changes there, and to which sign when the event's direction is +1.
 MEANINGS: dict[str, tuple[Callable[[Any], Any], int]] = {
     "theta_min": (lambda row: row.theta_dot, -1),
@@ -162,7 +162,7 @@ def test_a_fall_through_the_pole_is_a_minimum_of_theta(toppling: Scene) -> None:
     vectors = integrate(falling, events=ALL)
     angles = integrate(falling, "extended", formulation="euler")
     assert angles.status == "pole"
-    # the direction of lean turns round at the pole, and the gliding velocity with it
+    # the direction of tilt turns round at the pole, and the gliding velocity with it
     assert set(vectors.events["name"]) == {"theta_min", "nu_x_zero", "nu_crossing"}
     # a few eps of 0.09 s in double
     assert max(abs(vectors.events["t"] - float(angles.t_end))) < 4 * 2.0**-53
@@ -216,8 +216,8 @@ def test_a_missing_event_is_suspected(double: Trajectory) -> None:
         incomplete.__dict__.update(double.__dict__)
         incomplete.__dict__.pop("suspect_events")
         incomplete.__dict__["events"] = events.drop(index=position)
-        told = "turning points" if lost == "theta_max" else lost
-        assert incomplete.suspect_events == (told,)
+        named = "turning points" if lost == "theta_max" else lost
+        assert incomplete.suspect_events == (named,)
 
 
 def test_events_that_were_not_asked_for_are_not_there(half: Scene) -> None:

@@ -49,7 +49,7 @@ def assert_never_nan(trajectory: Trajectory) -> None:
         assert numpy.isfinite(frame.astype(float).to_numpy()).all()
         assert float(frame["t"].iloc[-1]) <= float(trajectory.t_end)
     assert all(drift < math.inf for drift in trajectory.drift.values())
-    if trajectory.precision.name != "quad":  # the judge of quad takes seconds
+    if trajectory.precision.name != "quad":  # the reference run of quad takes seconds
         assert all(error >= 0 for error in trajectory.error_estimate.values())
 
 
@@ -260,18 +260,18 @@ def test_every_shipped_scene_can_be_integrated(scene: str) -> None:
 
 @pytest.mark.parametrize("precision", ["double", "quad"])
 def test_progress_rises_to_one(half: Scene, precision: str) -> None:
-    told: list[float] = []
-    integrate(half, precision, progress=told.append)
-    assert told == sorted(told)
-    assert 0 < told[0] <= told[-1] == 1
+    reported: list[float] = []
+    integrate(half, precision, progress=reported.append)
+    assert reported == sorted(reported)
+    assert 0 < reported[0] <= reported[-1] == 1
 
 
 def test_progress_is_told_between_pieces(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = integrate(half)
     monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "double", 10)
-    told: list[float] = []
-    pieces = integrate(half, progress=told.append)
-    assert len(told) > 5
+    reported: list[float] = []
+    pieces = integrate(half, progress=reported.append)
+    assert len(reported) > 5
     assert pieces.state == whole.state
     assert pieces.steps == whole.steps
     assert pieces.at("0.3") == whole.at("0.3")

@@ -27,7 +27,7 @@ def starting(scene: Scene, **entries: Any) -> Scene:
 
 
 def test_dimensionless_numbers_of_the_reference_scene(reference: Scene) -> None:
-    begun = InitialState.of(starting(reference, nu_y="0.1"), QUAD.arithmetic)
+    start = InitialState.of(starting(reference, nu_y="0.1"), QUAD.arithmetic)
     with mpmath.workdps(60):
         second = mpmath.sqrt(mpmath.mpf("0.02") / mpmath.mpf("9.82"))
         speed = mpmath.sqrt(mpmath.mpf("9.82") * mpmath.mpf("0.02"))
@@ -37,22 +37,22 @@ def test_dimensionless_numbers_of_the_reference_scene(reference: Scene) -> None:
             "I3": mpmath.mpf(2) / 5,
             "mu": mpmath.mpf("0.3") * speed,
         }
-        found = {name: getattr(begun.body, name) for name in expected}
+        found = {name: getattr(start.body, name) for name in expected}
         expected |= {"until": 8 / second, "omega_3": 155 * second}
         expected["nu_y"] = mpmath.mpf("0.1") / speed
-        found |= {"until": begun.until, "omega_3": begun.euler.omega_3, "nu_y": begun.euler.nu_y}
+        found |= {"until": start.until, "omega_3": start.euler.omega_3, "nu_y": start.euler.nu_y}
         # a few roundings of the guarded context, 64 bits finer than quad
         bound = mpmath.ldexp(1, -113 - 60)
         for name, value in expected.items():
             assert abs(mpmath.mpf(found[name]) / value - 1) < bound, name
-        assert abs(mpmath.mpf(begun.vectors.kx) - mpmath.sin(mpmath.mpf("0.1"))) < bound
+        assert abs(mpmath.mpf(start.vectors.kx) - mpmath.sin(mpmath.mpf("0.1"))) < bound
 
 
 def test_a_start_1e_300_from_the_inverted_pole_keeps_its_digits(reference: Scene) -> None:
-    begun = InitialState.of(starting(reference, theta="pi - 1e-300"), QUAD.arithmetic)
-    assert begun.vectors.kz == -1
-    assert abs(begun.vectors.kx / mpmath.mpf("1e-300") - 1) < mpmath.mpf("1e-15")
-    assert begun.vectors.kx > 0
+    start = InitialState.of(starting(reference, theta="pi - 1e-300"), QUAD.arithmetic)
+    assert start.vectors.kz == -1
+    assert abs(start.vectors.kx / mpmath.mpf("1e-300") - 1) < mpmath.mpf("1e-15")
+    assert start.vectors.kx > 0
 
 
 @pytest.mark.parametrize(("theta", "kz"), [("0", 1), ("pi", -1)])
@@ -126,11 +126,11 @@ def test_a_rolling_start_off_the_table_is_refused() -> None:
 
 def test_which_events_vanish_at_the_start(reference: Scene) -> None:
     setup = Setup(formulation=integrated("gliding", "newton"), precision=QUAD)
-    begun = InitialState.of(reference, QUAD.arithmetic)
+    start = InitialState.of(reference, QUAD.arithmetic)
     at_rest = ("theta_min", "theta_max", "phi_dot_zero", "nu_x_zero", "nu_y_zero", "nu_crossing")
-    assert all(vanishes(name, setup, begun) for name in at_rest)
+    assert all(vanishes(name, setup, start) for name in at_rest)
     moving = ("equator", "omega_3_zero", "Lk_equals_Lz", "Lk_equals_minus_Lz")
-    assert not any(vanishes(name, setup, begun) for name in moving)
+    assert not any(vanishes(name, setup, start) for name in moving)
     turning = InitialState.of(starting(reference, theta_dot="1e-25"), QUAD.arithmetic)
     assert not vanishes("theta_min", setup, turning)
 
@@ -188,7 +188,7 @@ def test_a_lean_of_any_size_keeps_its_digits(
 
 
 def test_a_push_of_any_size_keeps_its_digits(reference: Scene) -> None:
-    """A top that stands still, and is pushed: the lean grows as a hyperbolic sine of time."""
+    """A top that stands still, and is pushed: the tilt grows as a hyperbolic sine of time."""
     falling = starting(replace(reference, until=Fraction(1)), theta="pi - 1e-30", omega_3="0")
     one, other = (
         integrate(starting(falling, theta=f"pi - 1e-{k}", theta_dot=f"1e-{k}")).state.kx * 10.0**k

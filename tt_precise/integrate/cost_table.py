@@ -1,4 +1,4 @@
-"""What each setting of the integrator costs and delivers: the measured trade behind ``digits``.
+"""What each setting of the integrator costs and delivers: the measured table behind ``digits``.
 
 ``cost_table.csv`` holds one row for each formulation, precision and tolerance; ``python -m
 tt_precise.bench.settings_table`` writes it from the golden scenes, nobody else does. Its numbers
@@ -52,24 +52,24 @@ def measured() -> tuple[Setting, ...]:
 def settings(formulation: str | None, available: frozenset[str]) -> list[Setting]:
     """The settings worth using, cheapest first: each has more digits than all before it.
 
-    Only of one formulation if it is given, and of the ``available`` precisions. What the judges of
-    a run cost counts too.
+    Only of one formulation if it is given, and of the ``available`` precisions. What its reference
+    runs cost counts too.
     """
     worth: list[Setting] = []
-    for setting in sorted(measured(), key=judged_cost):
+    for setting in sorted(measured(), key=cost_with_estimate):
         wanted = setting.precision in available and formulation in (None, setting.formulation)
         if wanted and (not worth or setting.digits > worth[-1].digits):
             worth.append(setting)
     return worth
 
 
-def judged_cost(setting: Setting) -> float:
-    """What a run and its judges (``accuracy.judges``) cost; inf where the table does not say."""
-    judge = setting.precision if setting.tolerance else FINER.get(setting.precision)
+def cost_with_estimate(setting: Setting) -> float:
+    """What a run and its reference runs cost; inf where the table does not say."""
+    reference = setting.precision if setting.tolerance else FINER.get(setting.precision)
     full = [
         row.cost
         for row in measured()
-        if (row.formulation, row.precision, row.tolerance) == (setting.formulation, judge, 0)
+        if (row.formulation, row.precision, row.tolerance) == (setting.formulation, reference, 0)
     ]
     twice = 2 if setting.tolerance else 1
     return twice * setting.cost + (full[0] if full else math.inf)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -28,25 +28,25 @@ class Event:
     """
 
     name: str
-    function: Callable[[Motion], Any]
+    function: Callable[[Motion], Scalar]
     meaning: str
     direction: int = 0
     gliding: bool = False
     slope: bool = False
 
 
-def axis_fall(q: Motion) -> Any:
+def axis_fall(q: Motion) -> Scalar:
     """I1 times the rate of cos theta: zero where theta turns."""
     return q.state.Lx * q.state.ky - q.state.Ly * q.state.kx
 
 
-def precession(q: Motion) -> Any:
+def precession(q: Motion) -> Scalar:
     """I1 phi_dot sin^2 theta = Lz - cos theta L.k, without the cancellation."""
     s = q.state
     return s.Lz * (s.kx * s.kx + s.ky * s.ky) - s.kz * (s.Lx * s.kx + s.Ly * s.ky)
 
 
-def alignment(q: Motion, sign: int) -> Any:
+def alignment(q: Motion, sign: int) -> Scalar:
     """(L.k - sign L.z)(1 + sign cos theta), which keeps its digits beside the pole in question.
 
     With k.k = 1 it equals (L.k without its vertical part)(1 + sign cos) - sign Lz sin^2; the
@@ -57,17 +57,17 @@ def alignment(q: Motion, sign: int) -> Any:
     return horizontal * (1 + sign * s.kz) - sign * s.Lz * (s.kx * s.kx + s.ky * s.ky)
 
 
-def gliding_towards_lean(q: Motion) -> Any:
+def gliding_along_tilt(q: Motion) -> Scalar:
     """nu_x sin theta."""
     return q.state.vx * q.state.kx + q.state.vy * q.state.ky
 
 
-def gliding_across_lean(q: Motion) -> Any:
+def gliding_across_tilt(q: Motion) -> Scalar:
     """nu_y sin theta."""
     return q.state.vy * q.state.kx - q.state.vx * q.state.ky
 
 
-def force_slope(q: Motion) -> Any:
+def force_slope(q: Motion) -> Scalar:
     """The rate of g_n times the positive denominator of eq (7), of a viscous top.
 
     Raises
@@ -87,11 +87,11 @@ _ALL = (
     Event("theta_min", axis_fall, "turning point: theta has a local minimum", -1),
     Event("theta_max", axis_fall, "turning point: theta has a local maximum", +1),
     Event("phi_dot_zero", precession, "phi_dot changes sign"),
-    Event("nu_x_zero", gliding_towards_lean, "nu_x changes sign", gliding=True),
-    Event("nu_y_zero", gliding_across_lean, "nu_y changes sign", gliding=True),
+    Event("nu_x_zero", gliding_along_tilt, "nu_x changes sign", gliding=True),
+    Event("nu_y_zero", gliding_across_tilt, "nu_y changes sign", gliding=True),
     Event(
         "nu_crossing",
-        lambda q: gliding_across_lean(q) - gliding_towards_lean(q),
+        lambda q: gliding_across_tilt(q) - gliding_along_tilt(q),
         "nu_y crosses nu_x (rising: from below)",
         gliding=True,
     ),

@@ -13,7 +13,7 @@ C, literal: the ends of the maximal interval around the climb in which phi_dot >
 The climb is the first crossing of theta = pi/2 from below. Where it is under way from the start,
 so that nothing of the kind happens before it, t_init is 0. A time that does not exist, because the
 top does not climb or the horizon ends too early, is None. A top that spins the other way round
-(lambda < 0) is judged as its mirror image, which has -phi_dot for phi_dot.
+(lambda < 0) is treated as its mirror image, which has -phi_dot for phi_dot.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from __future__ import annotations
 import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+from tt_precise.arithmetic import Scalar
 
 if TYPE_CHECKING:
     import pandas
@@ -33,11 +35,11 @@ NEEDED = ("theta_min", "theta_max", "phi_dot_zero", "equator", "Lk_equals_Lz", "
 class Climb:
     """Initiation and ending time in s (None where there is none) in one definition."""
 
-    t_init: Any
-    t_end: Any
+    t_init: Scalar
+    t_end: Scalar
 
     @property
-    def duration(self) -> Any:
+    def duration(self) -> Scalar:
         """Climbing time T_inv = t_end - t_init in s; section 2.1."""
         if self.t_init is None or self.t_end is None:
             return None
@@ -47,9 +49,9 @@ class Climb:
 class Turns(NamedTuple):
     """Turning points of theta, in order of time: their times, theta and phi_dot there."""
 
-    t: Sequence[Any]
-    theta: Sequence[Any]
-    phi_dot: Sequence[Any]
+    t: Sequence[Scalar]
+    theta: Sequence[Scalar]
+    phi_dot: Sequence[Scalar]
 
 
 @dataclass(frozen=True)
@@ -59,32 +61,32 @@ class Marks:
     ``equator`` holds only the crossings of theta = pi/2 from below.
     """
 
-    equator: Sequence[Any]
+    equator: Sequence[Scalar]
     minima: Turns
     maxima: Turns
-    phi_dot_zero: Sequence[Any]
-    aligned: Sequence[Any]
-    opposed: Sequence[Any]
+    phi_dot_zero: Sequence[Scalar]
+    aligned: Sequence[Scalar]
+    opposed: Sequence[Scalar]
 
 
 @dataclass(frozen=True)
 class InversionTimes:
     """The climb in the definitions A, B and C, and when theta first crosses pi/2 (s)."""
 
-    equator: Any
+    equator: Scalar
     A: Climb
     B: Climb
     C: Climb
 
 
-def from_events(events: pandas.DataFrame, pi: Any, *, mirrored: bool = False) -> InversionTimes:
+def from_events(events: pandas.DataFrame, pi: Scalar, *, mirrored: bool = False) -> InversionTimes:
     """Initiation and ending times from a table of the events ``NEEDED``, in order of time.
 
     ``mirrored`` says that lambda < 0.
     """
     sign = -1 if mirrored else 1
 
-    def times(name: str) -> list[Any]:
+    def times(name: str) -> list[Scalar]:
         return list(events["t"][events["name"] == name])
 
     def turns(name: str) -> Turns:
@@ -103,7 +105,7 @@ def from_events(events: pandas.DataFrame, pi: Any, *, mirrored: bool = False) ->
     return from_marks(marks, pi)
 
 
-def from_marks(marks: Marks, pi: Any) -> InversionTimes:
+def from_marks(marks: Marks, pi: Scalar) -> InversionTimes:
     """Initiation and ending times: the three definitions themselves."""
     if not marks.equator:
         none = Climb(None, None)
@@ -118,7 +120,7 @@ def from_marks(marks: Marks, pi: Any) -> InversionTimes:
     )
 
 
-def _perigee(minima: Turns, climb: Any) -> Any:
+def _perigee(minima: Turns, climb: Scalar) -> Scalar:
     following = None
     for i in reversed(range(bisect.bisect_left(minima.t, climb))):
         b = minima.theta[i] if minima.phi_dot[i] > 0 else -minima.theta[i]
@@ -128,7 +130,7 @@ def _perigee(minima: Turns, climb: Any) -> Any:
     return 0 * climb
 
 
-def _apogee(maxima: Turns, climb: Any, pi: Any) -> Any:
+def _apogee(maxima: Turns, climb: Scalar, pi: Scalar) -> Scalar:
     before = None
     for i in range(bisect.bisect_right(maxima.t, climb), len(maxima.t)):
         if maxima.theta[i] > pi / 2:
@@ -139,16 +141,16 @@ def _apogee(maxima: Turns, climb: Any, pi: Any) -> Any:
     return None
 
 
-def _line_zero(left: tuple[Any, Any], right: tuple[Any, Any]) -> Any:
+def _line_zero(left: tuple[Scalar, Scalar], right: tuple[Scalar, Scalar]) -> Scalar:
     (t0, b0), (t1, b1) = left, right
     return t0 + (t1 - t0) * b0 / (b0 - b1)
 
 
-def _last_before(times: Sequence[Any], limit: Any) -> Any:
+def _last_before(times: Sequence[Scalar], limit: Scalar) -> Scalar:
     position = bisect.bisect_left(times, limit)
     return times[position - 1] if position else 0 * limit
 
 
-def _first_after(times: Sequence[Any], limit: Any) -> Any:
+def _first_after(times: Sequence[Scalar], limit: Scalar) -> Scalar:
     position = bisect.bisect_right(times, limit)
     return times[position] if position < len(times) else None

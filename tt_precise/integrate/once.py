@@ -66,7 +66,7 @@ def _require_euler_angles(scene: Scene, precision: Precision) -> None:
     # numbers near pi are 2 eps apart
     lost = theta.from_pi and precision.exact(theta.offset) < 2 * precision.eps
     if theta.at_pole or lost:
-        why = "is a pole" if theta.at_pole else f"cannot be told from pi in {precision.name}"
+        why = "is a pole" if theta.at_pole else f"is equal to pi in {precision.name}"
         shown = theta if theta.at_pole else f"pi - {float(theta.offset):g}"
         raise InputError(
             f"{scene.name}: theta = {shown} {why}, where Euler angles are undefined; expected "

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import mpmath
 
-from tt_precise.arithmetic import Arithmetic, Functions
+from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.errors import InputError
 from tt_precise.numerals import to_mpmath
 
@@ -65,21 +65,21 @@ class Precision:
         return Arithmetic(self.context, self.exact)
 
     @property
-    def eps(self) -> Any:
+    def eps(self) -> Scalar:
         """Distance from 1 to the next number, 2^(1 - bits), as an mpmath number."""
         return self.context.ldexp(1, 1 - self.bits)
 
     @property
     def decimals(self) -> int:
-        """Significant decimals that tell any two numbers of this precision apart."""
+        """Significant decimals that distinguish any two numbers of this precision."""
         return int(self.bits * 0.30103) + 2
 
-    def exact(self, value: Fraction) -> Any:
+    def exact(self, value: Fraction) -> Scalar:
         """An exact number as a guarded mpmath number."""
         return to_mpmath(value, self.context)
 
     @property
-    def number(self) -> Callable[[Any], Any]:
+    def number(self) -> Callable[[Scalar], Scalar]:
         """Function rounding a guarded mpmath number to heyoka's type."""
         if self.name == "double":
             return float
@@ -88,7 +88,7 @@ class Precision:
             return lambda value: kind(context.nstr(value, digits), self.bits)
         return lambda value: kind(context.nstr(value, digits))
 
-    def other_side(self, value: Any) -> Any:
+    def other_side(self, value: Scalar) -> Any:
         """The number beside a guarded one that ``number`` does not round it to, also guarded.
 
         The exact value lies between the two. A value that this precision holds stays as it is.
@@ -101,7 +101,7 @@ class Precision:
         return rounded + gap if rounded < value else rounded - gap
 
     @property
-    def guarded(self) -> Callable[[Any], Any]:
+    def guarded(self) -> Callable[[Scalar], Scalar]:
         """Function taking a number of heyoka's type to the equal mpmath number."""
         context, bits = self.context, self.bits
         if self.name == "double":
@@ -110,7 +110,7 @@ class Precision:
             return lambda value: _read_back(str(value), bits, context)
         return lambda value: _sum_of_floats(value, context)
 
-    def text(self, value: Any) -> str:
+    def text(self, value: Scalar) -> str:
         """A guarded mpmath number in decimals, enough to recover this precision."""
         return str(self.context.nstr(value, self.decimals, min_fixed=0, max_fixed=0))
 
@@ -163,12 +163,12 @@ def _has_80_bit_floats() -> bool:
     return sys.platform != "win32" and numpy.finfo(numpy.longdouble).nmant == 63
 
 
-def _read_back(text: str, bits: int, context: Any) -> Any:
+def _read_back(text: str, bits: int, context: Functions) -> Any:
     # heyoka prints a real with enough digits to recover it, by rounding to its own bits
     return context.make_mpf(mpmath.libmp.from_str(text, bits, "n"))
 
 
-def _sum_of_floats(value: Any, context: Any) -> Any:
+def _sum_of_floats(value: Scalar, context: Functions) -> Any:
     kind, shift = type(value), 0
     if not 2.0**-SCALE <= abs(float(value)) <= 2.0**SCALE:
         if value != value or abs(value) == kind("inf"):

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import contact_terms
 from tt_precise.integrate.precision import Precision
@@ -48,9 +49,9 @@ class Propagation:
     """
 
     status: Status
-    time: Any
-    time_low: Any
-    state: tuple[Any, ...]
+    time: Scalar
+    time_low: Scalar
+    state: tuple[Scalar, ...]
     steps: int
     order: int
     hits: tuple[Hit, ...]

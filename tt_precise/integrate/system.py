@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
@@ -29,9 +30,9 @@ class Hit(NamedTuple):
     """One event as it happened: dimensionless time and state in heyoka's numbers."""
 
     name: str
-    time: Any
+    time: Scalar
     direction: int
-    state: tuple[Any, ...]
+    state: tuple[Scalar, ...]
 
 
 @dataclass
@@ -69,24 +70,24 @@ MOST_EVENTS = 1_000_000  # each takes half a kB
 
 @contextmanager
 def integrator(setup: Setup) -> Iterator[Integrator]:
-    """Lend an integrator for ``setup``, compiled now if no idle one is left from an earlier run."""
+    """An integrator for ``setup``: an idle one of an earlier run, or one that is compiled now."""
     with _idle_lock:
         idle = _idle.setdefault(setup, [])
-        lent = idle.pop() if idle else None
-    if lent is None:
-        lent = build(setup)
-    yield lent
+        taken = idle.pop() if idle else None
+    if taken is None:
+        taken = build(setup)
+    yield taken
     # only after a run without an exception: an interrupted integrator is not used again
     with _idle_lock:
         if sum(map(len, _idle.values())) < MOST_IDLE:
-            idle.append(lent)
+            idle.append(taken)
 
 
 def build(setup: Setup) -> Integrator:
     """Compile the integrator for ``setup``."""
     import heyoka
 
-    # what heyoka would log is told by a trajectory's status and its suspect_events
+    # what heyoka would log is in a trajectory's status and its suspect_events
     heyoka.set_logger_level_critical()
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)

@@ -116,7 +116,7 @@ class Trajectory:
         return self.setup.formulation.coordinates
 
     @property
-    def tolerance(self) -> Any:
+    def tolerance(self) -> Scalar:
         """heyoka's relative tolerance that was integrated with, an mpmath number."""
         given = self.precision.context.mpf(self.setup.tolerance)
         return given or full_tolerance(self.precision)
@@ -285,7 +285,7 @@ class Trajectory:
         )
 
     @cached_property
-    def drift(self) -> dict[str, Any]:
+    def drift(self) -> dict[str, Scalar]:
         """Largest relative drift of everything the scene conserves, over samples and end.
 
         Computed from the states in finer numbers than theirs: for double in long double, otherwise

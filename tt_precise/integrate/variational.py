@@ -2,7 +2,7 @@
 
 Together with the state x, heyoka integrates d x/d x(s) and d x/d p of the vector form in
 dimensionless units, in double, from each time of interest to the next. Products of these pieces
-tell what an error at one time does at any later one; they stay accurate where friction makes the
+give what an error at one time does at any later one; they stay accurate where friction makes the
 whole d x(t)/d x(0) nearly singular.
 """
 
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from tt_precise.arithmetic import Array
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.integration import integrate
@@ -33,14 +34,14 @@ class Sensitivity:
 
     columns: tuple[str, ...]
     parameters: tuple[str, ...]
-    times: Any
-    states: Any
-    transitions: Any
-    pushes: Any
-    values: Any
+    times: Array
+    states: Array
+    transitions: Array
+    pushes: Array
+    values: Array
 
     @cached_property
-    def by_start(self) -> Any:
+    def by_start(self) -> Array:
         """d x(t)/d x(0), shape (n, size, size)."""
         import numpy
 
@@ -50,7 +51,7 @@ class Sensitivity:
         return numpy.array(found)
 
     @cached_property
-    def by_parameters(self) -> Any:
+    def by_parameters(self) -> Array:
         """d x(t)/d p at the same start, shape (n, size, len(parameters))."""
         import numpy
 
@@ -60,7 +61,7 @@ class Sensitivity:
         return numpy.array(found)
 
     @cached_property
-    def condition(self) -> Any:
+    def condition(self) -> Array:
         """How much a relative error of the start and of the parameters grows; shape (n,).
 
         Relative in the largest entry of the state; the errors of start and parameters at their
@@ -73,7 +74,7 @@ class Sensitivity:
         return (start + parameters).max(axis=1) / self.sizes
 
     @cached_property
-    def rounding(self) -> Any:
+    def rounding(self) -> Array:
         """How the rounding errors of a whole integration add up, shape (n,).
 
         If at each of the times an error of relative size 1 is made, which points anywhere, they
@@ -108,7 +109,7 @@ class Sensitivity:
         return float(total**0.5 / self.sizes[0])
 
     @cached_property
-    def sizes(self) -> Any:
+    def sizes(self) -> Array:
         """The largest entry of each state, shape (n,)."""
         import numpy
 

@@ -8,8 +8,9 @@ heyoka integrates; v_A = s_dot + omega x a follows from the state.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
@@ -19,14 +20,14 @@ from tt_precise.mechanics.vectors import Vector, scaled
 class CentreState(NamedTuple):
     """Axis k (unit vector), angular momentum L about CM, horizontal velocity s_dot of CM."""
 
-    kx: Any
-    ky: Any
-    kz: Any
-    Lx: Any
-    Ly: Any
-    Lz: Any
-    s_dot_x: Any
-    s_dot_y: Any
+    kx: Scalar
+    ky: Scalar
+    kz: Scalar
+    Lx: Scalar
+    Ly: Scalar
+    Lz: Scalar
+    s_dot_x: Scalar
+    s_dot_y: Scalar
 
 
 def from_vectors(body: Parameters, vectors: NewtonState) -> CentreState:
@@ -48,7 +49,7 @@ def velocity(body: Parameters, state: CentreState) -> Vector:
     return (state.s_dot_x, state.s_dot_y, -body.R * body.alpha * sinking)
 
 
-def rates(body: Parameters, state: CentreState, fn: Any = None) -> CentreState:
+def rates(body: Parameters, state: CentreState, fn: Functions = None) -> CentreState:
     """Time derivative of the state; eq (1). Polynomial but for the one division in g_n."""
     vectors = to_vectors(body, state)
     g_n = newton.normal_force(body, vectors)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot
@@ -24,8 +25,8 @@ class Integral:
     """
 
     name: str
-    evaluate: Callable[[Motion], Any]
-    scale: Callable[[Motion], Any]
+    evaluate: Callable[[Motion], Scalar]
+    scale: Callable[[Motion], Scalar]
     holds: Callable[[Scene], bool]
     meaning: str
     azimuth: bool = False
@@ -43,15 +44,15 @@ def _frictionless(scene: Scene) -> bool:
     return scene.model == "gliding" and scene.body.mu == 0
 
 
-def _own_size(function: Callable[[Motion], Any]) -> Callable[[Motion], Any]:
+def _own_size(function: Callable[[Motion], Scalar]) -> Callable[[Motion], Scalar]:
     return lambda q: abs(function(q))
 
 
-def _angular_momentum(q: Motion) -> Any:
+def _angular_momentum(q: Motion) -> Scalar:
     return q.fn.sqrt(dot(q.state.L, q.state.L))
 
 
-def _momentum(q: Motion) -> Any:
+def _momentum(q: Motion) -> Scalar:
     return q.body.m * q.body.R * q.fn.sqrt(dot(q.omega, q.omega))
 
 

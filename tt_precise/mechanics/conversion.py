@@ -1,6 +1,6 @@
 """Between the Euler-angle state and the vector state, in any arithmetic.
 
-The frame of the paper: x-hat is the horizontal direction towards which the axis leans
+The frame of the paper: x-hat is the horizontal direction towards which the axis is tilted
 (k = sin theta x + cos theta z, at azimuth phi), y-hat = z x x-hat, and
 (1, 2, 3) = (cos theta x - sin theta z, y, k), in which
 omega = -phi_dot sin theta 1 + theta_dot 2 + omega_3 3.
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState, arm
@@ -24,19 +25,19 @@ class RigidBodyState(NamedTuple):
     the symmetry axis is the body's third axis. omega and s_dot in the inertial frame.
     """
 
-    qw: Any
-    qx: Any
-    qy: Any
-    qz: Any
-    wx: Any
-    wy: Any
-    wz: Any
-    vcx: Any
-    vcy: Any
-    vcz: Any
+    qw: Scalar
+    qx: Scalar
+    qy: Scalar
+    qz: Scalar
+    wx: Scalar
+    wy: Scalar
+    wz: Scalar
+    vcx: Scalar
+    vcy: Scalar
+    vcz: Scalar
 
 
-def horizontal_length(fn: Any, x: Any, y: Any) -> Any:
+def horizontal_length(fn: Functions, x: Scalar, y: Scalar) -> Scalar:
     """sqrt(x^2 + y^2), without underflow where the arithmetic offers it."""
     hypot = getattr(fn, "hypot", None)
     return hypot(x, y) if hypot else fn.sqrt(x * x + y * y)
@@ -48,7 +49,7 @@ def spin(psi_dot: Any, phi_dot: Any, cosine: Any) -> Any:
 
 
 def vectors_from_euler(
-    body: Parameters, state: EulerState, fn: Any, phi: Any = 0, sine_cosine: Any = None
+    body: Parameters, state: EulerState, fn: Functions, phi: Scalar = 0, sine_cosine: Scalar = None
 ) -> NewtonState:
     """The vector state of an Euler state at azimuth ``phi``.
 
@@ -69,7 +70,7 @@ def vectors_from_euler(
     return NewtonState(*k, *L, vx, vy)
 
 
-def euler_from_vectors(body: Parameters, state: NewtonState, fn: Any) -> EulerState:
+def euler_from_vectors(body: Parameters, state: NewtonState, fn: Functions) -> EulerState:
     """The Euler state of a vector state.
 
     phi_dot is taken as (Lz - cos theta (L.x)/sin theta)/I1, which keeps its digits beside the
@@ -107,5 +108,5 @@ def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[Ne
     return NewtonState(*k, *L, v[0], v[1]), v[2]
 
 
-def _is_zero(value: Any) -> bool:
+def _is_zero(value: Scalar) -> bool:
     return isinstance(value, int) and value == 0

@@ -6,8 +6,9 @@ These are what the paper integrates, and so what is verified. They are undefined
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 
 
@@ -15,18 +16,18 @@ class EulerState(NamedTuple):
     """Inclination, its rate, precession rate, spin about the axis, gliding velocity.
 
     rad, rad/s, rad/s, rad/s, m/s, m/s; nu_x along x-hat (the horizontal direction towards which
-    the axis leans), nu_y along y-hat = z x x-hat.
+    the axis is tilted), nu_y along y-hat = z x x-hat.
     """
 
-    theta: Any
-    theta_dot: Any
-    phi_dot: Any
-    omega_3: Any
-    nu_x: Any
-    nu_y: Any
+    theta: Scalar
+    theta_dot: Scalar
+    phi_dot: Scalar
+    omega_3: Scalar
+    nu_x: Scalar
+    nu_y: Scalar
 
 
-def contact_terms(body: Parameters, state: EulerState, fn: Any) -> tuple[Any, Any]:
+def contact_terms(body: Parameters, state: EulerState, fn: Functions) -> tuple[Scalar, Scalar]:
     """Numerator and denominator of g_n; eq (7)."""
     m, R, alpha, I1, I3, g, mu = (
         body.m, body.R, body.alpha, body.I1, body.I3, body.g, body.mu,
@@ -45,13 +46,13 @@ def contact_terms(body: Parameters, state: EulerState, fn: Any) -> tuple[Any, An
     return numerator, denominator
 
 
-def normal_force(body: Parameters, state: EulerState, fn: Any) -> Any:
+def normal_force(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
     """Normal force g_n in N; eq (7)."""
     numerator, denominator = contact_terms(body, state, fn)
     return numerator / denominator
 
 
-def rates(body: Parameters, state: EulerState, fn: Any) -> EulerState:
+def rates(body: Parameters, state: EulerState, fn: Functions) -> EulerState:
     """Time derivative of the state; eqs (2) to (6)."""
     m, R, alpha, I1, I3, mu = body.m, body.R, body.alpha, body.I1, body.I3, body.mu
     theta_dot, phi_dot, omega_3 = state.theta_dot, state.phi_dot, state.omega_3
@@ -89,7 +90,7 @@ def rates(body: Parameters, state: EulerState, fn: Any) -> EulerState:
     return EulerState(theta_dot, theta_ddot, phi_ddot, omega_3_dot, nu_x_dot, nu_y_dot)
 
 
-def jellett(body: Parameters, state: EulerState, fn: Any) -> Any:
+def jellett(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
     """Jellett's integral lambda in kg m^3/s; eq (14).
 
     The paper prints it without the factor R in its second term after eq (7), and with it here.
@@ -98,7 +99,7 @@ def jellett(body: Parameters, state: EulerState, fn: Any) -> Any:
     return body.R * (body.I1 * state.phi_dot * s * s - body.I3 * state.omega_3 * (body.alpha - c))
 
 
-def modified_energy(body: Parameters, state: EulerState, fn: Any) -> Any:
+def modified_energy(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
     """Modified energy E~ in J, the energy with s_dot = -omega x a; eq (8)."""
     s, c = fn.sin(state.theta), fn.cos(state.theta)
     u = body.alpha - c
@@ -114,7 +115,7 @@ def modified_energy(body: Parameters, state: EulerState, fn: Any) -> Any:
     )  # fmt: skip
 
 
-def translational_energy(body: Parameters, state: EulerState, fn: Any) -> Any:
+def translational_energy(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
     """E_trans = m s_dot^2/2 in J; eq (22)."""
     s, c = fn.sin(state.theta), fn.cos(state.theta)
     u = body.alpha - c

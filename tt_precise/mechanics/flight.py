@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.vectors import Vector, dot
@@ -31,7 +32,9 @@ def turned(q: Quaternion, v: Vector) -> Vector:
     return (x, y, z)
 
 
-def orientation(body: Parameters, q: Quaternion, omega: Vector, t: Any, fn: Any) -> Quaternion:
+def orientation(
+    body: Parameters, q: Quaternion, omega: Vector, t: Scalar, fn: Functions
+) -> Quaternion:
     """The orientation at time ``t`` of a free symmetric body; ``omega`` inertial, at t = 0."""
     back = (q[0], -q[1], -q[2], -q[3])
     w1, w2, w3 = turned(back, omega)
@@ -41,7 +44,7 @@ def orientation(body: Parameters, q: Quaternion, omega: Vector, t: Any, fn: Any)
     return multiplied(multiplied(about_L, q), about_axis)
 
 
-def rotation(omega: Vector, t: Any, fn: Any) -> Quaternion:
+def rotation(omega: Vector, t: Scalar, fn: Functions) -> Quaternion:
     """The rotation by the constant angular velocity ``omega`` for the time ``t``."""
     rate = fn.sqrt(dot(omega, omega))
     if rate == 0:
@@ -51,7 +54,7 @@ def rotation(omega: Vector, t: Any, fn: Any) -> Quaternion:
     return (fn.cos(half), s * omega[0], s * omega[1], s * omega[2])
 
 
-def flown(body: Parameters, start: RigidBodyState, t: Any, fn: Any) -> RigidBodyState:
+def flown(body: Parameters, start: RigidBodyState, t: Scalar, fn: Functions) -> RigidBodyState:
     """The state at time ``t`` of a body that flies from ``start``, a unit quaternion."""
     q0: Quaternion = (start.qw, start.qx, start.qy, start.qz)
     omega = (start.wx, start.wy, start.wz)
@@ -64,6 +67,6 @@ def flown(body: Parameters, start: RigidBodyState, t: Any, fn: Any) -> RigidBody
     return RigidBodyState(*q, *now, start.vcx, start.vcy, start.vcz - body.g * t)
 
 
-def height(body: Parameters, z: Any, vcz: Any, t: Any) -> Any:
+def height(body: Parameters, z: Scalar, vcz: Scalar, t: Scalar) -> Scalar:
     """Height of the centre of mass at time ``t`` from ``z`` and the rate ``vcz`` at t = 0."""
     return z + vcz * t - body.g * t * t / 2

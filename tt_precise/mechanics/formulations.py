@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Dimension, Parameters
 from tt_precise.errors import InputError
 from tt_precise.mechanics import centre, euler, friction, newton, rolling
@@ -73,7 +74,7 @@ class Formulation:
         given = dict(zip(self.parameters, values, strict=True))
         return friction.PARAMETERS[self.law](**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
 
-    def motion(self, body: Parameters, state: Any, fn: Any, phi: Any = 0) -> Motion:
+    def motion(self, body: Parameters, state: Any, fn: Functions, phi: Scalar = 0) -> Motion:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
         if self.State is CentreState:
             state = CentreState(*state)
@@ -90,7 +91,7 @@ class Formulation:
         """The state that both ``vectors`` and ``euler`` describe."""
         if self.State is CentreState:
             return centre.from_vectors(body, vectors)
-        source: tuple[Any, ...] = vectors if self.coordinates == "newton" else euler
+        source: tuple[Scalar, ...] = vectors if self.coordinates == "newton" else euler
         return self.State(*source[: len(self.columns)])
 
 

@@ -19,13 +19,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.dry_friction import CoulombParameters, RegularisedParameters
 from tt_precise.mechanics import newton, rolling
 from tt_precise.mechanics.newton import NewtonState
 
 
-def coefficient(body: Parameters, vx: Any, vy: Any, fn: Any) -> Any:
+def coefficient(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Scalar:
     """c in F_f = -c g_n v_A, in s/m, at the gliding velocity (vx, vy); the law is the body's.
 
     Divides by zero for Coulomb's law at v_A = 0.
@@ -39,7 +40,7 @@ def coefficient(body: Parameters, vx: Any, vy: Any, fn: Any) -> Any:
     return body.mu / fn.sqrt(square)
 
 
-def viscous_at(body: Parameters, vx: Any, vy: Any, fn: Any) -> Parameters:
+def viscous_at(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Parameters:
     """The top with viscous friction that feels the same force as ``body`` at this velocity."""
     if body.law == "viscous":
         return body
@@ -54,16 +55,16 @@ class PolarState(NamedTuple):
     The state of a top with Coulomb's friction, along tau with d tau = dt/v.
     """
 
-    kx: Any
-    ky: Any
-    kz: Any
-    Lx: Any
-    Ly: Any
-    Lz: Any
-    v: Any
-    ex: Any
-    ey: Any
-    t: Any
+    kx: Scalar
+    ky: Scalar
+    kz: Scalar
+    Lx: Scalar
+    Ly: Scalar
+    Lz: Scalar
+    v: Scalar
+    ex: Scalar
+    ey: Scalar
+    t: Scalar
 
 
 def along_direction(body: Parameters, state: PolarState) -> NewtonState:
@@ -75,7 +76,7 @@ def along_direction(body: Parameters, state: PolarState) -> NewtonState:
     return newton.rates(body, NewtonState(*state[:6], state.ex, state.ey))
 
 
-def polar_rates(body: Parameters, state: PolarState, fn: Any = None) -> PolarState:
+def polar_rates(body: Parameters, state: PolarState, fn: Functions = None) -> PolarState:
     """d/d tau of the state, d tau = dt/v: polynomial but for the one division in g_n.
 
     v_A_dot = v_dot e + v e_dot gives v' = v (e.v_A_dot) and e' = (n.v_A_dot) n, n = z x e.
@@ -88,7 +89,7 @@ def polar_rates(body: Parameters, state: PolarState, fn: Any = None) -> PolarSta
     return PolarState(*(*body_rates, v * along, -(across * ey), across * ex, v))
 
 
-def cone_margin(body: Parameters, state: NewtonState) -> Any:
+def cone_margin(body: Parameters, state: NewtonState) -> Scalar:
     """mu^2 F_z^2 - F_x^2 - F_y^2 of the force that keeps the top rolling, in N^2.
 
     A contact with v_A = 0 sticks under Coulomb's law where this is not negative and F_z > 0.
@@ -110,14 +111,14 @@ def of_law(
     ``velocity(body, state)`` is the gliding velocity in the state's own frame.
     """
 
-    def own_rates(body: Parameters, state: Any, fn: Any) -> Any:
+    def own_rates(body: Parameters, state: Any, fn: Functions) -> Scalar:
         vx, vy = velocity(body, state)
         return rates(viscous_at(body, vx, vy, fn), state, fn)
 
     return own_rates
 
 
-def largest_coefficient(body: Parameters, speed: Any) -> Any:
+def largest_coefficient(body: Parameters, speed: Scalar) -> Scalar:
     """A bound on c at gliding speeds of at least ``speed``, in s/m."""
     if body.law == "viscous":
         return body.mu

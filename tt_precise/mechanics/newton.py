@@ -11,8 +11,9 @@ variable of its own, and a product with it costs as much as one of two coordinat
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 
@@ -20,14 +21,14 @@ from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 class NewtonState(NamedTuple):
     """Axis k (unit vector), angular momentum L about CM, velocity (vx, vy) of the contact."""
 
-    kx: Any
-    ky: Any
-    kz: Any
-    Lx: Any
-    Ly: Any
-    Lz: Any
-    vx: Any
-    vy: Any
+    kx: Scalar
+    ky: Scalar
+    kz: Scalar
+    Lx: Scalar
+    Ly: Scalar
+    Lz: Scalar
+    vx: Scalar
+    vy: Scalar
 
     @property
     def k(self) -> Vector:
@@ -84,7 +85,7 @@ def torque_per_normal(body: Parameters, state: NewtonState) -> Vector:
     return cross(arm(body, state.k), force_per_normal(body, state))
 
 
-def contact_terms(body: Parameters, state: NewtonState) -> tuple[Any, Any]:
+def contact_terms(body: Parameters, state: NewtonState) -> tuple[Scalar, Scalar]:
     """Numerator and denominator of g_n, scaled as in eq (7): units kg^2 m^3/s^2 and kg m^2.
 
     The height s.z = R (1 - alpha k.z) gives g_n = m g - m R alpha k.z_ddot with
@@ -96,13 +97,13 @@ def contact_terms(body: Parameters, state: NewtonState) -> tuple[Any, Any]:
     return body.m * body.g * body.I1 - lever * swung, body.I1 + lever * driven
 
 
-def normal_force(body: Parameters, state: NewtonState) -> Any:
+def normal_force(body: Parameters, state: NewtonState) -> Scalar:
     """Normal force g_n in the direction of z; eq (7) in vector form."""
     numerator, denominator = contact_terms(body, state)
     return numerator / denominator
 
 
-def normal_force_slope(body: Parameters, state: NewtonState) -> Any:
+def normal_force_slope(body: Parameters, state: NewtonState) -> Scalar:
     """Rate of g_n times the denominator of eq (7): positive where g_n rises, units kg^2 m^3/s^3.
 
     The height s.z = R (1 - alpha k.z) gives g_n = m g - m R alpha k.z_ddot, so the rate of g_n is
@@ -141,7 +142,7 @@ def contact_acceleration(body: Parameters, state: NewtonState, force: Vector) ->
     return added(scaled(1 / body.m, force), (0, 0, -body.g), cross(omega_dot, a), centripetal)
 
 
-def rates(body: Parameters, state: NewtonState, fn: Any = None) -> NewtonState:
+def rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonState:
     """Time derivative of the state; eq (1). Polynomial but for the one division in g_n."""
     force = contact_force(body, state)
     v_dot = contact_acceleration(body, state, force)

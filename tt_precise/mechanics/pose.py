@@ -6,8 +6,9 @@ Rz(phi) Ry(theta) Rz(psi); at t = 0 the Euler angles phi and psi are 0.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, dot
 
@@ -20,25 +21,25 @@ class Pose(NamedTuple):
     inertial frame, wbx, wby, wbz the same vector in the body frame (rad/s).
     """
 
-    qw: Any
-    qx: Any
-    qy: Any
-    qz: Any
-    x: Any
-    y: Any
-    z: Any
-    vcx: Any
-    vcy: Any
-    vcz: Any
-    wx: Any
-    wy: Any
-    wz: Any
-    wbx: Any
-    wby: Any
-    wbz: Any
+    qw: Scalar
+    qx: Scalar
+    qy: Scalar
+    qz: Scalar
+    x: Scalar
+    y: Scalar
+    z: Scalar
+    vcx: Scalar
+    vcy: Scalar
+    vcz: Scalar
+    wx: Scalar
+    wy: Scalar
+    wz: Scalar
+    wbx: Scalar
+    wby: Scalar
+    wbz: Scalar
 
 
-def half_angles(fn: Any, k: Vector, s: Any) -> tuple[Any, Any]:
+def half_angles(fn: Functions, k: Vector, s: Scalar) -> tuple[Scalar, Scalar]:
     """cos(theta/2) and sin(theta/2), with all their digits beside either pole.
 
     ``s`` is sin theta, the length of the horizontal part of ``k``.
@@ -52,7 +53,7 @@ def half_angles(fn: Any, k: Vector, s: Any) -> tuple[Any, Any]:
     )
 
 
-def pose(q: Motion, s: Any, phi: Any, psi: Any, x: Any, y: Any) -> Pose:
+def pose(q: Motion, s: Scalar, phi: Scalar, psi: Scalar, x: Scalar, y: Scalar) -> Pose:
     """The pose of a motion at azimuth ``phi`` and rotation ``psi`` about the axis.
 
     ``s`` is sin theta; ``x``, ``y`` is the horizontal position of the centre of mass.

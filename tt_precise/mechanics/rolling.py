@@ -8,8 +8,9 @@ of the paper say with v_A_dot = 0: lambda, D and E~ are constant.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.newton import NewtonState, angular_velocity, arm, axis_rate
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
@@ -18,21 +19,21 @@ from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 class RollingState(NamedTuple):
     """Axis k (unit vector) and angular momentum L about CM, inertial frame; v_A = 0."""
 
-    kx: Any
-    ky: Any
-    kz: Any
-    Lx: Any
-    Ly: Any
-    Lz: Any
+    kx: Scalar
+    ky: Scalar
+    kz: Scalar
+    Lx: Scalar
+    Ly: Scalar
+    Lz: Scalar
 
 
 class RollingEulerState(NamedTuple):
     """Inclination, its rate, precession rate, spin about the axis: rad, rad/s; v_A = 0."""
 
-    theta: Any
-    theta_dot: Any
-    phi_dot: Any
-    omega_3: Any
+    theta: Scalar
+    theta_dot: Scalar
+    phi_dot: Scalar
+    omega_3: Scalar
 
 
 def constraint_force(body: Parameters, state: NewtonState) -> Vector:
@@ -57,14 +58,14 @@ def constraint_force(body: Parameters, state: NewtonState) -> Vector:
     return added(scaled(1 / p, b), scaled(along_a, a), scaled(along_n, n))
 
 
-def rates(body: Parameters, state: RollingState, fn: Any = None) -> RollingState:
+def rates(body: Parameters, state: RollingState, fn: Functions = None) -> RollingState:
     """Time derivative of the vector state; eq (1) with v_A = 0."""
     full = NewtonState(*state, 0, 0)
     force = constraint_force(body, full)
     return RollingState(*axis_rate(body, full), *cross(arm(body, full.k), force))
 
 
-def euler_rates(body: Parameters, state: RollingEulerState, fn: Any) -> RollingEulerState:
+def euler_rates(body: Parameters, state: RollingEulerState, fn: Functions) -> RollingEulerState:
     """Time derivative of the Euler state, from constant D, lambda and E~ (eqs 8 to 12).
 
     D gives omega_3_dot, then lambda gives phi_dot_dot, both proportional to theta_dot; then

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Scalar
+
 
 class TaylorSeries:
     """``sum(c[k] h**k)``, truncated; ``c`` has shape (terms, rows)."""
@@ -23,7 +25,7 @@ class TaylorSeries:
     def __init__(self, c: numpy.ndarray):
         self.c = c
 
-    def __add__(self, other: Any) -> TaylorSeries:
+    def __add__(self, other: Scalar) -> TaylorSeries:
         if isinstance(other, TaylorSeries):
             return TaylorSeries(self.c + other.c)
         c = self.c.copy()
@@ -35,13 +37,13 @@ class TaylorSeries:
     def __neg__(self) -> TaylorSeries:
         return TaylorSeries(-self.c)
 
-    def __sub__(self, other: Any) -> TaylorSeries:
+    def __sub__(self, other: Scalar) -> TaylorSeries:
         return self + -other
 
-    def __rsub__(self, other: Any) -> TaylorSeries:
+    def __rsub__(self, other: Scalar) -> TaylorSeries:
         return -self + other
 
-    def __mul__(self, other: Any) -> TaylorSeries:
+    def __mul__(self, other: Scalar) -> TaylorSeries:
         if not isinstance(other, TaylorSeries):
             return TaylorSeries(self.c * other)
         terms = len(self.c)
@@ -52,7 +54,7 @@ class TaylorSeries:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> TaylorSeries:
+    def __truediv__(self, other: Scalar) -> TaylorSeries:
         if not isinstance(other, TaylorSeries):
             return TaylorSeries(self.c / other)
         quotient = numpy.empty(numpy.broadcast_shapes(self.c.shape, other.c.shape))
@@ -61,7 +63,7 @@ class TaylorSeries:
             quotient[k] = (self.c[k] - known) / other.c[0]
         return TaylorSeries(quotient)
 
-    def __rtruediv__(self, other: Any) -> TaylorSeries:
+    def __rtruediv__(self, other: Scalar) -> TaylorSeries:
         constant = numpy.zeros_like(self.c)
         constant[0] = other
         return TaylorSeries(constant) / self

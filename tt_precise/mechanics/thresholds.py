@@ -6,8 +6,7 @@ lambda = R (1 - alpha) L0 = R (1 + alpha) L1.
 
 from __future__ import annotations
 
-from typing import Any
-
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.quantities import d
 
@@ -15,51 +14,51 @@ from tt_precise.mechanics.quantities import d
 FACTOR_OF_T_UPP = 2195, 100
 
 
-def lambda_thres(body: Parameters, fn: Any) -> Any:
+def lambda_thres(body: Parameters, fn: Functions) -> Scalar:
     """Above this lambda (kg m^3/s) inverted spin is stable; needs gamma < 1 + alpha; Thm 1.1."""
     alpha = body.alpha
     scale = fn.sqrt(body.m * body.g * body.R**3 * alpha * body.I3)
     return scale * (1 + alpha) ** 2 / fn.sqrt(1 + alpha - body.gamma)
 
 
-def lambda_up(body: Parameters, fn: Any) -> Any:
+def lambda_up(body: Parameters, fn: Functions) -> Scalar:
     """Above this lambda (kg m^3/s) upright spin is unstable; needs gamma > 1 - alpha; Thm 1.1."""
     alpha = body.alpha
     scale = fn.sqrt(body.m * body.g * body.R**3 * alpha * body.I3)
     return scale * (1 - alpha) ** 2 / fn.sqrt(alpha + body.gamma - 1)
 
 
-def L0(body: Parameters, lambda_: Any) -> Any:
+def L0(body: Parameters, lambda_: Scalar) -> Scalar:
     """Angular momentum of the upright spin with this lambda, in kg m^2/s; section 1."""
     return lambda_ / (body.R * (1 - body.alpha))
 
 
-def L1(body: Parameters, lambda_: Any) -> Any:
+def L1(body: Parameters, lambda_: Scalar) -> Scalar:
     """Angular momentum of the inverted spin with this lambda, in kg m^2/s; section 1."""
     return lambda_ / (body.R * (1 + body.alpha))
 
 
-def D0(body: Parameters, lambda_: Any, fn: Any) -> Any:
+def D0(body: Parameters, lambda_: Scalar, fn: Functions) -> Scalar:
     """Routh's function of the upright spin, in kg m^2/s; section 1."""
     return lambda_ * fn.sqrt(d(body, 1)) / (body.R * (1 - body.alpha))
 
 
-def D1(body: Parameters, lambda_: Any, fn: Any) -> Any:
+def D1(body: Parameters, lambda_: Scalar, fn: Functions) -> Scalar:
     """Routh's function of the inverted spin, in kg m^2/s; section 1."""
     return -lambda_ * fn.sqrt(d(body, -1)) / (body.R * (1 + body.alpha))
 
 
-def E0(body: Parameters, lambda_: Any) -> Any:
+def E0(body: Parameters, lambda_: Scalar) -> Scalar:
     """Modified energy of the upright spin, in J; section 1."""
     return _spin_energy(body, lambda_, 1 - body.alpha)
 
 
-def E1(body: Parameters, lambda_: Any) -> Any:
+def E1(body: Parameters, lambda_: Scalar) -> Scalar:
     """Modified energy of the inverted spin, in J; section 1."""
     return _spin_energy(body, lambda_, 1 + body.alpha)
 
 
-def T_upp(body: Parameters, lambda_: Any, D: Any, fn: Any) -> Any:
+def T_upp(body: Parameters, lambda_: Scalar, D: Scalar, fn: Functions) -> Scalar:
     """Bound on the time between turning points, in s; section 1.
 
     Only for the rational case, that is where ``body.sigma`` is ``rational_sigma(body)``.
@@ -71,7 +70,7 @@ def T_upp(body: Parameters, lambda_: Any, D: Any, fn: Any) -> Any:
     return printed * numerator / (hundred * (alpha * lambda_ + alpha * body.R * D * root))
 
 
-def rational_sigma(body: Parameters) -> Any:
+def rational_sigma(body: Parameters) -> Scalar:
     """sigma for which d(z) is a square and V a rational function of cos theta; section 1.
 
     The paper prints 1 - alpha above the bar; claim EQ-26 proves that it is 1 - gamma.
@@ -79,6 +78,6 @@ def rational_sigma(body: Parameters) -> Any:
     return (1 - body.gamma) / (body.gamma + body.alpha * body.alpha - 1)
 
 
-def _spin_energy(body: Parameters, lambda_: Any, height: Any) -> Any:
+def _spin_energy(body: Parameters, lambda_: Scalar, height: Scalar) -> Scalar:
     spin = lambda_ / (body.R * height)
     return spin * spin / (2 * body.I3) + body.m * body.g * body.R * height

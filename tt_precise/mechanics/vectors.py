@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from tt_precise.arithmetic import Scalar
 
-Vector = tuple[Any, Any, Any]
+Vector = tuple[Scalar, Scalar, Scalar]
 
 
-def dot(a: Vector, b: Vector) -> Any:
+def dot(a: Vector, b: Vector) -> Scalar:
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
@@ -21,7 +21,7 @@ def cross(a: Vector, b: Vector) -> Vector:
     )
 
 
-def scaled(factor: Any, a: Vector) -> Vector:
+def scaled(factor: Scalar, a: Vector) -> Vector:
     """``factor`` times ``a``."""
     return (factor * a[0], factor * a[1], factor * a[2])
 
