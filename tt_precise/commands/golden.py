@@ -11,6 +11,7 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.commands.certify_golden import command as certify
+from tt_precise.commands.golden_vectors import command as vectors
 from tt_precise.terminal import say
 
 if TYPE_CHECKING:
@@ -170,3 +171,4 @@ def _facts(one: Verification) -> dict[str, Any]:
 
 
 command.add_command(certify)
+command.add_command(vectors)

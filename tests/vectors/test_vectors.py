@@ -1,0 +1,178 @@
+"""Test vectors and index: computed afresh, checked another way, and seen to fail."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy
+import pytest
+from scipy.integrate import solve_ivp
+
+from tt_precise.cli import main
+from tt_precise.golden.store import home
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.formulations import formulation
+from tt_precise.vectors import index, states, steps
+
+
+def committed(name: str) -> Any:
+    return json.loads((home() / "vectors" / name).read_text("utf-8"))
+
+
+def test_states_are_what_is_computed_now() -> None:
+    file = committed("states.json")
+    assert file["cases"] == states.state_file()
+    assert (file["schema"], file["digits"]) == ("tt_precise.vectors.states/1", 34)
+    laws = [case["friction"]["law"] for case in file["cases"]]
+    assert {law: laws.count(law) for law in states.LAWS} == dict.fromkeys(states.LAWS, 5)
+
+
+def test_every_term_again_from_newtons_law_in_numpy() -> None:
+    """m s_ddot = F - m g z, L_dot = a x F, and a contact point that stays on the table."""
+    for case in committed("states.json")["cases"]:
+        body = {name: float(value) for name, value in case["body"].items()}
+        given = {name: numpy.array(value, float) for name, value in case["state"].items()}
+        want = {name: numpy.array(value, float) for name, value in case["expected"].items()}
+        k, w = given["k"], given["omega"]
+        inertia = body["I1"] * numpy.eye(3) + (body["I3"] - body["I1"]) * numpy.outer(k, k)
+        a = body["R"] * (body["alpha"] * k - [0, 0, 1])
+        close = {"rtol": 1e-12, "atol": 1e-12 * abs(want["omega_dot"]).max()}
+        numpy.testing.assert_allclose(want["L"], inertia @ w, rtol=1e-13, atol=1e-18)
+        numpy.testing.assert_allclose(want["torque"], numpy.cross(a, want["F"]), atol=1e-15)
+        gyroscopic = numpy.cross(w, inertia @ w)
+        numpy.testing.assert_allclose(
+            want["omega_dot"], numpy.linalg.solve(inertia, want["torque"] - gyroscopic), **close
+        )
+        free = want["F"] / body["m"] - [0, 0, body["g"]]
+        numpy.testing.assert_allclose(want["s_ddot"], free, rtol=1e-13, atol=1e-14)
+        a_dot = body["R"] * body["alpha"] * numpy.cross(w, k)
+        slip = free + numpy.cross(want["omega_dot"], a) + numpy.cross(w, a_dot)
+        numpy.testing.assert_allclose(want["v_A_dot"], slip, **close)
+        if case["friction"]["law"] != "none":
+            assert abs(slip[2]) < 1e-12 * abs(slip).max() + 1e-12 * body["g"]
+        w4, x, y, z = given["quaternion_wxyz"]
+        assert k == pytest.approx(
+            [2 * (x * z + w4 * y), 2 * (y * z - w4 * x), 1 - 2 * (x * x + y * y)], abs=1e-15
+        )
+        assert given["quaternion_xyzw"].tolist() == [x, y, z, w4]
+
+
+def test_friction_is_that_of_the_law() -> None:
+    for case in committed("states.json")["cases"]:
+        law = case["friction"]["law"]
+        if law in ("rolling", "none"):
+            continue
+        v = numpy.array(case["expected"]["v_A"], float)[:2]
+        force = numpy.array(case["expected"]["F"], float)
+        mu, speed = float(case["friction"]["mu"]), numpy.hypot(*v)
+        epsilon = float(case["friction"].get("epsilon", 0))
+        size = {"viscous": mu * speed, "coulomb": mu,
+                "regularised": mu * speed / numpy.hypot(speed, epsilon)}[law]  # fmt: skip
+        assert force[:2] == pytest.approx(-size * force[2] * v / speed, rel=1e-13)
+
+
+def test_steps_are_those_of_another_integrator() -> None:
+    """SciPy's DOP853 on Newton's equations in double, from the printed states."""
+    file = {(one["name"], one["step_s"]): one for one in committed("steps.json")["cases"]}
+    chosen = list(states.cases())
+    assert len(file) == len(chosen) * len(steps.STEPS)
+    for case in chosen:
+        if case.law == "none":
+            continue
+        start = case.start.map(float)
+        form = formulation(case.scene.model, "newton", case.scene.body.law)
+        state = [*case.start.map(case.context.mpf).vectors][: len(form.columns)]
+        body = start.body
+
+        def rates(t: float, y: Any, form: Any = form, body: Any = body) -> Any:
+            return form.rates(body, form.State(*y), numpy)
+
+        times = [float(step) for step in steps.STEPS]
+        run = solve_ivp(
+            rates, (0, times[-1]), [float(x) for x in state], "DOP853", times, rtol=1e-12,
+            atol=1e-18,
+        )  # fmt: skip
+        for step, row in zip(times, run.y.T, strict=True):
+            want = file[case.name, str(step)]
+            turned = case.turned(tuple(case.context.mpf(float(x)) for x in row[:3]))
+            # 200 rad/s for 10 ms in double
+            assert [float(x) for x in turned] == pytest.approx(floats(want["k"]), abs=1e-9)
+            w, x, y, z = floats(want["quaternion_wxyz"])
+            axis = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+            assert axis == pytest.approx(floats(want["k"]), abs=1e-14)
+            assert want["quaternion_xyzw"][-1] == want["quaternion_wxyz"][0]
+
+
+def floats(texts: list[str]) -> list[float]:
+    return [float(text) for text in texts]
+
+
+def test_flight_keeps_angular_momentum() -> None:
+    given = {case["name"]: case for case in committed("states.json")["cases"]}
+    for one in committed("steps.json")["cases"]:
+        case = given[one["name"]]
+        if case["friction"]["law"] != "none":
+            continue
+        k, w = (numpy.array(one[name], float) for name in ("k", "omega"))
+        I1, I3 = (float(case["body"][name]) for name in ("I1", "I3"))
+        L = I1 * w + (I3 - I1) * (w @ k) * k
+        assert pytest.approx(numpy.array(case["expected"]["L"], float), rel=1e-13) == L
+        fall = Fraction(case["state"]["s_dot"][2]) - Fraction("9.81") * Fraction(one["step_s"])
+        assert abs(Fraction(one["s_dot"][2]) / fall - 1) < Fraction(1, 10**33)
+
+
+def test_a_wrong_term_is_not_published(monkeypatch: pytest.MonkeyPatch) -> None:
+    original = newton.contact_terms
+
+    def spoiled(body: Any, state: Any) -> Any:
+        above, below = original(body, state)
+        return above * (1 + below * 0 + type(below)(10) ** -38), below
+
+    monkeypatch.setattr(newton, "contact_terms", spoiled)
+    with pytest.raises(ArithmeticError, match="viscous-1: two formulations differ by"):
+        states.state_file()
+
+
+def test_the_index_is_that_of_the_files() -> None:
+    assert list(index.stale(home())) == [], "tt-precise golden vectors --build --index-only"
+    listed = json.loads((home() / "index.json").read_text("utf-8"))
+    assert {"path", "sha256", "licence", "kind", "content", "schema", "digits", "scene"} == set(
+        listed["files"][0]
+    )
+
+
+def test_what_the_index_finds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("rolling", "vectors"):
+        shutil.copytree(home() / name, tmp_path / name)
+    arguments = ["golden", "vectors", "--index-only", "--folder", str(tmp_path)]
+    assert main(arguments) == 1
+    assert "index.json: missing" in capsys.readouterr().out
+    assert main([*arguments, "--build"]) == 0
+    assert main(arguments) == 0
+    trajectory = tmp_path / "rolling" / "trajectory.csv"
+    trajectory.write_text(trajectory.read_text().replace("1", "2", 1))
+    (tmp_path / "vectors" / "steps.json").unlink()
+    shutil.copytree(home() / "upright", tmp_path / "upright")
+    capsys.readouterr()
+    assert main(arguments) == 1
+    told = capsys.readouterr().out
+    assert "rolling/trajectory.csv: not as index.json says" in told
+    assert "vectors/steps.json: listed in index.json, and missing" in told
+    assert "upright/scene.toml: not listed in index.json" in told
+    (tmp_path / "index.json").write_text("[]")
+    assert main(arguments) == 1
+    assert "index.json: no index" in capsys.readouterr().out
+
+
+def test_an_empty_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["golden", "vectors", "--build", "--index-only", "--folder", str(tmp_path)]) == 2
+    assert "expected one with golden data" in capsys.readouterr().err
+
+
+@pytest.mark.golden
+def test_everything_is_what_is_computed_now() -> None:
+    assert index.verify(home()) == []

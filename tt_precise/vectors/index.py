@@ -1,0 +1,158 @@
+"""The files: test vectors and the index of all reference data, built and verified."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tt_precise.errors import InputError
+from tt_precise.files import atomic_write
+from tt_precise.golden import store
+from tt_precise.progress import Progress, silent
+from tt_precise.vectors import states, steps
+
+LICENCE = "MIT"
+INDEX = "index.json"
+FOLDER = "vectors"
+SCHEMAS = {
+    "index.json": "tt_precise.index/1",
+    "states.json": "tt_precise.vectors.states/1",
+    "steps.json": "tt_precise.vectors.steps/1",
+}
+UNITS = {
+    "m": "kg", "R": "m", "alpha": "1", "I1": "kg m^2", "I3": "kg m^2", "g": "m/s^2",
+    "mu": "s/m for viscous, else 1", "epsilon": "m/s", "k": "1", "omega": "rad/s",
+    "s_dot": "m/s", "quaternion": "1, body to inertial frame", "L": "kg m^2/s", "a": "m",
+    "v_A": "m/s", "g_n": "N", "F": "N", "torque": "N m", "k_dot": "1/s", "L_dot": "N m",
+    "omega_dot": "rad/s^2", "s_ddot": "m/s^2", "v_A_dot": "m/s^2", "step_s": "s",
+}  # fmt: skip
+KINDS = {
+    store.SCENE: ("scene", "exact decimals and fractions"),
+    store.TRAJECTORY: ("trajectory", "decimal strings"),
+    store.EVENTS: ("events", "decimal strings"),
+    store.MANIFEST: ("manifest", "units, digits and evidence of the scene's files"),
+    "proof.json": ("proof", "what is proved of the digits"),
+    "enclosure.csv": ("enclosure", "intervals that hold the exact solution"),
+}
+
+
+def build(folder: Path, progress: Progress = silent) -> list[Path]:
+    """Compute the test vectors and write them, and the index of the whole ``folder``."""
+    place = folder / FOLDER
+    place.mkdir(parents=True, exist_ok=True)
+    for name, text in vector_texts(progress).items():
+        atomic_write(place / name, text)
+    atomic_write(folder / INDEX, index_text(folder))
+    return [*(place / name for name in ("states.json", "steps.json")), folder / INDEX]
+
+
+def verify(folder: Path, progress: Progress = silent) -> list[str]:
+    """What is wrong with the committed vectors and the index, in lines; computed afresh."""
+    problems = list(stale(folder))
+    for name, text in vector_texts(progress).items():
+        file = folder / FOLDER / name
+        if not file.is_file():
+            problems.append(f"{FOLDER}/{name}: missing")
+        elif file.read_text("utf-8") != text:
+            problems.append(f"{FOLDER}/{name}: differs from what is computed now")
+    return problems
+
+
+def stale(folder: Path) -> Iterator[str]:
+    """What the index says otherwise than the files."""
+    file = folder / INDEX
+    if not file.is_file():
+        yield f"{INDEX}: missing; tt-precise golden vectors --build makes it"
+        return
+    try:
+        listed = {entry["path"]: entry for entry in json.loads(file.read_text("utf-8"))["files"]}
+    except (ValueError, KeyError, TypeError):
+        yield f"{INDEX}: no index; tt-precise golden vectors --build makes it"
+        return
+    present = {entry["path"]: entry for entry in entries(folder)}
+    for path in sorted(listed.keys() - present.keys()):
+        yield f"{path}: listed in {INDEX}, and missing"
+    for path in sorted(present.keys() - listed.keys()):
+        yield f"{path}: not listed in {INDEX}"
+    for path in sorted(listed.keys() & present.keys()):
+        if listed[path] != present[path]:
+            yield f"{path}: not as {INDEX} says"
+
+
+def vector_texts(progress: Progress = silent) -> dict[str, str]:
+    """Name to content of the two vector files."""
+    first = {
+        "name": "states.json",
+        "meaning": "seeded states under every law of friction, and each term of the equations of "
+        "motion there; k is the body's third axis, s the centre of mass, a from it to the contact",
+        "cases": states.state_file(),
+    }
+    second = {
+        "name": "steps.json",
+        "meaning": "the states of states.json after one step of the given length",
+        "cases": steps.step_file(progress),
+    }
+    return {str(one["name"]): _text(one) for one in (first, second)}
+
+
+def _text(content: dict[str, Any]) -> str:
+    name = content.pop("name")
+    head = {
+        "schema": SCHEMAS[name],
+        "licence": LICENCE,
+        "digits": states.DIGITS,
+        "units": UNITS,
+        "frame": "inertial, z up, the table at z = 0",
+    }
+    return json.dumps(head | content, indent=1) + "\n"
+
+
+def index_text(folder: Path) -> str:
+    """The index as JSON: every file of the reference data."""
+    content = {
+        "schema": SCHEMAS[INDEX],
+        "licence": LICENCE,
+        "units": "SI; of every column in the scene's manifest.json, of vectors in the files",
+        "files": list(entries(folder)),
+    }
+    return json.dumps(content, indent=1) + "\n"
+
+
+def entries(folder: Path) -> Iterator[dict[str, Any]]:
+    """One entry a file, in order.
+
+    Raises
+    ------
+    InputError
+        There is no golden data in ``folder``.
+    """
+    names = store.scenes(folder)
+    if not names:
+        raise InputError(f"folder: got {folder}, expected one with golden data")
+    for name in names:
+        manifest = json.loads((folder / name / store.MANIFEST).read_text("utf-8"))
+        for file in sorted((folder / name).iterdir()):
+            if file.name in KINDS:
+                kind, content = KINDS[file.name]
+                yield _entry(folder, file) | {
+                    "kind": kind, "content": content, "scene": name,
+                    "schema": f"tt_precise.{kind}/1", "digits": manifest["digits"],
+                }  # fmt: skip
+    for name in ("states.json", "steps.json"):
+        file = folder / FOLDER / name
+        if file.is_file():
+            yield _entry(folder, file) | {
+                "kind": "vectors", "content": "inputs and expected values, decimal strings",
+                "scene": None, "schema": SCHEMAS[name], "digits": states.DIGITS,
+            }  # fmt: skip
+
+
+def _entry(folder: Path, file: Path) -> dict[str, Any]:
+    return {
+        "path": file.relative_to(folder).as_posix(),
+        "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
+        "licence": LICENCE,
+    }

@@ -1,0 +1,94 @@
+"""Depth 2: where the states of depth 1 are after 0.1, 1 and 10 ms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from tt_precise.exact.arithmetic import agreed_digits, decimal
+from tt_precise.integrate import integrate
+from tt_precise.mechanics import flight
+from tt_precise.mechanics.conversion import RigidBodyState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.progress import Progress, silent
+from tt_precise.scene import Scene
+from tt_precise.vectors.states import DIGITS, Case, cases
+
+STEPS = (Fraction(1, 10_000), Fraction(1, 1000), Fraction(1, 100))  # s
+BITS = (160, 176)
+COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy", "phi", "psi")
+
+
+def step_file(progress: Progress = silent) -> list[dict[str, Any]]:
+    """The entries of ``steps.json``: name, duration and the state then.
+
+    Raises
+    ------
+    ArithmeticError
+        A motion ends early, or two precisions do not agree in the digits that are printed.
+    """
+    chosen = list(cases())
+    found: list[dict[str, Any]] = []
+    for done, case in enumerate(chosen):
+        found.extend(_entries(case))
+        progress((done + 1) / len(chosen))
+    return found
+
+
+def _entries(case: Case) -> Iterator[dict[str, Any]]:
+    states = _flown(case) if case.law == "none" else _integrated(case)
+    for step, (orientation, vectors) in zip(STEPS, states, strict=True):
+        four = [_shown(case, part) for part in orientation]
+        yield {
+            "name": case.name,
+            "step_s": str(float(step)),
+            "quaternion_wxyz": four,
+            "quaternion_xyzw": [*four[1:], four[0]],
+            **{
+                name: [_shown(case, part) for part in case.turned(vector)]
+                for name, vector in vectors.items()
+            },
+        }
+
+
+def _flown(case: Case) -> Iterator[tuple[Any, dict[str, Any]]]:
+    # the closed form at azimuth 0; ``case.turned`` turns the vectors, and this the orientation
+    fn = case.context
+    q = case.start.motion(fn)
+    straight = replace(case, half=(Fraction(1), Fraction(0))).pose_of(q)
+    begun = RigidBodyState(*(*straight[:4], *straight[10:13], *straight[7:10]))
+    c, s = (case.number(part) for part in case.half)
+    for step in STEPS:
+        there = flight.flown(case.start.body, begun, case.number(step), fn)
+        turned = flight.multiplied((c, 0, 0, s), there[:4])
+        k = flight.turned(there[:4], (0, 0, 1))
+        yield turned, {"k": k, "omega": there[4:7], "s_dot": there[7:10]}
+
+
+def _integrated(case: Case) -> Iterator[tuple[Any, dict[str, Any]]]:
+    scene: Scene = replace(case.scene, record=("phi", "psi"))
+    runs = [integrate(scene, "mp", bits=bits) for bits in BITS]
+    for run in runs:
+        if run.status != "complete":
+            raise ArithmeticError(f"{case.name}: the motion ended as {run.status}")
+    for step in STEPS:
+        coarse, fine = (run.at(step) for run in runs)
+        fn = case.context
+        values = [fn.mpf(fine.values[name]) for name in COLUMNS]
+        for name, value in zip(COLUMNS, values, strict=True):
+            other = fn.mpf(coarse.values[name])
+            # phi and psi enter as angles: their absolute error counts
+            size = max(abs(value), 1) if name in ("phi", "psi") else abs(value)
+            if abs(value - other) > size * fn.mpf(10) ** -(DIGITS + 4):
+                agreed = agreed_digits(value, other, DIGITS + 9, fn)
+                raise ArithmeticError(f"{case.name}: {name} agrees in {agreed} digits only")
+        q = Motion(case.start.body, NewtonState(*values[:8]), fn, scene.model)
+        posed = case.pose_of(q, values[8], values[9])
+        yield posed[:4], {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
+
+
+def _shown(case: Case, value: Any) -> str:
+    return decimal(case.context.mpf(value), DIGITS, case.context)
