@@ -11,7 +11,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.check.columns import COLUMN_SETS
-from tt_precise.check.equation_residual import EquationResidual
+from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.reading import open_source
 from tt_precise.check.samples import CheckSetup
 
@@ -56,3 +56,29 @@ def test_coarse_rows_are_told_not_judged(healthy: Healthy) -> None:
     assert equations.reason.startswith("rows too far apart: ")
     assert "intervals too wide to tell" in equations.reason
     assert result.passed
+
+
+def test_an_interval_as_doubtful_as_the_limit_is_still_resolved(healthy: Healthy) -> None:
+    frame = healthy("reference", 401)
+    found, samples = balance(frame, "vectors")
+    setup = CheckSetup(tt.load_scene("reference"), COLUMN_SETS["vectors"], True)
+    limit = float(numpy.sort(found.doubt)[-3])
+    for allowed, unresolved in ((limit, 2), (float(numpy.nextafter(limit, 0)), 3)):
+        total = SummedResidual(EquationResidual(setup, samples), "state", allowed)
+        total(samples)
+        assert (total.unresolved, total.intervals) == (unresolved, len(found.doubt))
+
+
+@pytest.mark.parametrize("columns", ["vectors", "Euler"])
+def test_a_rolling_top_has_no_power_and_no_velocity_of_its_own(
+    healthy: Healthy, columns: str
+) -> None:
+    """Its contact point rests: E is constant, and v is no part of the state."""
+    frame = healthy("rolling", 401)
+    setup = CheckSetup(tt.load_scene("rolling"), COLUMN_SETS[columns], True)
+    block = next(open_source(frame).blocks(("t", *setup.columns.names)))
+    samples = setup.samples(block)
+    found = EquationResidual(setup, samples).balance(samples)
+    assert len(found.state) == (6 if columns == "vectors" else 4)
+    assert abs(found.energy).max() < 1e-12
+    assert (abs(found.state).max(axis=0) <= found.doubt + 1e-12).all()

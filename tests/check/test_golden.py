@@ -79,6 +79,14 @@ def test_digits_are_asked_for(healthy: Healthy) -> None:
     assert found.at > 3
 
 
+def test_exactly_the_digits_asked_for_are_enough(healthy: Healthy) -> None:
+    worst = tt.check.conservation(healthy(), "reference")["golden"].value
+    assert worst is not None
+    for asked, verdict in ((worst, "pass"), (numpy.nextafter(worst, numpy.inf), "fail")):
+        found = tt.check.conservation(healthy(), "reference", digits=asked)["golden"]
+        assert (found.value, found.verdict) == (worst, verdict)
+
+
 def test_more_than_double_is_seen(tmp_path: Path) -> None:
     text = (store.home() / "reference" / "trajectory.csv").read_text()
     path = tmp_path / "long.csv"

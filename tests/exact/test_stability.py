@@ -11,6 +11,9 @@ from tt_precise.exact.arithmetic import agreed_digits, own_context, rounding_to
 from tt_precise.exact.stability import (
     INVERTED,
     UPRIGHT,
+    Eigenvalue,
+    _narrowed,
+    _UnresolvedError,
     eigenvalues,
     fineness,
     linearised,
@@ -89,6 +92,55 @@ def test_eigenvalues_of_a_known_matrix() -> None:
     assert [found[0].sign(), found[2].sign()] == [1, -1]
     with pytest.raises(ArithmeticError):
         found[1].sign()
+
+
+def test_the_error_of_each_eigenvalue_is_that_of_its_own_place() -> None:
+    """To first order, by the slope of the polynomial: the product of the distances to the others.
+
+    Roots at very different distances, so that no other pair of them would do.
+    """
+    context = own_context(40)
+    roots = [context.mpc(0), context.mpc(1), context.mpc(100)]
+    zero, error = context.mpc(0), context.mpf(10) ** -30
+    matrix = [[roots[i] if i == j else zero for j in range(3)] for i in range(3)]
+    found = {round(float(one.value.real)): one.error for one in eigenvalues(matrix, error, context)}
+    for root in roots:
+        slope = context.fprod(abs(root - other) for other in roots if other != root)
+        expected = 100 * context.mpf(100) ** 3 * error / slope
+        assert abs(found[round(float(root.real))] / expected - 1) < 1e-20
+
+
+def test_a_sign_as_small_as_its_error_is_not_resolved() -> None:
+    context = own_context(20)
+    one, below = context.mpf(1), context.mpf("0.999999")
+    for sign in (1, -1):
+        value = context.mpc(sign, 5)
+        assert Eigenvalue(value, below).sign() == sign
+        with pytest.raises(ArithmeticError):
+            Eigenvalue(value, one).sign()
+
+
+def test_the_signs_beside_a_crossing_are_looked_at() -> None:
+    """At the crossing and a width on either side of it, of the eigenvalue that leads."""
+    context = own_context(30)
+    width, seen = context.mpf(10) ** -20, []
+
+    def spectrum(gravity: Any) -> list[Eigenvalue]:
+        seen.append(gravity)
+        return [Eigenvalue(context.mpc(context.log(gravity / 2)), context.mpf(10) ** -28)]
+
+    found = _narrowed(spectrum, context.mpf("0.3"), context.mpf(7), width, context)
+    assert abs(found / 2 - 1) < width
+    assert sorted(seen[-2:]) == [found * (1 - width), found * (1 + width)]
+
+    def leading(gravity: Any) -> list[Eigenvalue]:
+        # from 1.9 on another one leads, and decides
+        other = 1 if gravity > 1.9 else -1
+        values = (context.mpc(other), context.log(gravity / 2) + 0j)
+        return [Eigenvalue(value, context.mpf(10) ** -28) for value in values]
+
+    with pytest.raises(_UnresolvedError):
+        _narrowed(leading, context.mpf("1.85"), context.mpf("2.1"), width, context)
 
 
 @SIDES

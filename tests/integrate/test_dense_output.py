@@ -36,6 +36,15 @@ def test_dense_output_ends_in_the_end_state(double: Trajectory, half_quad: Traje
         assert just_before.kx != trajectory.state.kx
 
 
+def test_what_is_given_as_the_end_is_the_end(double: Trajectory, half_quad: Trajectory) -> None:
+    """A little behind it, as a printed end may lie; or before it by less than a double shows."""
+    behind = Fraction(1, 2) * (1 + Fraction(1, 10**16))
+    assert half_quad.at(behind) == half_quad.state
+    before = Fraction(8) - Fraction(1, 10**18)
+    assert double.at(before) == double.state
+    assert half_quad.at(Fraction(1, 2) - Fraction(1, 10**18)) != half_quad.state
+
+
 def test_dense_output_starts_with_the_start(half_quad: Trajectory) -> None:
     start = half_quad.at(0)
     context = half_quad.precision.context

@@ -17,6 +17,8 @@ ARITHMETIC: dict[type[ast.operator], type[ast.operator]] = {
     ast.FloorDiv: ast.Mult, ast.Mod: ast.Mult, ast.Pow: ast.Mult,
 }  # fmt: skip
 
+Key = tuple[str, str, str, str]  # path, within, before, after
+
 
 @dataclass(frozen=True)
 class Mutant:
@@ -33,7 +35,7 @@ class Mutant:
     source: str
 
     @property
-    def key(self) -> tuple[str, str, str, str]:
+    def key(self) -> Key:
         """What names it in the list of equivalent mutants."""
         return self.path, self.within, self.before, self.after
 

@@ -21,16 +21,18 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 if __name__ == "__main__":
     sys.path.insert(0, str(HERE))
 
-from operators import Mutant, count, mutant  # type: ignore[import-not-found]  # noqa: E402
+from operators import Key, Mutant, count, mutant  # type: ignore[import-not-found]  # noqa: E402
 
+Task = TypeVar("Task")
 ROOMS = ("mechanics", "integrate", "exact", "golden", "check", "certify")
 SEED, SAMPLE, ENOUGH = 1, 200, 0.92
 LIMIT_S = 900.0  # a mutant may loop for ever
@@ -49,33 +51,66 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--sample", type=int, default=SAMPLE)
     parser.add_argument("--room", choices=ROOMS, action="append", help="only these folders")
+    parser.add_argument("--workers", type=int, default=1, help="processes at once")
     parser.add_argument("--log", type=Path, default=ROOT / "build" / "mutants.jsonl",
                         help="results so far, which a second run takes over")  # fmt: skip
     given = parser.parse_args(argv)
     sample = drawn(given.room or ROOMS, given.seed, given.sample)
-    known = {tuple(one["key"]): one["killed"] for one in _lines(given.log)}
+    given.log.parent.mkdir(exist_ok=True)
+    _import_what_is_heavy()
+    with tempfile.TemporaryDirectory() as place:
+        checkouts = [Path(place) / str(number) for number in range(given.workers)]
+        for checkout in checkouts:
+            shutil.copytree(ROOT, checkout, ignore=LEFT_OUT)
+        known = dict(results(given.log))
+        todo = [one for one in sample if one.key not in known]
+        rooms = sorted({Path(one.path).parent.name for one in todo})
+        if not shared_out(rooms, checkouts, healthy):
+            return 2
+        shared_out(todo, checkouts, lambda checkout, one: noted(given.log, checkout, one))
+    return report(sample, dict(results(given.log)))
+
+
+def _import_what_is_heavy() -> None:
     for name in HEAVY:
         try:
             __import__(name)
         except ImportError:
             print(f"without {name}")
-    with tempfile.TemporaryDirectory() as place:
-        checkout = Path(place) / "checkout"
-        shutil.copytree(ROOT, checkout, ignore=LEFT_OUT)
-        healthy: set[str] = set()
-        for number, one in enumerate(sample, 1):
-            if one.key not in known:
-                room = Path(one.path).parent.name
-                if room not in healthy and tested(checkout, [room_tests(room)]) != PASSED:
-                    print(f"tests/{room} fails, or has no tests, without any mutant")
-                    return 2
-                healthy.add(room)
-                begin = time.monotonic()
-                known[one.key] = killed(checkout, one)
-                _note(given.log, one, known[one.key], time.monotonic() - begin)
-            word = "killed" if known[one.key] else "LIVES "
-            print(f"{number:4} {word} {described(one)}", flush=True)
-    return report(sample, known)
+
+
+def shared_out(
+    tasks: Sequence[Task], checkouts: Sequence[Path], do: Callable[[Path, Task], bool]
+) -> bool:
+    """``do`` every task, in a forked process for each checkout; whether all went well."""
+    workers = []
+    for number, checkout in enumerate(checkouts):
+        worker = os.fork()
+        if worker == 0:
+            fine = [do(checkout, task) for task in tasks[number :: len(checkouts)]]
+            os._exit(0 if all(fine) else 1)
+        workers.append(worker)
+    return all([os.waitpid(worker, 0)[1] == 0 for worker in workers])
+
+
+def healthy(checkout: Path, room: str) -> bool:
+    """Whether the tests of a room pass without any mutant."""
+    passes = tested(checkout, [room_tests(room)]) == PASSED
+    if not passes:
+        print(f"tests/{room} fails, or has no tests, without any mutant", flush=True)
+    return passes
+
+
+def noted(log: Path, checkout: Path, one: Mutant) -> bool:
+    """Test a mutant, and write down what came of it."""
+    begin = time.monotonic()
+    was_killed = killed(checkout, one)
+    took = round(time.monotonic() - begin, 1)
+    entry = {"key": one.key, "line": one.line, "killed": was_killed, "s": took}
+    with log.open("a") as file:  # a line is written at once
+        file.write(json.dumps(entry) + "\n")
+    print(f"{'killed' if was_killed else 'LIVES '} {described(one)}", flush=True)
+    return True
 
 
 def drawn(rooms: Iterable[str], seed: int, size: int) -> list[Mutant]:
@@ -148,13 +183,13 @@ def _pytest(checkout: Path, tests: Sequence[Path]) -> int:
         return FAILED
 
 
-def equivalents() -> dict[tuple[str, str, str, str], str]:
+def equivalents() -> dict[Key, str]:
     """Mutants that change nothing a test may ask for, with the reason."""
     listed = tomllib.loads((HERE / "equivalent.toml").read_text())["mutant"]
     return {(m["path"], m["within"], m["before"], m["after"]): m["reason"] for m in listed}
 
 
-def report(sample: Sequence[Mutant], known: dict[tuple[str, ...], bool]) -> int:
+def report(sample: Sequence[Mutant], known: dict[Key, bool]) -> int:
     """Print the result; the exit status."""
     living = [one for one in sample if not known[one.key]]
     reasons = equivalents()
@@ -172,16 +207,12 @@ def described(one: Mutant) -> str:
     return " ".join(line.split())
 
 
-def _lines(log: Path) -> Iterator[dict[str, object]]:
-    if log.is_file():
-        yield from map(json.loads, log.read_text().splitlines())
-
-
-def _note(log: Path, one: Mutant, was_killed: bool, seconds: float) -> None:
-    log.parent.mkdir(exist_ok=True)
-    entry = {"key": one.key, "line": one.line, "killed": was_killed, "s": round(seconds, 1)}
-    with log.open("a") as file:
-        file.write(json.dumps(entry) + "\n")
+def results(log: Path) -> Iterator[tuple[Key, bool]]:
+    """What an earlier run found."""
+    for line in log.read_text().splitlines() if log.is_file() else []:
+        one = json.loads(line)
+        path, within, before, after = one["key"]
+        yield (path, within, before, after), one["killed"]
 
 
 if __name__ == "__main__":

@@ -1,0 +1,65 @@
+"""Requested digits: what is accepted, and which setting comes next; without any integration."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tt_precise.errors import InputError
+from tt_precise.integrate.cost_table import Setting
+from tt_precise.integrate.to_digits import SPARE, WIDENINGS, integrate_to_digits
+
+
+class Runs:
+    """Stands for the integration: each run has the digits of its setting, changed by ``change``."""
+
+    def __init__(self, change: float = 0.0, least: float = 0.0):
+        self.change, self.least = change, least
+        self.settings: list[Setting] = []
+
+    def __call__(self, setting: Setting) -> Any:
+        self.settings.append(setting)
+        digits = max(setting.digits + self.change, self.least)
+        scene = SimpleNamespace(name="a scene")
+        precision = SimpleNamespace(name=setting.precision, bits=setting.bits)
+        return SimpleNamespace(status="complete", digits=digits, scene=scene, precision=precision)
+
+
+@pytest.mark.parametrize(
+    ("beyond", "enough"), [(SPARE, True), (SPARE / 2, False), (0.0, False), (-SPARE / 2, False)]
+)
+def test_the_spare_digits_are_on_top_of_those_requested(beyond: float, enough: bool) -> None:
+    """The estimate errs by a tenth of a digit, so one that just says 9 is no promise of 9."""
+    runs = Runs()
+    first = integrate_to_digits(9, None, runs)
+    assert first.digits >= 9 + SPARE
+    short = Runs(9 + beyond - runs.settings[0].digits)
+    integrate_to_digits(9, None, short)
+    assert (len(short.settings) == 1) == enough
+
+
+def test_the_first_setting_has_the_spare_digits_by_the_table() -> None:
+    for wanted in range(1, 40):
+        runs = Runs()
+        integrate_to_digits(wanted, None, runs)
+        assert runs.settings[0].digits >= wanted + SPARE
+        assert len(runs.settings) == 1
+
+
+def test_what_a_scene_loses_is_added_to_the_next_setting() -> None:
+    runs = Runs(change=-3.0)
+    found = integrate_to_digits(9, None, runs)
+    assert found.digits >= 9 + SPARE
+    assert len(runs.settings) == 2
+    assert runs.settings[1].digits >= 9 + SPARE + 3
+
+
+def test_a_scene_that_loses_everything_is_given_up() -> None:
+    runs = Runs(change=-1e6)
+    with pytest.raises(InputError, match="digits: got 9, but mp with"):
+        integrate_to_digits(9, None, runs)
+    bits = [setting.bits for setting in runs.settings if setting.precision == "mp"]
+    assert len(bits) == WIDENINGS
+    assert bits == sorted(set(bits))
