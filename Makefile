@@ -16,7 +16,7 @@ ALL := .venv/.stamp-all
 DOCS := .venv/.stamp-docs
 
 .DEFAULT_GOAL := help
-.PHONY: help venv report test slow golden peers clients browser proofs fuzz \
+.PHONY: help venv report test slow golden peers clients browser proofs fuzz mutants \
         lint format types check docs smoke lock build clean
 
 help:     ## list the targets
@@ -63,6 +63,10 @@ clients:  ## tests marked clients: other people's engines (installs every extra)
 proofs:   ## tests marked proofs: long rigorous proofs (installs every extra)
 peers clients proofs: $(ALL)
 	$(PYTEST) -n $(JOBS) -m $@ $(ARGS)
+
+mutants:  ## 200 small mistakes in the core, each of which a test has to see (an hour or two)
+mutants: $(ALL)
+	$(BIN)/python tests/mutants/sample.py $(ARGS)
 
 browser:  ## tests marked browser: the report in chromium (installs it from Debian)
 browser: $(DEV)
