@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
@@ -94,7 +94,7 @@ def _measured(scene: Scene, true: Table, given: Sequence[Row]) -> Measured:
     names = [name for name in true.columns if name != "t"]
     found = TrueRows(scene, true).measure(
         numpy.array([float(t) for t, _ in rows]),
-        {name: numpy.zeros(len(rows)) for name in names},
+        {name: _floats(row[1].get(name) for row in rows) for name in names},
         lambda row, wanted: [rows[row][1].get(name) for name in wanted],
     )
     if not others:
@@ -107,3 +107,7 @@ def _measured(scene: Scene, true: Table, given: Sequence[Row]) -> Measured:
         numpy.append(found.compared, numpy.zeros(others, bool)),
         numpy.append(found.start, numpy.zeros(others, bool)),
     )
+
+
+def _floats(numbers: Iterable[Decimal | None]) -> numpy.ndarray:
+    return numpy.array([numpy.nan if number is None else float(number) for number in numbers])

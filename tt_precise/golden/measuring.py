@@ -23,6 +23,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene import Scene
 
 EPS = float(numpy.finfo(float).eps)
+FAR = 1000  # roundings; a larger error is known to three digits without regard to them
 SAME_TIME = 4 * EPS  # relative; a row at a golden time may miss it by a rounding
 LIFT_OFF = 1e-12  # relative; a last row may lie so far beyond the end of the solution
 RESOLVED = 1e-8  # relative error that a carried row must resolve to be compared
@@ -119,15 +120,35 @@ class TrueRows:
             here.copy(),
             here & (nearest == 0),
         )
-        for row in numpy.flatnonzero(here).tolist():
-            for name, given in zip(names, exactly(row, names), strict=True):
-                error = self._exact_error(name, int(nearest[row]), given)
-                found.errors[name][row] = error
-                found.bounds[name][row] = 0.0 if error >= 0 else numpy.nan
+        self._measure_here(found, numpy.flatnonzero(here), nearest, values, exactly)
         between = numpy.flatnonzero(~here & (t > 0) & (t <= self.times[-1] * (1 + LIFT_OFF)))
         if len(between):
             self._measure_between(found, between, nearest, delays, values, resolved)
         return found
+
+    def _measure_here(
+        self,
+        found: Measured,
+        here: numpy.ndarray,
+        nearest: numpy.ndarray,
+        values: Mapping[str, numpy.ndarray],
+        exactly: Callable[[int, Sequence[str]], Sequence[Any]],
+    ) -> None:
+        rows = nearest[here]
+        close: dict[int, list[str]] = {}
+        for name, errors in found.errors.items():
+            true = self._numbers[name][rows]
+            error = abs(values[name][here] - true) / self._sizes[name][rows]
+            defined = ~numpy.isnan(true)
+            errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
+            found.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
+            # what rounding to double may have to do with is looked at in decimals
+            rounding = FAR * EPS * abs(true) / self._sizes[name][rows]
+            for at in here[defined & (errors[here] <= rounding)].tolist():
+                close.setdefault(at, []).append(name)
+        for at, names in close.items():
+            for name, given in zip(names, exactly(at, names), strict=True):
+                found.errors[name][at] = self._exact_error(name, int(nearest[at]), given)
 
     def _measure_between(
         self,
@@ -163,9 +184,6 @@ class TrueRows:
         return near, t - times[near]
 
     def _exact_error(self, name: str, row: int, given: Any) -> float:
-        cell = self._cells[name][row]
-        if not cell:
-            return float("nan")  # undefined at a pole
-        true = Decimal(cell)
+        true = Decimal(self._cells[name][row])
         size = max(abs(true), self.scales[name] * NEAR_ZERO)
         return float(relative_error(as_decimal(given), true, size))
