@@ -100,16 +100,27 @@ build:    ## wheel and sdist, into dist/
 build: $(DEV)
 	$(BIN)/hatchling build --clean
 
-# .venv lends its packages through a path file that does not lead back to the checkout.
-smoke:    ## the wheel, installed elsewhere, loads a scene
+# Wheel and sdist, each installed elsewhere, run README's examples without a network. .venv lends its
+# packages through a path file that does not lead back to the checkout.
+OFFLINE = $(shell unshare -rn true 2> /dev/null && echo unshare -rn)
+LARGEST_WHEEL := 10000000
+
+smoke:    ## wheel and sdist, installed elsewhere, run README's examples offline
 smoke: build
-	$(BIN)/python -m venv --clear $(SMOKE)
-	$(SMOKE)/bin/python -m pip --quiet --disable-pip-version-check install --no-deps dist/*.whl
-	$(BIN)/python -c "import sysconfig; print(sysconfig.get_path('purelib'))" > \
-		$$($(SMOKE)/bin/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")/lent.pth
-	cd / && $(SMOKE)/bin/python -c "import tt_precise as tt; tt.load_scene('reference'); \
-		assert tt.__file__.startswith('$(SMOKE)'), tt.__file__"
-	cd / && $(SMOKE)/bin/tt-precise --help > /dev/null
+	test $$(stat -c %s dist/*.whl) -lt $(LARGEST_WHEEL)
+	for built in dist/*.whl dist/*.tar.gz; do \
+		$(BIN)/python -m venv --clear $(SMOKE) && \
+		$(BIN)/python -c "import sysconfig; print(sysconfig.get_path('purelib'))" > \
+			$$($(SMOKE)/bin/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")/lent.pth && \
+		$(SMOKE)/bin/python -m pip --quiet --disable-pip-version-check install --no-deps \
+			--no-build-isolation --ignore-installed $$built && \
+		(cd / && $(SMOKE)/bin/python -c "import tt_precise as tt; \
+			assert tt.__file__.startswith('$(SMOKE)'), tt.__file__" && \
+		$(SMOKE)/bin/tt-precise --version && \
+		$(OFFLINE) $(SMOKE)/bin/python -m pytest -q -n 0 -p no:cacheprovider \
+			-c $(CURDIR)/pyproject.toml $(CURDIR)/tests/test_documentation.py -k "examples_run and README") \
+		|| exit 1; \
+	done
 
 # all.txt first: the smaller sets are cut out of it, so that one .venv can hold them all.
 UV_COMPILE = build/lock/bin/uv pip compile pyproject.toml --quiet --universal \

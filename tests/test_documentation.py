@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import click
 import pytest
 
+import tt_precise
 from tt_precise import cli
 
 ROOT = Path(__file__).parents[1]
@@ -30,7 +31,7 @@ MAKEFILE = ROOT / "Makefile"
 DOCUMENTS = sorted([README, *(ROOT / "docs").rglob("*.md")], key=str)
 # From ten seconds to minutes: their words are checked, but they run under the marker slow only.
 LONG = (
-    "claims", "report", "golden build", "golden verify", "golden certify", "sweep", "tradeoff",
+    "report", "golden build", "golden verify", "golden certify", "sweep", "tradeoff",
     "extremes",
 )  # fmt: skip
 LONG_PYTHON = ("tt_precise.certify", "sweep(", "animate(")
@@ -103,7 +104,8 @@ def run_command(command: str, expected: str) -> None:
     else:
         words = [sys.executable, *(("-m", "pytest") if program == "pytest" else ()), *arguments]
         # the package under test, wherever the example runs
-        paths = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+        package = Path(str(tt_precise.__file__)).parents[1]
+        paths = os.pathsep.join(filter(None, (str(package), os.environ.get("PYTHONPATH"))))
         done = subprocess.run(
             words, capture_output=True, text=True, check=False,
             env=os.environ | {"PYTHONPATH": paths},
