@@ -8,7 +8,7 @@
 Scenes come in as TOML with exact numbers (``load_scene``), are integrated by heyoka in double,
 extended, quad or arbitrary precision (``integrate``), and are judged: ``golden`` holds reference
 trajectories, ``check`` finds what anybody's trajectory fails to conserve, ``claims`` judges the
-paper. Units are SI; names are the paper's.
+paper; ``sweep`` integrates many starts at once. Units are SI; names are the paper's.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tt_precise.errors import InputError
     from tt_precise.integrate import Trajectory, integrate
     from tt_precise.scene import Scene, load_scene
+    from tt_precise.sweep.table import table as sweep
 
 __all__ = [
     "InputError",
@@ -36,6 +37,7 @@ __all__ = [
     "golden",
     "integrate",
     "load_scene",
+    "sweep",
 ]  # fmt: skip
 
 __getattr__, __dir__ = lazy_names(
@@ -46,5 +48,5 @@ __getattr__, __dir__ = lazy_names(
         "integrate": ["Trajectory", "integrate"],
         "scene": ["Scene", "load_scene"],
     },
-    ["check", "claims", "golden"],
+    ["check", "claims", "golden", "sweep"],
 )

@@ -51,7 +51,7 @@ def test_exit_status_and_json(written: Path, capsys: pytest.CaptureFixture[str])
         (["--scene", "nonsense"], "scene: got 'nonsense'"),
         (["--plot", "x.txt"], "got x.txt, expected a name that ends in .svg"),
         (["--until", "-1"], "got no rows up to t = -1 s, expected a trajectory"),
-        (["--until", "x"], "'x' is not a valid float"),
+        (["--until", "x"], "expected a finite number"),
         (["--junit", "/proc/nothing/x.xml"], "/proc/nothing/x.xml"),
     ],
 )

@@ -22,11 +22,14 @@ def test_sweep_writes_rows_and_prints_a_summary(
     header, *rows = (out / "rows.csv").read_text("utf-8").splitlines()
     assert header.startswith("index,phi_dot,outcome,t_init_A,t_init_B,t_init_C,t_end_A")
     assert len(rows) == 3
-    for wanted in (["--y", "min_g_n"], ["--y", "t_init", "--colour", "outcome"]):
+    for wanted in (["--y", "min_g_n"], ["--y", "steps", "--colour", "outcome"]):
         picture = tmp_path / "picture.svg"
         plot = ["sweep", "plot", str(out), "--x", "phi_dot", *wanted, "--out", str(picture)]
         assert main(plot) == 0
         assert picture.read_text("utf-8").startswith("<?xml")
+    capsys.readouterr()
+    assert main(["sweep", "plot", str(out), "--x", "phi_dot", "--y", "climb"]) == 2
+    assert "none of 3 rows has a value" in capsys.readouterr().err
 
 
 def test_sweep_reads_toml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

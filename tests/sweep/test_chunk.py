@@ -14,7 +14,8 @@ from tt_precise.scene import Inclination
 from tt_precise.sweep import specification, step_buffer
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.columns import TIMES, check_names
-from tt_precise.sweep.specification import Specification, blocks
+from tt_precise.sweep.samples import blocks
+from tt_precise.sweep.specification import Specification
 
 # reference time unit 0.045 s; events are found to some eps of the time and of the state, which
 # grows by 1e5 along the way: 8 s * 2e-16 * 1e3

@@ -25,7 +25,7 @@ from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import load_scene
 from tt_precise.sweep import Specification, specification, sweep
 from tt_precise.sweep.chunk import compute
-from tt_precise.sweep.specification import blocks
+from tt_precise.sweep.samples import blocks
 
 pytestmark = pytest.mark.slow
 

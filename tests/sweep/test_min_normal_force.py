@@ -6,6 +6,7 @@ import numpy
 import pytest
 
 from tt_precise.sweep import min_normal_force
+from tt_precise.sweep.axis_height import bounds, height_columns
 from tt_precise.sweep.min_normal_force import (
     KEPT,
     Step,
@@ -14,7 +15,6 @@ from tt_precise.sweep.min_normal_force import (
     may_be_lowest,
     reaches,
 )
-from tt_precise.sweep.step_polynomials import bounds, height_columns
 
 ORDER = 21
 WIDTHS = numpy.array([0.1, 0.5, 2.0])

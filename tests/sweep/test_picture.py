@@ -28,6 +28,17 @@ def test_curve_shows_every_row() -> None:
     assert curve(rows(), "mu", "climb", "omega_3").axes[0].get_ylabel() == "climb_A (s)"
 
 
+def test_an_empty_picture_is_refused() -> None:
+    nowhere = rows().assign(t_end_A=numpy.nan)
+    for draw in (
+        lambda: curve(nowhere, "mu", "climb"),
+        lambda: curve(nowhere, "t_end", "mu"),
+        lambda: map_of(nowhere, "mu", "omega_3", "climb"),
+    ):
+        with pytest.raises(InputError, match="none of 6 rows has a value"):
+            draw()
+
+
 @pytest.mark.parametrize("grid", [True, False])
 @pytest.mark.parametrize("z", ["outcome", "climb", "t_end_B"])
 def test_map_shows_every_row(grid: bool, z: str) -> None:

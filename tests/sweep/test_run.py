@@ -14,6 +14,7 @@ from tt_precise.errors import InputError
 from tt_precise.sweep import read_rows, specification, spot_check, sweep
 from tt_precise.sweep import run as running
 from tt_precise.sweep.columns import FIXED
+from tt_precise.sweep.samples import blocks
 from tt_precise.sweep.specification import Specification
 from tt_precise.sweep.spot_check import differences, drawn
 
@@ -128,7 +129,7 @@ def test_a_chunk_that_fails_is_quarantined_and_tried_by_the_next_run(
 
 
 def test_a_worker_of_another_version_is_told() -> None:
-    (values,) = (v for _, v in running.blocks(SPEC, 100, set()))
+    (values,) = (v for _, v in blocks(SPEC, 100, set()))
     with pytest.raises(InputError, match="worker"):
         running.chunk_task(SPEC.plan, "0.0.0", values, 8)
 

@@ -10,7 +10,8 @@ import pytest
 from tt_precise.errors import InputError
 from tt_precise.scene import load_scene
 from tt_precise.sweep import read_specification, specification
-from tt_precise.sweep.specification import Axis, Interval, blocks
+from tt_precise.sweep.samples import blocks
+from tt_precise.sweep.specification import Axis, Range
 
 TOML = """
 scene = "reference"
@@ -172,7 +173,7 @@ def test_refuses_toml(tmp_path: Path, old: str, new: str, told: str) -> None:
 
 
 def test_interval_is_exact() -> None:
-    assert Interval.parse("mu", "1/3:0.5") == Interval("mu", Fraction(1, 3), Fraction(1, 2))
+    assert Range.parse("mu", "1/3:0.5") == Range("mu", Fraction(1, 3), Fraction(1, 2))
 
 
 def test_psi_dot_is_swept_like_any_start_value() -> None:

@@ -13,7 +13,7 @@ from tt_precise.sweep import lanes, specification, step_buffer
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.columns import detectors
 from tt_precise.sweep.lanes import Build, LaneResults, LaneStart
-from tt_precise.sweep.specification import blocks
+from tt_precise.sweep.samples import blocks
 
 CLOSE = 1e-12  # dimensionless, of up to 180
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from tt_precise.commands import options
+
 if TYPE_CHECKING:
     from tt_precise.check.result import Result
 
@@ -23,8 +25,10 @@ FAILED = 1
     multiple=True,
     help="NAME=VALUE for one check, or VALUE for all relative drifts (1e-6).",
 )
-@click.option("--until", type=float, help="Leave out rows after this time (s).")
-@click.option("--digits", type=float, help="Fail below so many correct digits of golden data.")
+@click.option("--until", type=options.FINITE, help="Leave out rows after this time (s).")
+@click.option(
+    "--digits", type=options.FINITE, help="Fail below so many correct digits of golden data."
+)
 @click.option("--fresh", is_flag=True, help="Compute the solution where there is no golden row.")
 @click.option(
     "--friction",

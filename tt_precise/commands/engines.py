@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from tt_precise.commands import options
 from tt_precise.errors import InputError
 
 GOOD = ("rounding", "converges", "measured")
@@ -29,10 +30,10 @@ GOOD = ("rounding", "converges", "measured")
     help="Largest step in s; a half and a quarter of it follow.",
 )  # fmt: skip
 @click.option(
-    "--time-limit", default=60.0, show_default=True, type=click.FloatRange(min=0, min_open=True),
+    "--time-limit", default=60.0, show_default=True, type=options.POSITIVE,
     help="Seconds for one motion.",
 )  # fmt: skip
-@click.option("--workers", type=click.IntRange(min=1), help="Programs at once; one a core.")
+@options.workers("one for each core")
 @click.option("--out", type=click.Path(path_type=Path), help="Where to write the scoreboard.")
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of a job.")
 @click.option("--job", "job_of", metavar="RUNG", help="Print the job of a test at --step.")

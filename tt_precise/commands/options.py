@@ -16,9 +16,13 @@ JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on 
 
 
 class _Finite(click.ParamType):
-    """A float that is a number: no NaN, no infinity."""
+    """A float that is a number: no NaN, no infinity, and nothing below what it has to exceed."""
 
     name = "number"
+
+    def __init__(self, above: float = -math.inf):
+        self._above = above
+        self._expected = "a finite number" + (f" above {above:g}" if above > -math.inf else "")
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -27,12 +31,12 @@ class _Finite(click.ParamType):
             number = float(value)
         except (TypeError, ValueError):
             number = math.nan
-        if not math.isfinite(number):
-            self.fail(f"got {str(value)[:60]!r}, expected a finite number", param, ctx)
+        if not math.isfinite(number) or number <= self._above:
+            self.fail(f"got {str(value)[:60]!r}, expected {self._expected}", param, ctx)
         return number
 
 
-FINITE = _Finite()
+FINITE, POSITIVE = _Finite(), _Finite(above=0)
 
 
 def workers(default: str) -> Callable[[F], F]:

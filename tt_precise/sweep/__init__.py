@@ -1,13 +1,30 @@
 """Many starts at once: SIMD lanes, cores, clusters.
 
->>> from tt_precise.sweep import specification, sweep
->>> swept = sweep(specification("reference", vary={"phi_dot": "0,100"}), one_in=0)
->>> list(swept.rows["outcome"])
-['inverts', 'inverts']
+    >>> import tt_precise as tt
+    >>> rows = tt.sweep("reference", vary={"phi_dot": [0, 100]}, recheck=0)
+    >>> list(rows["outcome"])
+    ['inverts', 'inverts']
+
+``tt.sweep`` is ``table``; it and the command are made of ``specification`` and ``sweep``.
 """
 
-from tt_precise.sweep.run import Swept, sweep
-from tt_precise.sweep.specification import Specification, read_specification, specification
-from tt_precise.sweep.store import read_rows
+import sys
+from types import ModuleType
 
-__all__ = ["Specification", "Swept", "read_rows", "read_specification", "specification", "sweep"]
+from tt_precise.sweep.rows_file import read_rows
+from tt_precise.sweep.run import Swept, sweep
+from tt_precise.sweep.specification import Specification, specification
+from tt_precise.sweep.sweep_file import read_specification
+from tt_precise.sweep.table import table
+
+__all__ = [
+    "Specification", "Swept", "read_rows", "read_specification", "specification", "sweep", "table",
+]  # fmt: skip
+
+
+class _CallableModule(ModuleType):
+    # as for tt_precise.integrate: a folder and a function of one name
+    __call__ = staticmethod(table)
+
+
+sys.modules[__name__].__class__ = _CallableModule

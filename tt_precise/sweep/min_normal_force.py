@@ -1,9 +1,8 @@
 """Where the normal force of a trajectory is smallest, from the Taylor series of its steps.
 
-The height of the centre of mass is R (1 - alpha k.z), so g_n = m g - m R alpha (k.z)_ddot, gliding
-or rolling: g_n is smallest where the second derivative of k.z is largest. (An event function for
-that costs more than all other events of a sweep together.) Bernstein bounds exclude most steps at
-once, and halves of the rest until rounding decides. So no peak inside a step is missed.
+It is smallest where the second derivative of k.z is largest (``axis_height``). (An event function
+for that costs more than all other events of a sweep together.) Bernstein bounds exclude most steps
+at once, and halves of the rest until rounding decides. So no peak inside a step is missed.
 """
 
 from __future__ import annotations
@@ -13,7 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.sweep.step_polynomials import HALVINGS, Bounds, bernstein_of, halves, states_in
+from tt_precise.sweep.axis_height import Heights
+from tt_precise.sweep.step_polynomials import HALVINGS, bernstein_of, halves, states_in
 
 # A step is kept if its peak may come so close to the largest: the remainder of the series moves
 # it by less. The states decide.
@@ -29,13 +29,13 @@ class Step(NamedTuple):
     series: Any
 
 
-def may_be_lowest(bounds: Bounds, widths: Any, owner: Any, highest: Any) -> tuple[Any, Any, Any]:
+def may_be_lowest(read: Heights, widths: Any, owner: Any, highest: Any) -> tuple[Any, Any, Any]:
     """The steps in which the second derivative of k.z may be the largest of a trajectory.
 
     Parameters
     ----------
-    bounds, widths, owner
-        ``step_polynomials.bounds``, lengths of the steps, 0 for one that was not taken, and whose
+    read, widths, owner
+        What is known of k.z in the steps, their lengths, 0 for one that was not taken, and whose
         they are; shape (steps, lanes).
     highest
         The largest second derivative of each owner so far, -inf at first. What is found at the
@@ -45,10 +45,10 @@ def may_be_lowest(bounds: Bounds, widths: Any, owner: Any, highest: Any) -> tupl
     -------
     Step, lane, and what the second derivative stays below: three arrays.
     """
-    taken = (widths != 0) & bounds.finite
-    numpy.maximum.at(highest, owner[taken], bounds.at_ends[taken])
-    step, lane = numpy.nonzero(taken & reaches(bounds.curvature, highest[owner]))
-    return step, lane, bounds.curvature[step, lane]
+    taken = (widths != 0) & read.finite
+    numpy.maximum.at(highest, owner[taken], read.at_ends[taken])
+    step, lane = numpy.nonzero(taken & reaches(read.curvature, highest[owner]))
+    return step, lane, read.curvature[step, lane]
 
 
 def reaches(ceiling: Any, highest: Any) -> Any:

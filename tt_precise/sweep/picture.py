@@ -43,7 +43,7 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
     """
     figure, axes = _empty()
     x, y = (column_named(rows, name) for name in (x, y))
-    table = with_climb(rows)
+    table = _with_values(rows, x, y)
     missing = table[table[y].isna()] if y != "outcome" else table[:0]
     shown = column_named(rows, colour) if colour else None
     if shown == "outcome":
@@ -86,7 +86,7 @@ def draw_map(
     ``style`` goes to matplotlib's ``pcolormesh`` or ``scatter``.
     """
     x, y, z = (column_named(rows, name) for name in (x, y, z))
-    table = with_climb(rows)
+    table = _with_values(rows, x, y, z)
     drawn: ScalarMappable | None = None
     if z == "outcome":
         _outcomes(axes, table, x, y, style)
@@ -121,6 +121,18 @@ def with_climb(rows: pandas.DataFrame) -> pandas.DataFrame:
         if f"t_end_{one}" in rows and f"t_init_{one}" in rows
     }
     return rows.assign(**times)
+
+
+def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
+    """The rows with climbing times, unless there is nothing to draw."""
+    table = with_climb(rows)
+    for name in names:
+        if not table[name].notna().any():
+            raise InputError(
+                f"column {name}: none of {len(table)} rows has a value (for a time of the climb "
+                "the top has to climb), expected another column"
+            )
+    return table
 
 
 def label_of(name: str) -> str:

@@ -14,7 +14,8 @@ from tt_precise.errors import InputError
 from tt_precise.sweep import spot_check
 from tt_precise.sweep.chunk_file import frame_of, written
 from tt_precise.sweep.place import Place
-from tt_precise.sweep.specification import Plan, Specification, blocks
+from tt_precise.sweep.samples import blocks
+from tt_precise.sweep.specification import Plan, Specification
 from tt_precise.sweep.store import Files, Memory, default_chunk
 from tt_precise.sweep.summary import summary_of
 from tt_precise.workers import Call, Failure, Pool, dask_pool, local_pool

@@ -10,11 +10,11 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
+import operator
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 from tt_precise.body import require_si
@@ -23,14 +23,13 @@ from tt_precise.integrate.contact import CONTACTS
 from tt_precise.numerals import exact
 from tt_precise.scene import Scene, Start, load_scene
 from tt_precise.sweep.columns import check_names
-from tt_precise.toml import parse, read_text
 
 STARTS = tuple(field.name for field in fields(Start))
 SWEEPABLE = (*STARTS, "psi_dot")
 PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
 SAMPLERS = ("sobol", "latin")
+MOST_VALUES = 1_000_000  # of an axis
 MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
-DROPPED = 65536  # samples drawn at once where they are skipped
 
 
 @dataclass(frozen=True)
@@ -49,6 +48,8 @@ class Axis:
             values = [exact(value, name) for value in text.split(",")]
         elif len(parts) == 3 and parts[2].strip().isdecimal() and int(parts[2]) >= 2:
             first, last, count = exact(parts[0], name), exact(parts[1], name), int(parts[2])
+            if count > MOST_VALUES:
+                raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
             values = [first + (last - first) * i / (count - 1) for i in range(count)]
         else:
             raise InputError(
@@ -57,9 +58,20 @@ class Axis:
             )
         return cls(name, tuple(values))
 
+    @classmethod
+    def of(cls, name: str, values: str | Iterable[str | int | float]) -> Axis:
+        """Text as ``parse`` reads it, or numbers; floats stand for decimals as one writes them."""
+        if isinstance(values, str):
+            return cls.parse(name, values)
+        _check_name(name)
+        numbers = list(values)
+        if not numbers:
+            raise InputError(f"vary {name}: got no value, expected at least one")
+        return cls(name, tuple(_number(one, f"vary {name}") for one in numbers))
+
 
 @dataclass(frozen=True)
-class Interval:
+class Range:
     """A name and the range it is sampled from."""
 
     name: str
@@ -67,7 +79,7 @@ class Interval:
     high: Fraction
 
     @classmethod
-    def parse(cls, name: str, text: str) -> Interval:
+    def parse(cls, name: str, text: str) -> Range:
         """Read "low:high"."""
         _check_name(name)
         parts = text.split(":")
@@ -77,6 +89,16 @@ class Interval:
         if not low < high:
             raise InputError(f"box {name}: got {text}, expected the lower end first")
         return cls(name, low, high)
+
+    @classmethod
+    def of(cls, name: str, ends: str | tuple[str | int | float, str | int | float]) -> Range:
+        """Text as ``parse`` reads it, or two numbers."""
+        if isinstance(ends, str):
+            return cls.parse(name, ends)
+        if len(ends) != 2:
+            raise InputError(f"box {name}: got {len(ends)} numbers, expected low and high")
+        low, high = (_number(one, f"box {name}") for one in ends)
+        return cls.parse(name, f"{low}:{high}")
 
 
 @dataclass(frozen=True)
@@ -114,7 +136,7 @@ class Specification:
 
     scene: Scene
     axes: tuple[Axis, ...] = ()
-    box: tuple[Interval, ...] = ()
+    box: tuple[Range, ...] = ()
     samples: int = 0
     sampler: str = "sobol"
     seed: int = 0
@@ -211,12 +233,12 @@ class Specification:
 def specification(
     scene: str | Scene,
     *,
-    vary: Mapping[str, str] | None = None,
-    box: Mapping[str, str] | None = None,
-    until: str | None = None,
+    vary: Mapping[str, str | Iterable[str | int | float]] | None = None,
+    box: Mapping[str, str | tuple[str | int | float, str | int | float]] | None = None,
+    until: str | int | None = None,
     **others: Any,
 ) -> Specification:
-    """A ``Specification`` from text, as on the command line.
+    """A ``Specification`` from text, as on the command line, or from numbers.
 
     >>> specification("reference", vary={"phi_dot": "-200:200:801"}).rows
     801
@@ -226,103 +248,20 @@ def specification(
         loaded = replace(loaded, until=exact(until, "until"))
     return Specification(
         loaded,
-        axes=tuple(Axis.parse(name, text) for name, text in (vary or {}).items()),
-        box=tuple(Interval.parse(name, text) for name, text in (box or {}).items()),
+        axes=tuple(Axis.of(name, text) for name, text in (vary or {}).items()),
+        box=tuple(Range.of(name, text) for name, text in (box or {}).items()),
         **others,
     )
 
 
-def read_specification(path: str | Path) -> Specification:
-    """Read a TOML file.
-
-        scene = "reference"            # a shipped name, or a path beside this file
-        until = "8"                    # s; by default the scene's
-        record = ["climb_A", "max_nu_y"]
-        contact = "unilateral"         # or "bilateral"
-        [vary]
-        phi_dot = "-200:200:801"
-        theta = "0.05,0.1,0.2"
-        [box]
-        theta_dot = "-15:15"
-        [sampling]
-        samples = 100000
-        sampler = "sobol"              # or "latin"
-        seed = 1
-
-    Raises
-    ------
-    InputError
-        No such file, no TOML, or its content is refused; the line names the file.
-    """
-    path = Path(path)
-    text = read_text(path, "a TOML file of a sweep")
+def _number(value: str | int | float, what: str) -> Fraction:
     try:
-        return _from_table(parse(text), path.parent)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-
-
-def blocks(spec: Specification, size: int, skip: set[int]) -> Iterator[tuple[int, Any]]:
-    """(number, values) of each block of ``size`` rows that is not in ``skip``.
-
-    ``values`` is float64 of shape (rows, names). Memory does not grow with the number of rows.
-    """
-    import numpy
-
-    axes = [numpy.array([float(value) for value in axis.values]) for axis in spec.axes]
-    sampled = _Samples(spec) if spec.box else None
-    for number in range(-(-spec.rows // size)):
-        if number in skip:
-            continue
-        index = numpy.arange(number * size, min((number + 1) * size, spec.rows))
-        point, sample = numpy.divmod(index, max(1, spec.samples))
-        values = numpy.empty((len(index), len(spec.names)))
-        for column in reversed(range(len(axes))):
-            point, at = numpy.divmod(point, len(axes[column]))
-            values[:, column] = axes[column][at]
-        if sampled is not None:
-            values[:, len(axes) :] = sampled.at(sample)
-        yield number, values
-
-
-class _Samples:
-    """Points of the box by their numbers, which never fall where there is no grid."""
-
-    def __init__(self, spec: Specification):
-        import numpy
-        from scipy.stats import qmc
-
-        self._low = numpy.array([float(one.low) for one in spec.box])
-        self._width = numpy.array([float(one.high) for one in spec.box]) - self._low
-        dimensions = len(spec.box)
-        self._kept: Any = None
-        if spec.sampler == "latin":
-            self._kept = qmc.LatinHypercube(dimensions, rng=spec.seed).random(spec.samples)
-            return
-        # 30 bits, the default, would repeat points after a billion
-        self._sobol = qmc.Sobol(dimensions, scramble=True, bits=52, rng=spec.seed)
-        self._next = 0
-        if spec.axes:
-            self._kept = self._draw(spec.samples)
-
-    def at(self, numbers: Any) -> Any:
-        if self._kept is not None:
-            points = self._kept[numbers]
-        else:
-            # drawn and dropped: SciPy's own fast_forward fails for more than 32 bits
-            while self._next < numbers[0]:
-                self._next += len(self._draw(min(DROPPED, int(numbers[0]) - self._next)))
-            self._next = int(numbers[-1]) + 1
-            points = self._draw(len(numbers))
-        return self._low + self._width * points
-
-    def _draw(self, count: int) -> Any:
-        import warnings
-
-        with warnings.catch_warnings():
-            # SciPy recommends powers of 2; how many points there are is the caller's choice
-            warnings.filterwarnings("ignore", message="The balance properties of Sobol'")
-            return self._sobol.random(count)
+        # a float stands for the decimal that one writes, as everywhere; it is the same float64
+        if isinstance(value, float):
+            return Fraction(repr(float(value)))
+        return exact(value if isinstance(value, str | Fraction) else operator.index(value), what)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{what}: got {str(value)[:60]!r}, expected finite numbers") from None
 
 
 def _check_name(name: str) -> None:
@@ -330,45 +269,3 @@ def _check_name(name: str) -> None:
         raise InputError(
             f"sweep: got {name[:60]!r}, expected one of: {', '.join(SWEEPABLE + PARAMETERS)}"
         )
-
-
-def _from_table(table: Mapping[str, Any], folder: Path) -> Specification:
-    known = {"scene", "until", "record", "contact", "vary", "box", "sampling"}
-    for key in table.keys() - known:
-        raise InputError(f"unknown key {key[:60]}, expected only: {', '.join(sorted(known))}")
-    scene = table.get("scene")
-    if not isinstance(scene, str):
-        raise InputError(f"scene: got {scene!r}, expected a shipped name or a path")
-    sampling = _table(table, "sampling")
-    for key in sampling.keys() - {"samples", "sampler", "seed"}:
-        raise InputError(f"unknown key sampling.{key[:60]}, expected only: samples, sampler, seed")
-    for key in ("samples", "seed"):
-        if not isinstance(sampling.get(key, 0), int) or sampling.get(key, 0) < 0:
-            raise InputError(f"sampling.{key}: got {sampling[key]!r}, expected a whole number")
-    record = table.get("record", [])
-    if not isinstance(record, list) or not all(isinstance(name, str) for name in record):
-        raise InputError(f"record: got {str(record)[:60]!r}, expected a list of names")
-    return specification(
-        str(folder / scene) if scene.endswith(".toml") else scene,
-        until=table.get("until"),
-        vary=_texts(table, "vary"),
-        box=_texts(table, "box"),
-        record=tuple(record),
-        contact=table.get("contact", "unilateral"),
-        **sampling,
-    )
-
-
-def _table(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    value = table.get(key, {})
-    if not isinstance(value, dict):
-        raise InputError(f"{key}: got {str(value)[:60]!r}, expected a table [{key}]")
-    return value
-
-
-def _texts(table: Mapping[str, Any], key: str) -> dict[str, str]:
-    found = _table(table, key)
-    for name, value in found.items():
-        if not isinstance(value, str):
-            raise InputError(f"{key}.{name}: got {value!r}, expected text such as '-200:200:801'")
-    return dict(found)

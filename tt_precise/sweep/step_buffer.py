@@ -10,22 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.sweep.axis_height import Heights, height_rates, read_heights, turning_points
 from tt_precise.sweep.columns import Detector
 from tt_precise.sweep.min_normal_force import Step, lowest_steps, may_be_lowest, reaches
-from tt_precise.sweep.step_polynomials import (
-    END,
-    START,
-    WIDTH,
-    Bounds,
-    bounds,
-    height_columns,
-    states_in,
-    zeros,
-)
+from tt_precise.sweep.step_polynomials import states_in
 
 ROOM = 384  # steps
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
@@ -48,7 +37,7 @@ class Events(NamedTuple):
 
 
 class StepBuffer:
-    """Takes down the steps of a batch integrator, and reads them.
+    """Records the steps of a batch integrator, and reads them.
 
     ``hits`` is where events found by heyoka are noted: lane, detector, time and direction of each,
     flat, because objects are slow.
@@ -93,7 +82,7 @@ class StepBuffer:
         self._found = [Events(none, none, none, numpy.empty(0), numpy.empty((0, size)))]
 
     def record_step(self, _: Any) -> bool:
-        """Take down the last step of the integrator, which calls this after each."""
+        """Record the last step of the integrator, which calls this after each."""
         step = self.steps
         self._series[step] = self._tc
         self._ends[step] = self._time
@@ -118,21 +107,15 @@ class StepBuffer:
     def read(self) -> None:
         """Read off what happened in the steps, and give them up."""
         series, widths = self._series[: self.steps], self._widths[: self.steps]
-        columns = height_columns(series[:, self._height], widths)
         whose = self._rows[: self.steps][widths != 0]
         self.taken += numpy.bincount(whose, minlength=len(self.taken))
         rates, closing = self._height_rates(), self._closing[: self.steps]
-        first, last = columns[START], columns[END]
-        # where one step ends the next begins, so that no turn between them is lost or found twice
-        first[0] = numpy.where(numpy.isnan(self._rates), first[0], self._rates)
-        last[:-1], last[-1] = first[1:], rates
-        last[:] = numpy.where(numpy.isnan(closing), last, closing)
-        read = bounds(columns)
+        read = read_heights(series[:, self._height], widths, self._rates, rates, closing)
         self._find_lowest(read)
         noted = self._noted()
         climbs = noted.detector == self._equator
         numpy.minimum.at(self._climb, noted.row[climbs], noted.time[climbs])
-        self._found += [noted, self._turns(read, columns)]
+        self._found += [noted, self._turns(read)]
         self._since, self._rates = self._ends[self.steps - 1].copy(), rates
         closing[:] = math.nan
         del self._hits[:]
@@ -153,16 +136,9 @@ class StepBuffer:
 
     def _height_rates(self) -> Any:
         """Rates of k.z where the lanes are now."""
-        now = self._motion(self._batch.state)
-        return newton.axis_rate(now.body, now.state)[2]
+        return height_rates(self._form, self._batch.pars, self._batch.state)
 
-    def _motion(self, states: Any) -> Motion:
-        """Axis and angular momentum of states whose entries are first."""
-        kx, ky, kz, Lx, Ly, Lz = states[:6]
-        body = self._form.body(self._batch.pars)
-        return Motion(body, NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), numpy)
-
-    def _find_lowest(self, read: Bounds) -> None:
+    def _find_lowest(self, read: Heights) -> None:
 
         rows = self._rows[: self.steps]
         found = may_be_lowest(read, self._widths[: self.steps], rows, self._highest)
@@ -180,31 +156,20 @@ class StepBuffer:
                 steps = lowest_steps(self.lowest(row), self._height)
                 self._lowest[row] = [(math.inf, step) for step in steps]
 
-    def _turns(self, read: Bounds, columns: Any) -> Events:
-        """The turning points of theta: cos theta = k.z turns where its rate changes sign.
+    def _turns(self, read: Heights) -> Events:
+        """The turning points of theta: all, or those that the climb depends on.
 
-        Unless all are asked for, minima before the climb and maxima after it. As an event of
-        heyoka, which finds hundreds of them in a row of a sweep, that costs as much as all other
-        events together.
+        As an event of heyoka, which finds hundreds of them in a row of a sweep, that costs as much
+        as all other events together.
         """
-        at = numpy.flatnonzero((read.changes > 0) & (columns[WIDTH] != 0) & read.finite)
-        flat = columns.reshape(len(columns), -1)
-        end, row, changes = (one.ravel()[at] for one in (self._ends, self._rows, read.changes))
-        begun, climb = end - flat[WIDTH, at], self._climb[row]
-        # before the zeros are looked for; a step with several ones is decided by these
-        every = self._every | (climb < EARLY)
-        may = every | (changes > 1) | numpy.where(flat[START, at] < 0, end > climb, begun < climb)
-        at, begun, row = at[may], begun[may], row[may]
-        climb, every, changes = climb[may], every[may], changes[may]
-        owner, since, rising = zeros(flat.take(at, axis=1), changes)
-        time = begun[owner] + since
-        # where k.z begins to fall theta begins to rise: a minimum, as the event's function falls
-        wanted = every[owner] | ((time > climb[owner]) == rising)
-        owner, time, since, rising = (one[wanted] for one in (owner, time, since, rising))
-        step, lane = numpy.divmod(at[owner], len(self._time))
+        ends, rows = self._ends[: self.steps], self._rows[: self.steps]
+        climb = self._climb[rows]
+        at, since, time, rising = turning_points(read, ends, climb, self._every | (climb < EARLY))
+        step, lane = numpy.divmod(at, len(self._time))
         state = states_in(self._series[step, :, :, lane], since)
         detector = numpy.full(len(lane), self._turning)
-        return Events(row[owner], detector, 2 * rising - 1, time, state)
+        # the event's function falls where theta has a minimum
+        return Events(rows.ravel()[at], detector, 2 * rising - 1, time, state)
 
     def _noted(self) -> Events:
         """What heyoka has found."""

@@ -1,4 +1,4 @@
-"""Taylor series of steps: states inside them, zeros and bounds of polynomials on them.
+"""Taylor polynomials of steps: states inside them, and the zeros of their rates.
 
 A polynomial on a step lies between the smallest and the largest of its Bernstein coefficients,
 and has at most as many zeros there as these have changes of sign. What that leaves open is
@@ -12,7 +12,7 @@ import itertools
 from collections.abc import Sequence
 from functools import cache, reduce
 from math import comb
-from typing import Any, NamedTuple
+from typing import Any
 
 import heyoka
 import numpy
@@ -21,22 +21,8 @@ HALVINGS = 26  # a parabola loses 2^-52 of its height so near to its peak
 NEWTON_STEPS = 6  # at a time, from a secant: enough for all but a few turning points in 1,000
 SETTLED = 2.0**-30  # of a step: after so small a step of Newton's a zero is known
 ALONE = {"batch_parallel": False}  # the other cores have sweeps of their own
-WIDTH, START, END = -3, -2, -1  # the last rows of ``height_columns``
+WIDTH, START, END = -3, -2, -1  # the last rows of columns that describe a polynomial
 ITERATIONS = 10  # of so many steps: bisections alone would take 52
-
-
-class Bounds(NamedTuple):
-    """What the series of k.z say of each step; arrays of the shape (steps, lanes).
-
-    ``curvature`` is what its second derivative stays below, ``at_ends`` the larger one of those at
-    both ends, ``changes`` how many changes of sign its rate has at most (and by an even number
-    fewer in fact); ``finite`` tells whether these mean anything.
-    """
-
-    curvature: Any
-    at_ends: Any
-    changes: Any
-    finite: Any
 
 
 def horner(coefficients: Sequence[Any], at: Any) -> Any:
@@ -57,29 +43,6 @@ def states_in(series: Any, since: Any) -> Any:
     return _states(entries, terms)(inputs, **ALONE).T
 
 
-def height_columns(heights: Any, widths: Any) -> Any:
-    """Columns that say how k.z goes in each step, shape (order + 3, steps, lanes).
-
-    Its Taylor coefficients but the first, shape (steps, order + 1, lanes); the length of the step,
-    shape (steps, lanes); and its rate at the start and at the end. As the latter the rate at the
-    start is filled in: the signs there decide about zeros, and only the caller knows what follows.
-    """
-    steps, terms, lanes = heights.shape
-    columns = numpy.empty((terms + 2, steps, lanes))
-    columns[:WIDTH] = heights[:, 1:].transpose(1, 0, 2)
-    columns[WIDTH] = widths
-    columns[START] = columns[END] = columns[0]
-    return columns
-
-
-def bounds(columns: Any) -> Bounds:
-    """Bounds from ``height_columns``."""
-    rows, steps, lanes = columns.shape
-    found = _bounds(rows - 2)(columns.reshape(rows, -1), **ALONE).reshape(-1, steps, lanes)
-    curvature, at_ends, changes, total = found
-    return Bounds(curvature, at_ends, changes, numpy.isfinite(total))
-
-
 def bernstein_of(polynomials: Any) -> Any:
     """Bernstein coefficients on [0, 1] of polynomials, a row of coefficients of 1, x, x^2 ... each.
 
@@ -92,14 +55,15 @@ def bernstein_of(polynomials: Any) -> Any:
 
 
 def zeros(columns: Any, changes: Any) -> tuple[Any, Any, Any]:
-    """All changes of sign of the rate of k.z in steps; 0 counts as positive.
+    """All changes of sign of the rate of a polynomial in each step; 0 counts as positive.
 
     Parameters
     ----------
     columns
-        Of ``height_columns``, shape (order + 3, steps).
+        Taylor coefficients but the first, length of the step, and the rates at its start and end,
+        whose signs decide; shape (order + 3, steps).
     changes
-        How many changes of sign there are at most, ``Bounds.changes``, shape (steps,); none is 0.
+        How many changes of sign there are at most, shape (steps,); none is 0.
 
     Returns
     -------
@@ -193,7 +157,7 @@ def to_bernstein(size: int) -> Any:
 @cache
 def _halves(size: int) -> Any:
     """De Casteljau's algorithm."""
-    given = row = _variables("c", size)
+    given = row = variables("c", size)
     lower: list[Any] = []
     upper: list[Any] = []
     for _ in range(size):
@@ -206,7 +170,7 @@ def _halves(size: int) -> Any:
 @cache
 def _states(entries: int, terms: int) -> Any:
     """From the series of all entries and the time since: the state."""
-    series = [_variables(f"c{entry}_", terms) for entry in range(entries)]
+    series = [variables(f"c{entry}_", terms) for entry in range(entries)]
     since = heyoka.make_vars("since")
     return heyoka.cfunc(
         [horner(one, since) for one in series], vars=[*itertools.chain(*series), since]
@@ -214,47 +178,15 @@ def _states(entries: int, terms: int) -> Any:
 
 
 @cache
-def _bounds(terms: int) -> Any:
-    """From a column of ``height_columns``: three bounds and a sum.
-
-    The sum is finite only if the others mean anything.
-    """
-    heights = _variables("c", terms - 1)
-    width, first, last = heyoka.make_vars("width", "first", "last")
-    power, curvature = heyoka.expression(1.0), []
-    for j, one in enumerate(heights[1:]):
-        curvature.append((j + 1.0) * (j + 2.0) * one * power)
-        power = power * width
-    matrix = to_bernstein(len(curvature)).tolist()
-    curvature = [
-        sum((row[i] * one for row, one in zip(matrix[: i + 1], curvature, strict=False)))
-        for i in range(len(curvature))
-    ]
-    # the integral: from one coefficient of the rate to the next
-    rise = [one * (width / len(curvature)) for one in curvature]
-    rate = list(itertools.accumulate(rise, initial=heights[0]))
-    signs = [first, *rate[1:-1], last]
-    negative = [heyoka.lt(one, 0.0) for one in signs]
-    changes = sum(heyoka.neq(*pair) for pair in itertools.pairwise(negative))
-    results = (
-        reduce(_larger, curvature),
-        _larger(curvature[0], curvature[-1]),
-        changes,
-        sum(curvature) + sum(rate),
-    )
-    return heyoka.cfunc(results, vars=[*heights, width, first, last])
-
-
-@cache
 def _nearer(terms: int) -> Any:
-    """Some steps of Newton's to a zero of the rate of k.z, and bisections where they lead away.
+    """Some steps of Newton's to a zero of the rate, and bisections where they lead away.
 
-    From coefficients of k.z but the first, length of the step, whether the rate rises (1) or falls
+    From its coefficients but the first, length of the step, whether the rate rises (1) or falls
     (-1), and three places in the step, from 0 to 1: two that have the zero between them, and where
     to begin. To the three places nearer to it, and how far Newton last went, more than 1 if
     nowhere.
     """
-    heights = _variables("c", terms - 1)
+    heights = variables("c", terms - 1)
     width, sign, left, right, place = heyoka.make_vars("width", "sign", "left", "right", "place")
     power, rate = heyoka.expression(1.0), []
     for j, one in enumerate(heights):
@@ -277,9 +209,6 @@ def _nearer(terms: int) -> Any:
     return heyoka.cfunc([left, right, place, move], vars=inputs)
 
 
-def _variables(letter: str, count: int) -> list[Any]:
+def variables(letter: str, count: int) -> list[Any]:
+    """Symbols of heyoka's: the letter with 0, 1, 2, ..."""
     return list(heyoka.make_vars(*(f"{letter}{n}" for n in range(count))))
-
-
-def _larger(first: Any, second: Any) -> Any:
-    return heyoka.select(heyoka.gt(first, second), first, second)

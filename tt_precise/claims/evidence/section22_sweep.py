@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING, Any
 from tt_precise.cache import cached_table
 from tt_precise.scene import Scene, load_scene
 from tt_precise.sweep.run import sweep_pool
-from tt_precise.sweep.specification import STARTS, Plan, blocks, specification
+from tt_precise.sweep.samples import blocks
+from tt_precise.sweep.specification import STARTS, Plan, specification
 from tt_precise.sweep.starts import integrated, lambda_of_start
 
 if TYPE_CHECKING:

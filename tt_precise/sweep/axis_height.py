@@ -1,0 +1,164 @@
+"""What the height k.z of the symmetry axis says of a step: where theta turns, and the normal force.
+
+k.z = cos theta, so theta turns where the rate of k.z changes sign. The centre of mass is at the
+height R (1 - alpha k.z), so g_n = m g - m R alpha (k.z)_ddot, gliding or rolling: the normal force
+is smallest where the second derivative of k.z is largest. Both are read off the Taylor polynomial
+of k.z in each step, between Bernstein bounds, so that nothing inside a step is missed.
+"""
+
+from __future__ import annotations
+
+import itertools
+from functools import cache, reduce
+from typing import Any, NamedTuple
+
+import heyoka
+import numpy
+
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.sweep.step_polynomials import (
+    ALONE,
+    END,
+    START,
+    WIDTH,
+    to_bernstein,
+    variables,
+    zeros,
+)
+
+
+class Heights(NamedTuple):
+    """k.z in each step; arrays of the shape (steps, lanes).
+
+    ``columns`` describe it (see ``height_columns``), ``curvature`` is what its second derivative
+    stays below, ``at_ends`` the larger one of those at both ends, ``changes`` how many changes of
+    sign its rate has at most (and by an even number fewer in fact); ``finite`` tells whether these
+    mean anything.
+    """
+
+    columns: Any
+    curvature: Any
+    at_ends: Any
+    changes: Any
+    finite: Any
+
+
+def height_rates(form: Formulation, parameters: Any, states: Any) -> Any:
+    """The rate of k.z, eq (1), in states of ``form`` whose first entries are axis and momentum."""
+    kx, ky, kz, Lx, Ly, Lz = states[:6]
+    q = Motion(form.body(parameters), NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), numpy)
+    return newton.axis_rate(q.body, q.state)[2]
+
+
+def read_heights(heights: Any, widths: Any, before: Any, after: Any, closing: Any) -> Heights:
+    """Bounds of k.z and its derivatives in the steps.
+
+    Parameters
+    ----------
+    heights, widths
+        Taylor coefficients of k.z, shape (steps, order + 1, lanes), and lengths of the steps.
+    before, after
+        Rates of k.z where the first steps begin, NaN where a trajectory starts there; and where
+        the last ones end; shape (lanes,).
+    closing
+        Rates where a trajectory ends with a step, else NaN; shape (steps, lanes).
+    """
+    columns = height_columns(heights, widths)
+    first, last = columns[START], columns[END]
+    # where one step ends the next begins, so that no turn between them is lost or found twice
+    first[0] = numpy.where(numpy.isnan(before), first[0], before)
+    last[:-1], last[-1] = first[1:], after
+    last[:] = numpy.where(numpy.isnan(closing), last, closing)
+    return bounds(columns)
+
+
+def turning_points(read: Heights, ends: Any, climb: Any, every: Any) -> tuple[Any, Any, Any, Any]:
+    """The turning points of theta.
+
+    Parameters
+    ----------
+    ends, climb
+        When the steps end, and when theta first rises through pi/2; shape (steps, lanes).
+    every
+        Whether all are wanted; else only minima before the climb and maxima after it.
+
+    Returns
+    -------
+    Which step (a position in the flat arrays), the time since its start, the time, and whether
+    k.z begins to rise there: four arrays.
+    """
+    columns = read.columns
+    at = numpy.flatnonzero((read.changes > 0) & (columns[WIDTH] != 0) & read.finite)
+    flat = columns.reshape(len(columns), -1)
+    end, climb, every, changes = (one.ravel()[at] for one in (ends, climb, every, read.changes))
+    begun = end - flat[WIDTH, at]
+    # before the zeros are looked for; a step with several ones is decided by these
+    may = every | (changes > 1) | numpy.where(flat[START, at] < 0, end > climb, begun < climb)
+    at, begun, climb, every, changes = (one[may] for one in (at, begun, climb, every, changes))
+    owner, since, rising = zeros(flat.take(at, axis=1), changes)
+    time = begun[owner] + since
+    # where k.z begins to fall theta begins to rise: a minimum
+    wanted = every[owner] | ((time > climb[owner]) == rising)
+    return at[owner[wanted]], since[wanted], time[wanted], rising[wanted]
+
+
+def height_columns(heights: Any, widths: Any) -> Any:
+    """Columns that say how k.z goes in each step, shape (order + 3, steps, lanes).
+
+    Its Taylor coefficients but the first, shape (steps, order + 1, lanes); the length of the step,
+    shape (steps, lanes); and its rate at the start and at the end. As the latter the rate at the
+    start is filled in: the signs there decide about zeros, and only the caller knows what follows.
+    """
+    steps, terms, lanes = heights.shape
+    columns = numpy.empty((terms + 2, steps, lanes))
+    columns[:WIDTH] = heights[:, 1:].transpose(1, 0, 2)
+    columns[WIDTH] = widths
+    columns[START] = columns[END] = columns[0]
+    return columns
+
+
+def bounds(columns: Any) -> Heights:
+    """Bounds from ``height_columns``."""
+    rows, steps, lanes = columns.shape
+    found = _bounds(rows - 2)(columns.reshape(rows, -1), **ALONE).reshape(-1, steps, lanes)
+    curvature, at_ends, changes, total = found
+    return Heights(columns, curvature, at_ends, changes, numpy.isfinite(total))
+
+
+@cache
+def _bounds(terms: int) -> Any:
+    """From a column of ``height_columns``: three bounds and a sum.
+
+    The sum is finite only if the others mean anything.
+    """
+    heights = variables("c", terms - 1)
+    width, first, last = heyoka.make_vars("width", "first", "last")
+    power, curvature = heyoka.expression(1.0), []
+    for j, one in enumerate(heights[1:]):
+        curvature.append((j + 1.0) * (j + 2.0) * one * power)
+        power = power * width
+    matrix = to_bernstein(len(curvature)).tolist()
+    curvature = [
+        sum((row[i] * one for row, one in zip(matrix[: i + 1], curvature, strict=False)))
+        for i in range(len(curvature))
+    ]
+    # the integral: from one coefficient of the rate to the next
+    rise = [one * (width / len(curvature)) for one in curvature]
+    rate = list(itertools.accumulate(rise, initial=heights[0]))
+    signs = [first, *rate[1:-1], last]
+    negative = [heyoka.lt(one, 0.0) for one in signs]
+    changes = sum(heyoka.neq(*pair) for pair in itertools.pairwise(negative))
+    results = (
+        reduce(_larger, curvature),
+        _larger(curvature[0], curvature[-1]),
+        changes,
+        sum(curvature) + sum(rate),
+    )
+    return heyoka.cfunc(results, vars=[*heights, width, first, last])
+
+
+def _larger(first: Any, second: Any) -> Any:
+    return heyoka.select(heyoka.gt(first, second), first, second)
