@@ -1,0 +1,145 @@
+"""docs/schemas: what is written is as the schemas say, to the last key; what is not is refused."""
+
+import copy
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from tt_precise import cli
+
+ROOT = Path(__file__).parents[1]
+SCHEMAS = ROOT / "docs/schemas"
+# command line and exit status; those that take more than a second or two stand in SLOW
+OUTPUTS: dict[str, list[tuple[str, int]]] = {
+    "run": [("run reference --until 0.05 --events theta_min", 0), ("run contact-lost", 1)],
+    "thresholds": [("thresholds reference --digits 10", 0)],
+    "events": [("events", 0), ("events upright", 0)],
+    "check": [("check {mine} --scene reference", 0), ("check {spoiled} --scene reference", 1)],
+    "claims": [("claims EQ-14", 0)],
+    "scene": [("scene show reference", 0), ("scene show rolling", 0)],
+    "scene-list": [("scene list", 0)],
+    "columns": [("columns", 0)],
+    "golden-list": [("golden list", 0)],
+}
+SLOW = {
+    "sweep": [("sweep reference --vary phi_dot=0:10:2 --until 0.2", 0)],
+    "golden-verify": [("golden verify upright", 0)],
+    "golden-build": [("golden build upright --folder {folder}", 0)],
+    "extremes": [("extremes --quick --topic contact", 0)],
+}
+STORED = {
+    "golden-manifest": "reference_data/*/manifest.json",
+    "golden-proof": "reference_data/*/proof.json",
+    "extremes": "reports/extremes.json",
+}
+
+
+def read(name: str) -> dict[str, Any]:
+    return json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))
+
+
+def nodes(schema: Any) -> Iterator[dict[str, Any]]:
+    """Every sub-schema."""
+    if isinstance(schema, dict):
+        yield schema
+        children = [schema.get("items"), schema.get("additionalProperties")]
+        for child in (*schema.get("properties", {}).values(), *children):
+            yield from nodes(child)
+
+
+def closed(schema: dict[str, Any]) -> dict[str, Any]:
+    """The same, refusing keys that are not described. Readers get the open one."""
+    strict = copy.deepcopy(schema)
+    for node in nodes(strict):
+        if "properties" in node:
+            node.setdefault("additionalProperties", False)
+    return strict
+
+
+def validate(name: str, value: Any) -> None:
+    jsonschema.Draft202012Validator(closed(read(name))).validate(value)
+
+
+@pytest.fixture
+def printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> Callable[[str, int], Any]:
+    """The JSON that a command prints."""
+    mine = tmp_path / "mine.csv"
+
+    def run(words: str, status: int) -> Any:
+        if "{mine}" in words or "{spoiled}" in words:
+            assert cli.main(["run", "reference", "--until", "0.1", "--out", str(mine)]) == 0
+            first, *rows = mine.read_text("utf-8").splitlines()
+            rows[5] = rows[5].replace("9", "8", 3)
+            (tmp_path / "spoiled.csv").write_text("\n".join([first, *rows]), "utf-8")
+        places = {"mine": mine, "spoiled": tmp_path / "spoiled.csv", "folder": tmp_path / "golden"}
+        argv = [word.format(**places) for word in words.split()]
+        capsys.readouterr()
+        assert cli.main([*argv, "--json"]) == status
+        return json.loads(capsys.readouterr().out)
+
+    return run
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_what_a_command_prints(name: str, printed: Callable[[str, int], Any]) -> None:
+    for words, status in OUTPUTS[name]:
+        validate(name, printed(words, status))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SLOW)
+def test_what_a_slow_command_prints(name: str, printed: Callable[[str, int], Any]) -> None:
+    for words, status in SLOW[name]:
+        validate(name, printed(words, status))
+
+
+@pytest.mark.parametrize("name", STORED)
+def test_what_is_stored(name: str) -> None:
+    files = sorted(ROOT.glob(STORED[name]))
+    assert files
+    for file in files:
+        validate(name, json.loads(file.read_text("utf-8")))
+
+
+@pytest.mark.parametrize("file", sorted(SCHEMAS.glob("*.json")), ids=lambda file: file.stem)
+def test_every_schema_is_one_and_says_what_each_key_means(file: Path) -> None:
+    schema = json.loads(file.read_text("utf-8"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert schema["description"]
+    for node in nodes(schema):
+        for key, child in node.get("properties", {}).items():
+            assert child.get("description"), key
+
+
+def test_every_schema_is_in_the_documentation() -> None:
+    page = (ROOT / "docs/reference/files.md").read_text("utf-8")
+    names = [file.name.removesuffix(".schema.json") for file in SCHEMAS.glob("*.schema.json")]
+    assert [name for name in names if f"{{generated}} schema {name}\n" not in page] == []
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda value: value.pop("verdict"),
+        lambda value: value.update(rows="801"),
+        lambda value: value.update(verdict="passed"),
+        lambda value: value["checks"][0].pop("limit"),
+        lambda value: value["checks"][0].update(value="1e-9"),
+        lambda value: value["checks"][0].update(new_key=1),
+        lambda value: value.update(schema="tt_precise.check/0"),
+    ],
+)
+def test_another_object_is_refused(
+    spoil: Callable[[Any], Any], printed: Callable[[str, int], Any]
+) -> None:
+    value = printed("check {mine} --scene reference", 0)
+    validate("check", value)
+    spoil(value)
+    with pytest.raises(jsonschema.ValidationError):
+        validate("check", value)
