@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import numpy
+import pandas
 import pytest
 
+import tt_precise as tt
 from tt_precise.engines.catalogue import ADAPTERS, ENGINES, NODE, Engine
 from tt_precise.engines.ladder import climb
-from tt_precise.engines.rungs import rungs
+from tt_precise.engines.program import COLUMNS, rotated
+from tt_precise.engines.run import run
+from tt_precise.engines.rungs import Rung, States, rungs
 from tt_precise.engines.scoreboard import measure
 
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))
@@ -60,3 +65,55 @@ def test_the_scoreboard_is_the_same_when_it_is_measured_again() -> None:
         for _ in range(2)
     ]  # fmt: skip
     assert boards[0] == boards[1]
+
+
+@pytest.fixture(scope="module")
+def mujoco_rolls() -> tuple[Rung, States]:
+    """MuJoCo on the rung that rolls, and what it wrote."""
+    engine = next(one for one in ENGINES if one.name == "MuJoCo")
+    if engine.version is None:
+        pytest.skip(engine.missing)
+    rung = next(one for one in rungs() if one.name == "rolling")
+    found = run(engine.command, rung.job(STEPS[-1]))
+    assert found.states is not None, found.message
+    return rung, found.states
+
+
+@pytest.mark.clients
+def test_what_an_engine_wrote_goes_through_the_check(mujoco_rolls: tuple[Rung, States]) -> None:
+    rung, states = mujoco_rolls
+    frame = as_frame(rung, states)
+    limits = {"jellett": 1e-6, "energy": 1e-4, "contact_velocity": 0.1}
+    assert tt.check.conservation(frame, rung.scene, friction="other", limits=limits).passed
+    # a centre of mass that lies 1e-3 of its offset elsewhere
+    spoiled = rung.scene.perturbed(alpha="1e-3")
+    found = tt.check.conservation(frame, spoiled, friction="other", limits=limits)
+    assert "jellett" in {finding.name for finding in found.failures}
+
+
+@pytest.mark.clients
+def test_the_angular_velocity_in_the_body_frame_is_recognised(
+    mujoco_rolls: tuple[Rung, States],
+) -> None:
+    rung, states = mujoco_rolls
+    frame = as_frame(rung, states)
+    turned = [
+        rotated(row[:4] * [1, -1, -1, -1], row[4:])
+        for row in frame[["qw", "qx", "qy", "qz", "wx", "wy", "wz"]].to_numpy()
+    ]
+    frame[["wx", "wy", "wz"]] = turned
+    with pytest.raises(tt.InputError, match="angular velocity is in the body frame"):
+        tt.check.conservation(frame, rung.scene, friction="other")
+
+
+def as_frame(rung: Rung, states: States) -> pandas.DataFrame:
+    """The rows as a rigid body's table; any rotation about the axis does for the orientation."""
+    k = states.k
+    half = numpy.sqrt((1 + k[:, 2]) / 2)
+    columns = [
+        [float(t) for t in rung.scene.sample_times],
+        *(half, -k[:, 1] / (2 * half), k[:, 0] / (2 * half), 0 * half),
+        *states.omega.T,
+        *states.s_dot.T,
+    ]
+    return pandas.DataFrame(dict(zip(COLUMNS, columns, strict=True)))

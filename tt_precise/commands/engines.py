@@ -30,7 +30,7 @@ GOOD = ("rounding", "converges", "measured")
     help="Largest step in s; a half and a quarter of it follow.",
 )  # fmt: skip
 @click.option(
-    "--time-limit", default=60.0, show_default=True, type=options.POSITIVE,
+    "--time-limit", default=120.0, show_default=True, type=options.POSITIVE,
     help="Seconds for one motion.",
 )  # fmt: skip
 @options.workers("one for each core")

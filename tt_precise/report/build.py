@@ -25,6 +25,7 @@ from tt_precise.report.figures import all_figures
 from tt_precise.report.sections import (
     claims,
     conservation,
+    engines,
     extremes,
     golden,
     headline,
@@ -79,6 +80,7 @@ def evidence(folder: Path) -> list[Section]:
         proofs.section(),
         tradeoff.section(folder),
         extremes.section(folder),
+        engines.section(folder),
         *measured.sections(folder),
     ]
 

@@ -73,13 +73,6 @@ ALL = (
         "medians of ratios of times measured in turn.",
         "tt-precise bench --out reports/bench.csv",
     ),
-    Measured(
-        "clients",
-        "Other people's engines",
-        "Tippe tops simulated by engines that nobody here wrote: drift of Jellett's integral "
-        "against their step size, until the peg or the ground contact ends the single contact.",
-        "python -m tt_precise.bench.engines",
-    ),
 )
 
 

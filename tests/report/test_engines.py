@@ -1,0 +1,61 @@
+"""The scoreboard of engines in the report."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tt_precise.engines.catalogue import ENGINES
+from tt_precise.engines.ladder import Result
+from tt_precise.engines.rungs import STEPS, rungs
+from tt_precise.engines.scoreboard import as_dict
+from tt_precise.report import render
+from tt_precise.report.document import Figure, Report, Table
+from tt_precise.report.sections import engines
+
+
+@pytest.fixture
+def board() -> dict[str, Any]:
+    rows = [
+        Result("MuJoCo", "flight", "converges", digits=(7.0, 8.2, 9.5), order=4.0, floor=1e-12,
+               drift={"angular_momentum": (1e-8, 1e-9, 1e-10)}),
+        Result("MuJoCo", "ice", "floor", digits=(1.0, 1.5, 1.7), order=1.1, floor=0.02),
+        Result("MuJoCo", "inversion", "measured", equator=(2.9, None, 3.8)),
+        Result("Bullet", "flight", "failed", "step 0.001 s: timeout: still running after 60 s"),
+        Result("Bullet", "ice", "refused", "Bullet has no viscous friction"),
+    ]  # fmt: skip
+    return as_dict(
+        [one for one in ENGINES if one.name in ("MuJoCo", "Bullet")], rungs(), STEPS, rows,
+        ["DART: not installed"],
+    )  # fmt: skip
+
+
+def test_it_tells_what_was_measured(board: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "engines.json").write_text(json.dumps(board))
+    section = engines.section(tmp_path)
+    (figure,) = (block for block in section.blocks if isinstance(block, Figure))
+    table, settings = (block for block in section.blocks if isinstance(block, Table))
+    assert len(table.rows) == len(board["rows"])
+    assert tuple(table.rows[0][:6]) == (
+        "MuJoCo",
+        "flight",
+        "converges",
+        "7.0, 8.2, 9.5",
+        "4.00",
+        "1.0e-12",
+    )
+    assert table.rows[2][2] == "measured: axis horizontal at 2.90 s, never, 3.80 s"
+    assert "still running after 60 s" in table.rows[3][2]
+    assert {row[0] for row in settings.rows} == {"MuJoCo", "Bullet"}
+    assert "(1.7)" in figure.svg
+    assert section.results["MuJoCo, ice"] == "floor"
+    text = render.markdown(Report("title", "opening", [section], []))
+    assert "DART: not installed" in text
+
+
+def test_without_measurement_it_names_the_command(tmp_path: Path) -> None:
+    (block,) = engines.section(tmp_path).blocks
+    assert "tt-precise engines --out reports/engines.json" in str(block)
