@@ -24,6 +24,7 @@ OUTPUTS: dict[str, list[tuple[str, int]]] = {
     "scene-list": [("scene list", 0)],
     "columns": [("columns", 0)],
     "golden-list": [("golden list", 0)],
+    "golden-vectors": [("golden vectors --index-only", 0)],
 }
 SLOW = {
     "sweep": [("sweep reference --vary phi_dot=0:10:2 --until 0.2", 0)],
@@ -35,6 +36,10 @@ STORED = {
     "golden-manifest": "reference_data/*/manifest.json",
     "golden-proof": "reference_data/*/proof.json",
     "extremes": "reports/extremes.json",
+    "engines": "reports/engines.json",
+    "index": "reference_data/index.json",
+    "vectors-states": "reference_data/vectors/states.json",
+    "vectors-steps": "reference_data/vectors/steps.json",
 }
 
 
