@@ -47,7 +47,10 @@ def test_the_job_is_what_the_schema_says(flight_job: dict[str, Any]) -> None:
     assert flight_job["schema"] == schema["$id"] == SCHEMA
     for one in rungs("viscous") + rungs("regularised"):
         jsonschema.validate(one.job(STEP), schema)
-    for wrong in ({"step": "0.001"}, {"more": 1}, {"step": 0}, {"sample_times": []}):
+    spoiled: list[dict[str, Any]] = [
+        {"step": "0.001"}, {"more": 1}, {"step": 0}, {"sample_times": []},
+    ]  # fmt: skip
+    for wrong in spoiled:
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(flight_job | wrong, schema)
 
