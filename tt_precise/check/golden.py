@@ -27,7 +27,7 @@ from tt_precise.golden.distance import as_decimal
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import RESOLVED, Measured, TrueRows
 from tt_precise.golden.places import MANIFEST, Folder, Located, locate
-from tt_precise.golden.seal import require_whole
+from tt_precise.golden.seal import read_whole
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.numerals import exact
@@ -191,8 +191,7 @@ def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, st
     if place is None or not (place.path / MANIFEST).is_file():
         where = "" if folder is None else f" in {folder}"
         return None, f"no golden data of a scene {name}{where}"
-    stored = store.read(name, place.folder)
-    require_whole(stored)
+    stored = read_whole(name, place.folder)
     true = _true_rows(place, store.stamp(place.path / store.TRAJECTORY), stored)
     scene = stored.scene
     if (scene.model, scene.body, scene.start) != (

@@ -13,13 +13,12 @@ import numpy
 import pandas
 
 from tt_precise.errors import InputError
-from tt_precise.golden import store
 from tt_precise.golden.distance import RULE, as_decimal
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.places import Folder
 from tt_precise.golden.runs import DIGITS
-from tt_precise.golden.seal import require_whole
+from tt_precise.golden.seal import read_whole
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.plotting import new_figure, require_format, save, styled
 
@@ -106,8 +105,7 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
     InputError
         There are no golden data for the scene, no common column, or no time within them.
     """
-    stored = store.read(scene, folder)
-    require_whole(stored)
+    stored = read_whole(scene, folder)
     golden = TrueRows(stored.scene, stored.trajectory)
     names = [name for name in golden.names if name in frame.columns]
     if "t" not in frame.columns or not names:

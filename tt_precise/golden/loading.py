@@ -9,10 +9,9 @@ import mpmath
 import pandas
 
 from tt_precise.errors import InputError
-from tt_precise.golden import store
 from tt_precise.golden.places import Folder
 from tt_precise.golden.runs import DIGITS
-from tt_precise.golden.seal import require_whole
+from tt_precise.golden.seal import read_whole
 from tt_precise.golden.table import Table
 
 Numbers = Literal["float", "text", "mpmath"]
@@ -53,8 +52,7 @@ def load(scene: str | Path, numbers: Numbers = "float", *, folder: Folder = None
     """
     if numbers not in ("float", "text", "mpmath"):
         raise InputError(f"numbers: got {numbers!r}, expected one of: float, text, mpmath")
-    stored = store.read(scene, folder)
-    require_whole(stored)
+    stored = read_whole(scene, folder)
     frame = GoldenFrame(_columns(stored.trajectory, numbers))
     frame.events = pandas.DataFrame(_columns(stored.events, numbers))
     frame.manifest = stored.manifest

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
-from tt_precise.golden import proofs, store
+from tt_precise.golden import places, proofs, store
 from tt_precise.golden.manifest import (
     PROOF_KEY,
     SELF_HASH,
@@ -21,9 +21,27 @@ from tt_precise.golden.manifest import (
     self_hash,
     with_proof,
 )
-from tt_precise.golden.places import home
+from tt_precise.golden.places import Folder, home
 from tt_precise.golden.proved import PROVED
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
+
+
+def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
+    """Read the golden data of ``scene``, and hold them against their manifest.
+
+    Raises
+    ------
+    InputError
+        There are no such data, or they are not what was built.
+    """
+    name, home = places.require(scene, folder)
+
+    def look() -> Stored:
+        stored = store.read(name, home)
+        require_whole(stored)
+        return stored
+
+    return store.steadily(home / name, look)
 
 
 def require_whole(stored: Stored) -> None:

@@ -8,10 +8,11 @@ import json
 import os
 import shutil
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from tt_precise.errors import InputError
 from tt_precise.golden.places import MANIFEST, OWN, Folder, require
@@ -21,9 +22,11 @@ from tt_precise.golden.table import Table
 from tt_precise.scene import Scene, parse_scene
 
 SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
+Looked = TypeVar("Looked")
 FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
 SETTLED_NS = 100_000_000  # far more than the steps in which file systems count time
 AT_FDCWD, RENAME_EXCHANGE = -100, 2  # linux/fcntl.h, linux/fs.h
+EXCHANGES = 10  # during which reading is tried again
 WORK = "golden build"  # what nobody else may be at in a folder meanwhile
 
 
@@ -52,6 +55,7 @@ def read(scene: str | Path, folder: Folder = None) -> Stored:
     """Read the golden data of ``scene`` (see ``places.locate``), without judging them.
 
     Tables are parsed once a process, as long as path, size and time of a file stay the same.
+    What a build puts in their place meanwhile is read as a whole, or not at all.
 
     Raises
     ------
@@ -59,6 +63,41 @@ def read(scene: str | Path, folder: Folder = None) -> Stored:
         There is none, or a file is missing or unreadable.
     """
     name, home = require(scene, folder)
+    return steadily(home / name, lambda: _read(name, home))
+
+
+def steadily(place: Path, look: Callable[[], Looked]) -> Looked:
+    """What ``look`` finds in the folder ``place``, which is the same folder all the while.
+
+    ``replace_folder`` exchanges the folder under its name: of files that are opened one by one
+    some could be of the old folder, and some of the new one.
+
+    Raises
+    ------
+    InputError
+        The folder is exchanged again and again; and whatever ``look`` raises.
+    """
+    for _ in range(EXCHANGES):
+        before = _number(place)
+        try:
+            found = look()
+        except InputError:
+            if _number(place) == before:
+                raise
+            continue
+        if _number(place) == before:
+            return found
+    raise InputError(f"{place}: is exchanged again and again; expected it to stay for a moment")
+
+
+def _number(place: Path) -> int | None:
+    try:
+        return place.stat().st_ino
+    except OSError:
+        return None
+
+
+def _read(name: str, home: Path) -> Stored:
     place = home / name
     try:
         manifest = json.loads(_text(place / MANIFEST))
