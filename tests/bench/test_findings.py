@@ -7,8 +7,8 @@ import pandas
 import pytest
 
 from tt_precise.bench.evaluators import Entry
-from tt_precise.bench.findings import Comparison, comparisons, findings
-from tt_precise.bench.tables import GROWTH, TABLE, Tables, read
+from tt_precise.bench.findings import TradeoffComparison, comparisons, findings
+from tt_precise.bench.tables import GROWTH, TABLE, TradeoffTables, read
 
 DEFAULTS: dict[str, Any] = {
     "scene": "reference", "horizon_s": 8.0, "precision": "double", "bits": 53,
@@ -40,7 +40,7 @@ CURVES = table(
 
 
 def values(rows: pandas.DataFrame) -> dict[str, float | None]:
-    return {one.name: one.value for one in findings(Tables(rows))}
+    return {one.name: one.value for one in findings(TradeoffTables(rows))}
 
 
 def test_ratios_to_the_fastest_peer() -> None:
@@ -59,23 +59,25 @@ def test_every_comparison_is_declared_once() -> None:
 
 
 def test_the_fastest_peer_is_named() -> None:
-    (found,) = (f for f in findings(Tables(CURVES)) if f.name == "any peer at 1e-12, newton")
+    (found,) = (
+        f for f in findings(TradeoffTables(CURVES)) if f.name == "any peer at 1e-12, newton"
+    )
     assert "(diffrax Dopri8)" in found.definition
 
 
 def test_what_was_aimed_at_and_not_measured_is_said() -> None:
-    (found,) = (f for f in findings(Tables(CURVES)) if f.name == "30 digits in quad")
+    (found,) = (f for f in findings(TradeoffTables(CURVES)) if f.name == "30 digits in quad")
     assert (found.value, found.met) == (None, None)
 
 
 def test_aims_are_met_or_not() -> None:
-    met = {one.name: one.met for one in findings(Tables(CURVES))}
+    met = {one.name: one.met for one in findings(TradeoffTables(CURVES))}
     assert met["any peer at 1e-09, newton"] is False
     assert met["any peer but CyRK at 1e-09, newton"] is True
     assert met["full accuracy over 1e-6"] is False
     assert met["any peer at 1e-03, newton"] is None
     with pytest.raises(ValueError, match="at least"):
-        Comparison("x", Entry("seconds", {}), None, "", aim=("above", 1.0))
+        TradeoffComparison("x", Entry("seconds", {}), None, "", aim=("above", 1.0))
 
 
 def test_what_is_on_top_is_measured_against_what_is_below() -> None:
@@ -127,7 +129,7 @@ def test_what_requested_digits_deliver() -> None:
             "right": [10.5, 8.5, 10.25, None],
         }
     )
-    found = {one.name: one.value for one in findings(Tables(None, None, estimates))}
+    found = {one.name: one.value for one in findings(TradeoffTables(None, None, estimates))}
     assert found["digits requested and not delivered"] == 1
     assert found["estimates too optimistic"] == 1
     assert found["pessimism of the estimates"] == pytest.approx(0.25)
@@ -137,5 +139,5 @@ def test_a_table_survives_its_file(tmp_path: Path) -> None:
     CURVES.to_csv(tmp_path / TABLE, index=False)
     tables = read(tmp_path)
     assert tables.long_runs is None
-    assert findings(tables) == findings(Tables(CURVES))
+    assert findings(tables) == findings(TradeoffTables(CURVES))
     assert not (tmp_path / GROWTH).exists()

@@ -32,7 +32,7 @@ def error(
     worst = 0.0
     for wanted in (times[-1:], times):
         run = solve(wanted)
-        judged = problem.truth.judge(
+        judged = problem.truth.errors(
             run.states, settings.precision, None if run.published else wanted
         )
         worst = max(worst, float(judged.error))

@@ -21,7 +21,7 @@ def judged(problem: GoldenProblem, name: str, settings: Settings, spoil: Any = N
     states = [list(row) for row in run.states]
     if spoil is not None:
         states[-1][0] += spoil
-    return problem.truth.judge(states, settings.precision, times)
+    return problem.truth.errors(states, settings.precision, times)
 
 
 @pytest.fixture(scope="module")
@@ -47,10 +47,10 @@ def test_the_rounding_of_the_time_is_no_error_of_the_method() -> None:
     problem = golden_problem("reference", "newton", "0.3")
     times = problem.clock(DOUBLE, problem.times)
     run = method_named("heyoka").prepare(problem, Settings(0.0, DOUBLE))(times)
-    fair = problem.truth.judge(run.states, DOUBLE, times)
+    fair = problem.truth.errors(run.states, DOUBLE, times)
     shifted = [t * (1 + 1e-12) for t in times]
     assert fair.error < 1e-13
-    assert problem.truth.judge(run.states, DOUBLE, shifted).error > 10 * fair.error
+    assert problem.truth.errors(run.states, DOUBLE, shifted).error > 10 * fair.error
 
 
 def test_the_euler_form_is_measured_in_the_same_entries() -> None:
@@ -89,7 +89,7 @@ def test_a_time_without_golden_data_is_refused() -> None:
 def test_what_is_not_a_number_is_infinitely_wrong(short: GoldenProblem) -> None:
     state = [float("nan")] * 8
     times = short.clock(DOUBLE, short.times[-1:])
-    assert short.truth.judge([state], DOUBLE, times).error == numpy.inf
+    assert short.truth.errors([state], DOUBLE, times).error == numpy.inf
 
 
 def test_the_clock_is_exact() -> None:

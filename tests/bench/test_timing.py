@@ -1,6 +1,6 @@
 """Interleaved timing, with actions that note that they were called."""
 
-from tt_precise.bench.timing import Times, Turn, interleaved
+from tt_precise.bench.timing import Timings, Turn, interleaved
 
 
 def test_actions_are_timed_in_turn_each_beside_the_yardstick() -> None:
@@ -26,5 +26,5 @@ def test_what_is_too_slow_has_one_turn() -> None:
 
 def test_the_ratio_is_the_median_of_the_ratios() -> None:
     """As the report says; not the fastest over the fastest (2), not median over median (1.5)."""
-    times = Times([3.0, 2.0, 9.0], [1.0, 2.0, 3.0])
+    times = Timings([3.0, 2.0, 9.0], [1.0, 2.0, 3.0])
     assert (times.least, times.median, times.ratio) == (2.0, 3.0, 3.0)

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from tt_precise import cli
-from tt_precise.extremes import Case, Observation
+from tt_precise.extremes import ExtremeCase, Observation
 
-GOOD = Case(
+GOOD = ExtremeCase(
     "contact", "mu = {mu}", "mu = 1", "all [well]", "theory", Observation,
     {"found": "1 eps", "right": True, "value": 1.0}, quick=True,
 )  # fmt: skip
-BAD = Case(
+BAD = ExtremeCase(
     "contact", "a start", "a start", "a refusal", "theory", Observation,
     {"found": "accepted", "right": False},
 )  # fmt: skip
@@ -22,7 +22,7 @@ BAD = Case(
 
 @pytest.fixture(autouse=True)
 def two_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    def chosen(topics: tuple[str, ...], quick: bool) -> tuple[Case, ...]:
+    def chosen(topics: tuple[str, ...], quick: bool) -> tuple[ExtremeCase, ...]:
         return (GOOD,) if quick else (GOOD, BAD)
 
     monkeypatch.setattr("tt_precise.extremes.cases", chosen)

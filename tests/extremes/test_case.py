@@ -11,7 +11,7 @@ from tt_precise.commands import extremes as command
 from tt_precise.extremes import case as registry
 from tt_precise.extremes.case import (
     TOPICS,
-    Case,
+    ExtremeCase,
     NotFiniteError,
     Observation,
     families,
@@ -23,16 +23,16 @@ from tt_precise.extremes.case import (
 from tt_precise.registry import Registry
 
 
-def one(function: Any = Observation, **arguments: Any) -> Case:
+def one(function: Any = Observation, **arguments: Any) -> ExtremeCase:
     arguments = arguments or {"found": "well", "right": True}
-    return Case("topic", "family", "name", "all well", "theory", function, arguments)
+    return ExtremeCase("topic", "family", "name", "all well", "theory", function, arguments)
 
 
 def test_an_exception_is_a_failure_told_in_one_line() -> None:
     def broken() -> Observation:
         raise ValueError("two\nlines" + "x" * 1000)
 
-    outcome = Case("t", "f", "n", "e", "s", broken).outcome()
+    outcome = ExtremeCase("t", "f", "n", "e", "s", broken).outcome()
     assert outcome.verdict == "fail"
     assert outcome.finding.found.startswith("ValueError: two lines")
     assert len(outcome.finding.found) <= 200

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from tt_precise.extremes import TOPICS, Case, cases
+from tt_precise.extremes import TOPICS, ExtremeCase, cases
 
 AT_LEAST = 120  # cases
 
 
-def controlled() -> dict[str, Case]:
+def controlled() -> dict[str, ExtremeCase]:
     """The case of each family that its control is tried on: the first quick one, or the first."""
-    chosen: dict[str, Case] = {}
+    chosen: dict[str, ExtremeCase] = {}
     for one in cases():
         held = chosen.get(one.family)
         if held is None or (one.quick and not held.quick):

@@ -10,17 +10,19 @@ from typing import Any
 
 import pytest
 
-from tt_precise.extremes.case import Case, Observation
+from tt_precise.extremes.case import ExtremeCase, Observation
 from tt_precise.extremes.run import run_all
 
 SLEEP = "600.5"  # seconds, and how to find the process
 
 
-def one(name: str, function: Any = Observation, family: str = "family", **arguments: Any) -> Case:
-    return Case("topic", family, name, "all well", "theory", function, arguments)
+def one(
+    name: str, function: Any = Observation, family: str = "family", **arguments: Any
+) -> ExtremeCase:
+    return ExtremeCase("topic", family, name, "all well", "theory", function, arguments)
 
 
-def well(name: str, **more: Any) -> Case:
+def well(name: str, **more: Any) -> ExtremeCase:
     return one(name, found="well", right=True, **more)
 
 

@@ -28,7 +28,7 @@ def body(**changes: Any) -> Parameters:
 def test_the_matrix_worked_out_by_hand_is_that_of_the_equations(side: int) -> None:
     """Eigenvalues of both: by hand from eq (1), and from ``newton.rates`` by differences."""
     top = body()
-    by_hand = theory.lean_modes(top, side, FN.mpf(side), FN)
+    by_hand = theory.tilt_modes(top, side, FN.mpf(side), FN)
     differences = FN.matrix(linearised(top, side, FN.mpf(10) ** -20, FN))
     found = sorted(FN.eig(differences)[0], key=lambda x: FN.re(x), reverse=True)
     for a, b in zip(by_hand, found, strict=True):
@@ -37,14 +37,14 @@ def test_the_matrix_worked_out_by_hand_is_that_of_the_equations(side: int) -> No
 
 def test_a_mode_is_an_eigenvector() -> None:
     top, omega_3 = body(), FN.mpf(3)
-    for rate in theory.lean_modes(top, -1, omega_3, FN):
+    for rate in theory.tilt_modes(top, -1, omega_3, FN):
         mode = FN.matrix(list(theory.mode(top, -1, omega_3, rate)))
-        assert FN.norm(theory.lean_matrix(top, -1, omega_3, FN) * mode - rate * mode) < TINY
+        assert FN.norm(theory.tilt_matrix(top, -1, omega_3, FN) * mode - rate * mode) < TINY
 
 
 def test_the_lean_after_no_time_is_the_start() -> None:
-    lean = theory.lean_at(body(), 1, FN.mpf(2), FN.mpf(0), FN)
-    assert abs(lean.k - 1) + abs(lean.L - 2 * body().I3) + abs(lean.v) < TINY
+    tilt = theory.tilt_at(body(), 1, FN.mpf(2), FN.mpf(0), FN)
+    assert abs(tilt.k - 1) + abs(tilt.L - 2 * body().I3) + abs(tilt.v) < TINY
 
 
 def test_a_small_fall_is_a_quarter_of_a_pendulum_s_swing() -> None:

@@ -16,15 +16,15 @@ from typing import Any
 
 from tt_precise.bench import calls, plan, processes
 from tt_precise.bench.evaluators import CostTo, Entry
-from tt_precise.bench.findings import Comparison, met
-from tt_precise.bench.tables import Tables
+from tt_precise.bench.findings import TradeoffComparison, met
+from tt_precise.bench.tables import TradeoffTables
 from tt_precise.bench.timing import Turn, interleaved
 from tt_precise.progress import Progress, silent
 
 FILE = "bench.csv"
 SCENES = 100
 IMPORT = 'python -c "import numpy"'
-Hear = Callable[[str], None]
+Notify = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -78,11 +78,11 @@ def bars(scratch: Path, scenes: int = SCENES) -> list[Bar]:
     return found
 
 
-def engine() -> list[Comparison]:
+def engine() -> list[TradeoffComparison]:
     """The engine beside the peers, on the curves of a small plan of the trade-off."""
     heyoka = ("heyoka",)
     found = [
-        Comparison(
+        TradeoffComparison(
             f"fastest peer to {error:.0e}", CostTo(error), CostTo(error, heyoka),
             "{above.which} over the bare heyoka loop to an error of " f"{error:.0e} at 8 s",
             aim=("at least", 1.5),
@@ -91,7 +91,7 @@ def engine() -> list[Comparison]:
     ]  # fmt: skip
     full = {"method": "heyoka", "precision": "double", "formulation": "newton", "tolerance": 0.0}
     found.append(
-        Comparison(
+        TradeoffComparison(
             "full double over 1e-6", Entry("ratio", full), CostTo(1e-6, heyoka),
             "bare heyoka loop", aim=("at most", 3.0),
         )
@@ -99,7 +99,7 @@ def engine() -> list[Comparison]:
     for error in (1e-6, 1e-9):
         digits = {"method": "tt_precise, digits", "tolerance": error}
         found.append(
-            Comparison(
+            TradeoffComparison(
                 f"digits={-plan.exponent(error)} beside the fastest peer",
                 Entry("ratio", digits), CostTo(error),
                 "integrate(), its estimate included, over one run of {below.which}",
@@ -113,17 +113,17 @@ def measured(
     scratch: Path,
     scenes: int = SCENES,
     only: Sequence[str] = (),
-    hear: Hear = lambda line: None,
+    notify: Notify = lambda line: None,
     progress: Progress = silent,
 ) -> Iterator[dict[str, Any]]:
     """A row for each bar whose name contains one of ``only`` (all by default), as they come.
 
     ``value`` is the ratio (None where a peer is not installed), ``milliseconds`` the fastest of
-    all turns. ``hear`` is told which peers are left out.
+    all turns. ``notify`` is called with each peer that is left out.
     """
     compared = [one for one in engine() if _asked(one.name, only)]
     wanted = [bar for bar in bars(scratch, scenes) if _asked(bar.name, only)]
-    yield from _engine_rows(compared, hear) if compared else []
+    yield from _engine_rows(compared, notify) if compared else []
     for number, bar in enumerate(wanted):
         yield _row(bar)
         progress((number + 1) / len(wanted))
@@ -145,10 +145,10 @@ def _row(bar: Bar) -> dict[str, Any]:
     )  # fmt: skip
 
 
-def _engine_rows(compared: Sequence[Comparison], hear: Hear) -> list[dict[str, Any]]:
+def _engine_rows(compared: Sequence[TradeoffComparison], notify: Notify) -> list[dict[str, Any]]:
     from tt_precise.bench.tradeoff import measure
 
-    tables = Tables(measure(plan.engine(), hear).rows)
+    tables = TradeoffTables(measure(plan.engine(), notify).rows)
     found = [one.evaluated(tables) for one in compared]
     return [_entry(one.name, one.definition, one.value, one.aim, None, None) for one in found]
 

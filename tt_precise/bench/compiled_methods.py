@@ -16,7 +16,7 @@ CVODE_STEPS = 10_000_000
 
 @cache
 def _callback(form: Formulation) -> Any:
-    # kept, because its address is all that CyRK holds of it
+    # cached, because its address is all that CyRK holds of it
     from CyRK.nb.numba_solver import cyjit
 
     return cyjit(flat(form, "callback"))

@@ -1,4 +1,4 @@
-"""A trial made ready to be timed: everything imported and compiled, run once, and judged later."""
+"""A trial made ready to be timed: everything imported and compiled, run once, compared later."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ class CompiledTrial:
     def ended(self) -> Solution:
         """The last timed run."""
         if self._end is None:
-            raise RuntimeError("a trial is judged after it was run")
+            raise RuntimeError("a trial is compared with the truth after it was run")
         return self._end
 
-    def judged(self) -> StateErrors:
+    def errors(self) -> StateErrors:
         """The error at the end, and the largest error and drift that are known of the way."""
         truth, precision, end = self.problem.truth, self.trial.arithmetic, self.ended
         given = None if end.published else self.times[len(self.times) - len(end.states) :]
-        found = truth.judge(end.states, precision, given)
+        found = truth.errors(end.states, precision, given)
         way, drift = found.error_on_way, found.jellett_drift
         if self.grid is not None and len(self.grid.states) > 1:
-            on_grid = truth.judge(self.grid.states, precision, self.times)
+            on_grid = truth.errors(self.grid.states, precision, self.times)
             way, drift = max(way, on_grid.error_on_way), max(drift, on_grid.jellett_drift)
         elif len(end.states) == 1:
             way = None

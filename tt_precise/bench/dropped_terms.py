@@ -15,13 +15,13 @@ LONGEST_NAME = 60
 
 
 @dataclass
-class Tally:
+class TermTally:
     """The terms met so far, and the number of the one that is to be left out (None: none)."""
 
     drop: int | None = None
     terms: list[Any] = field(default_factory=list)
 
-    def kept(self, term: Any) -> bool:
+    def stays(self, term: Any) -> bool:
         """Count a term; whether it stays."""
         self.terms.append(term)
         return len(self.terms) - 1 != self.drop
@@ -32,14 +32,14 @@ class Counted:
 
     __slots__ = ("is_sum", "tally", "value")
 
-    def __init__(self, value: Any, tally: Tally, is_sum: bool = False):
+    def __init__(self, value: Any, tally: TermTally, is_sum: bool = False):
         self.value, self.tally, self.is_sum = value, tally, is_sum
 
     def _sum(self, left: Any, right: Any, sign: int) -> Counted:
         # the left side of a sum that goes on has had its terms counted
-        left_kept = (isinstance(left, Counted) and left.is_sum) or self.tally.kept(_bare(left))
-        right_kept = self.tally.kept(sign * _bare(right))
-        found = (_bare(left) if left_kept else 0) + (sign * _bare(right) if right_kept else 0)
+        left_stays = (isinstance(left, Counted) and left.is_sum) or self.tally.stays(_bare(left))
+        right_stays = self.tally.stays(sign * _bare(right))
+        found = (_bare(left) if left_stays else 0) + (sign * _bare(right) if right_stays else 0)
         return Counted(found, self.tally, is_sum=True)
 
     def _product(self, value: Any) -> Counted:
@@ -75,7 +75,7 @@ class Counted:
 class Functions:
     """sin, cos, ... of ``fn`` for counted scalars."""
 
-    def __init__(self, fn: Any, tally: Tally):
+    def __init__(self, fn: Any, tally: TermTally):
         self._fn, self._tally = fn, tally
 
     def __getattr__(self, name: str) -> Callable[[Any], Counted]:
@@ -87,7 +87,7 @@ def rates_without(
     drop: int | None, rates: Callable[..., Sequence[Any]], body: Any, state: Sequence[Any], fn: Any
 ) -> tuple[list[Any], list[Any]]:
     """Rates with term ``drop`` (None: none) left out, and all terms in the order they are met."""
-    tally = Tally(drop)
+    tally = TermTally(drop)
     counted = [Counted(entry, tally) for entry in state]
     found = rates(body, type(state)(*counted), Functions(fn, tally))
     return [_bare(rate) for rate in found], tally.terms

@@ -1,7 +1,7 @@
-"""Digits wished, claimed and true: ``python -m tt_precise.bench.estimates``.
+"""Digits requested, claimed and true: ``python -m tt_precise.bench.estimates``.
 
-Seeded random tops and starts, gliding and rolling, each integrated with ``digits=`` some wish; the
-truth is a run in an arithmetic with some 50 bits more than the result's. Writes
+Seeded random tops and starts, gliding and rolling, each integrated with ``digits=`` some number;
+the truth is a run in an arithmetic with some 50 bits more than the result's. Writes
 ``reports/estimates.csv``.
 """
 
@@ -33,7 +33,7 @@ OPTIMISM = 1.0  # digits by which an estimate may exceed the truth
 
 @dataclass(frozen=True)
 class Sample:
-    """A random scene and the digits wished for."""
+    """A random scene and the digits requested."""
 
     seed: int
     scene: Scene
@@ -51,7 +51,7 @@ def sample(seed: int) -> Sample:
 
 
 def row(one: Sample) -> dict[str, Any]:
-    """What the knob chose for a sample, the digits it claims, and the digits that are right.
+    """What was chosen for a sample, the digits it claims, and the digits that are right.
 
     ``estimated`` and ``right`` are missing where it raised.
     """
@@ -79,14 +79,14 @@ def row(one: Sample) -> dict[str, Any]:
     }
 
 
-def right_digits(trajectory: Trajectory, judge: str = "") -> float:
-    """Digits of the worst entry that a run with some 50 more bits (or in ``judge``) confirms."""
+def right_digits(trajectory: Trajectory, reference: str = "") -> float:
+    """Digits of the worst entry that a run with 50 more bits, or in ``reference``, confirms."""
     from tt_precise.integrate import integrate
     from tt_precise.integrate.accuracy import worst_digits
 
     context = trajectory.precision.context
     own = trajectory.precision
-    name, bits = (judge, None) if judge else TRUTH.get(own.name, ("mp", own.bits + BEYOND))
+    name, bits = (reference, None) if reference else TRUTH.get(own.name, ("mp", own.bits + BEYOND))
     truth = integrate(trajectory.scene, name, bits=bits, formulation=trajectory.formulation)
     if truth.status != trajectory.status:
         return 0.0
@@ -112,12 +112,12 @@ def table(seeds: Iterable[int] = range(SAMPLES), progress: Progress = silent) ->
 
 def summary(found: pandas.DataFrame) -> str:
     """The table in a few sentences."""
-    kept = found[found["status"] != "raised"]
-    excess = kept["estimated"] - kept["right"]
+    ran = found[found["status"] != "raised"]
+    excess = ran["estimated"] - ran["right"]
     return "\n".join(
         [
-            f"{len(found)} scenes: {len(found) - len(kept)} raised, "
-            f"{int((kept['right'] >= kept['wanted']).sum())} of {len(kept)} delivered.",
+            f"{len(found)} scenes: {len(found) - len(ran)} raised, "
+            f"{int((ran['right'] >= ran['wanted']).sum())} of {len(ran)} delivered.",
             f"The estimate exceeds the truth by {excess.max():.2f} digits at most; "
             f"the median is {abs(excess.median()):.2f} off, the lowest {-excess.min():.2f} below.",
             f"{int((excess > OPTIMISM).sum())} estimates are more than {OPTIMISM:g} digit too "

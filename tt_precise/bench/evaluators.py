@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
-from tt_precise.bench.tables import Tables, chosen, costs
+from tt_precise.bench.tables import TradeoffTables, chosen, costs
 
 
 class Amount(NamedTuple):
@@ -24,13 +24,13 @@ MISSING = Amount(None)
 
 
 class Evaluator(Protocol):
-    """What finds an amount in a table; ``table`` is the name of a field of ``Tables``."""
+    """What finds an amount in a table; ``table`` is the name of a field of ``TradeoffTables``."""
 
     @property
     def table(self) -> str:
         """Which table."""
 
-    def amount(self, tables: Tables) -> Amount:
+    def amount(self, tables: TradeoffTables) -> Amount:
         """The number, where the tables hold it."""
 
 
@@ -50,7 +50,7 @@ class CostTo:
     but: str | None = None
     table: str = "rows"
 
-    def amount(self, tables: Tables) -> Amount:
+    def amount(self, tables: TradeoffTables) -> Amount:
         """Its ``which`` is the fastest method."""
         rows = tables.rows
         if rows is None:
@@ -88,7 +88,7 @@ class Entry:
     among: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     table: str = "rows"
 
-    def amount(self, tables: Tables) -> Amount:
+    def amount(self, tables: TradeoffTables) -> Amount:
         """Its ``which`` is the value that ``among`` left open."""
         rows = tables.rows
         if rows is None:
@@ -110,7 +110,7 @@ class Statistic:
     table: str
     function: Callable[[Any], Amount]
 
-    def amount(self, tables: Tables) -> Amount:
+    def amount(self, tables: TradeoffTables) -> Amount:
         """What the function makes of the table."""
         known = getattr(tables, self.table)
         return MISSING if known is None else self.function(known)

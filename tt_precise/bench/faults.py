@@ -48,8 +48,9 @@ def table(progress: Progress = silent) -> pandas.DataFrame:
     """A row for each fault: what each check finds, and who catches it at which limit.
 
     Columns ``jellett`` ... ``axis_norm`` hold the worst relative errors beyond the checker's own
-    doubt, ``golden_digits`` the distance from golden data; ``largest`` is the largest error that
-    may be asked about (the fault is caught at every limit below), ``by`` the check that has it;
+    error bound, ``golden_digits`` the distance from golden data; ``largest`` is the largest error
+    that may be asked about (the fault is caught at every limit below), ``by`` the check that has
+    it;
     ``at_1e-03`` ... say whether a limit catches it, ``by_golden`` whether asking for 8 correct
     digits does.
     """
@@ -138,7 +139,7 @@ def _without_term(scene: Scene, number: int) -> Callable[[], pandas.DataFrame]:
 def _runge_kutta(
     scene: Scene, step_s: float, kind: Any = numpy.float64
 ) -> Callable[[], pandas.DataFrame]:
-    """The classical method with a fixed step, the state kept in the number type ``kind``."""
+    """The classical method with a fixed step, the state in the number type ``kind``."""
 
     def frame() -> pandas.DataFrame:
         import heyoka
@@ -230,9 +231,9 @@ def row(fault: Fault) -> dict[str, Any]:
     try:
         result = conservation(fault.frame(), scene)
     except InputError as error:
-        told = {"largest": numpy.inf, "by": "refused", "note": str(error)}
+        refused = {"largest": numpy.inf, "by": "refused", "note": str(error)}
         caught = {f"at_{limit:.0e}": True for limit in LIMITS}
-        return known | told | caught | {"by_golden": True}
+        return known | refused | caught | {"by_golden": True}
     return known | _found(result)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from tt_precise.bench import error_growth, plan, statistics
 from tt_precise.bench.evaluators import CostTo, Entry, Evaluator, Statistic
-from tt_precise.bench.tables import ACCURACIES, WHOLE_S, Tables
+from tt_precise.bench.tables import ACCURACIES, WHOLE_S, TradeoffTables
 
 AIMS = ("at least", "at most", "below")
 FORMULATIONS = ("newton", "euler")
@@ -33,7 +33,7 @@ GROWING = {"jellett": "lambda", "energy": "E"}
 
 
 @dataclass(frozen=True)
-class Comparison:
+class TradeoffComparison:
     """A declared finding; ``definition`` may quote ``{above}`` and ``{below}``, both ``Amount``."""
 
     name: str
@@ -47,7 +47,7 @@ class Comparison:
         if self.aim and self.aim[0] not in AIMS:
             raise ValueError(f"aim: got {self.aim[0]!r}, expected one of {', '.join(AIMS)}")
 
-    def evaluated(self, tables: Tables) -> Evaluated:
+    def evaluated(self, tables: TradeoffTables) -> Evaluated:
         """The comparison on measured tables."""
         above = self.numerator.amount(tables)
         below = self.denominator.amount(tables) if self.denominator else None
@@ -61,7 +61,7 @@ class Comparison:
 class Evaluated:
     """A comparison, its value (None where the tables do not hold what it takes), and in words."""
 
-    comparison: Comparison
+    comparison: TradeoffComparison
     value: float | None
     definition: str
 
@@ -93,7 +93,7 @@ def met(aim: tuple[str, float], value: float) -> bool:
     return value < limit or (kind == "at most" and value == limit)
 
 
-def findings(tables: Tables) -> list[Evaluated]:
+def findings(tables: TradeoffTables) -> list[Evaluated]:
     """All that the tables hold, and all that was aimed at in a table that is there."""
     every = (
         comparison.evaluated(tables)
@@ -103,7 +103,7 @@ def findings(tables: Tables) -> list[Evaluated]:
     return [one for one in every if one.value is not None or one.aim is not None]
 
 
-def comparisons() -> Iterator[Comparison]:
+def comparisons() -> Iterator[TradeoffComparison]:
     """The list."""
     yield from _peers()
     yield from _variants()
@@ -111,12 +111,12 @@ def comparisons() -> Iterator[Comparison]:
     yield from _tables_as_a_whole()
 
 
-def _peers() -> Iterator[Comparison]:
+def _peers() -> Iterator[TradeoffComparison]:
     for formulation in FORMULATIONS:
         for error in ACCURACIES:
             for name, but in (("any peer", None), ("any peer but CyRK", "CyRK")):
                 limit = PEER_AIMS.get(error) if formulation == "newton" else None
-                yield Comparison(
+                yield TradeoffComparison(
                     f"{name} at {error:.0e}, {formulation}",
                     CostTo(error, formulation=formulation, but=but),
                     CostTo(error, (BARE,), formulation),
@@ -124,7 +124,7 @@ def _peers() -> Iterator[Comparison]:
                     f"{error:.0e} at 8 s",
                     aim=("at least", limit) if limit else None,
                 )
-    yield Comparison(
+    yield TradeoffComparison(
         "SciPy DOP853 at 1e-11, newton",
         CostTo(1e-11, ("SciPy DOP853",)),
         CostTo(1e-11, (BARE,)),
@@ -132,7 +132,7 @@ def _peers() -> Iterator[Comparison]:
         "at 8 s",
         aim=("at least", 150.0),
     )
-    yield Comparison(
+    yield TradeoffComparison(
         "full accuracy over 1e-6",
         _at_best("", "newton"),
         CostTo(1e-6, (BARE,)),
@@ -153,10 +153,10 @@ def _row(variant: str, formulation: str, **others: Any) -> dict[str, Any]:
     } | others  # fmt: skip
 
 
-def _variants() -> Iterator[Comparison]:
+def _variants() -> Iterator[TradeoffComparison]:
     for formulation in FORMULATIONS:
         for variant, without in VARIANTS.items():
-            yield Comparison(
+            yield TradeoffComparison(
                 f"{variant}, {formulation}",
                 _at_best(variant, formulation),
                 _at_best(without, formulation),
@@ -166,7 +166,7 @@ def _variants() -> Iterator[Comparison]:
     lanes = tuple(f"{BARE}, {width} lanes" for width in (4, 8))
     row = _row("", "newton")
     del row["method"]
-    yield Comparison(
+    yield TradeoffComparison(
         "SIMD",
         _at_best("", "newton"),
         Entry("ratio", row, {"method": lanes}),
@@ -175,9 +175,9 @@ def _variants() -> Iterator[Comparison]:
     )
 
 
-def _digits() -> Iterator[Comparison]:
+def _digits() -> Iterator[TradeoffComparison]:
     for precision, digits, seconds in WIDE:
-        yield Comparison(
+        yield TradeoffComparison(
             f"{digits} digits in {precision}",
             CostTo(10.0**-digits, (BARE,), precision=precision, cost="seconds"),
             None,
@@ -187,7 +187,7 @@ def _digits() -> Iterator[Comparison]:
         )
     for low, high in SPANS:
         for column, what in (("seconds", "time"), ("setup_s", "compile time")):
-            yield Comparison(
+            yield TradeoffComparison(
                 f"exponent of {what}, {low} to {high} digits",
                 Statistic("rows", partial(
                     statistics.ladder_exponent, column=column, low=low, high=high
@@ -200,14 +200,14 @@ def _digits() -> Iterator[Comparison]:
     for precision, bits in (("double", 53), ("extended", 64), *(("mp", n) for n in plan.LADDER)):
         short = partial(_row, formulation="newton", precision=precision, bits=bits)
         at = short("", horizon_s=float(plan.SHORT))
-        yield Comparison(
+        yield TradeoffComparison(
             f"{bits} bits", Entry("seconds", at), None,
             f"0 to {plan.SHORT} s in {precision}, error {{above.error:.1g}}", "s",
         )  # fmt: skip
-        yield Comparison(
+        yield TradeoffComparison(
             f"compiling, {bits} bits", Entry("setup_s", at), None, "for the run above", "s"
         )
-        yield Comparison(
+        yield TradeoffComparison(
             f"parallel_mode, {bits} bits",
             Entry("seconds", short("parallel_mode", horizon_s=float(plan.SHORT))),
             Entry("seconds", at),
@@ -217,15 +217,15 @@ def _digits() -> Iterator[Comparison]:
         Entry("seconds", _row("", "newton", precision=name, bits=113, horizon_s=float(plan.SHORT)))
         for name in ("quad", "mp")
     )
-    yield Comparison("113 bits as mp over quad", real, quad, "the same accuracy")
+    yield TradeoffComparison("113 bits as mp over quad", real, quad, "the same accuracy")
 
 
-def _tables_as_a_whole() -> Iterator[Comparison]:
+def _tables_as_a_whole() -> Iterator[TradeoffComparison]:
     end, start = (
         Entry("seconds", {"scene": None, "method": "reference workload", "setting": when})
         for when in ("end", "start")
     )
-    yield Comparison(
+    yield TradeoffComparison(
         "drift of the machine", end, start,
         "fastest bare heyoka loop at the end over the one at the start of the measurement",
     )  # fmt: skip
@@ -246,27 +246,27 @@ def _tables_as_a_whole() -> Iterator[Comparison]:
             "{above.which}",
         ),
     ):  # fmt: skip
-        yield Comparison(name, Statistic("rows", function), None, definition, unit)
+        yield TradeoffComparison(name, Statistic("rows", function), None, definition, unit)
     for scene in error_growth.SCENES:
         for until in GROWTH_UNTIL_S:
             for integral, symbol in GROWING.items():
                 growing = partial(
                     statistics.growth_exponent, scene=scene, integral=integral, until_s=until
                 )
-                yield Comparison(
+                yield TradeoffComparison(
                     f"growth of {symbol}, {scene}, to {until:.0e} s",
                     Statistic("long_runs", growing), None,
                     "p in rms error ~ t^p over {above.which}", "",
                 )  # fmt: skip
-    yield Comparison(
+    yield TradeoffComparison(
         "digits requested and not delivered", Statistic("estimates", statistics.undelivered), None,
         "of {above.which}", "scenes", ("below", 1.0),
     )  # fmt: skip
-    yield Comparison(
+    yield TradeoffComparison(
         "estimates too optimistic", Statistic("estimates", statistics.too_optimistic), None,
         "of {above.which}", "scenes", ("below", 1.0),
     )  # fmt: skip
-    yield Comparison(
+    yield TradeoffComparison(
         "pessimism of the estimates", Statistic("estimates", statistics.pessimism), None,
         "median of right digits less estimated ones; {above.which}", "digits",
     )  # fmt: skip

@@ -17,7 +17,7 @@ MARGIN_BITS = 16  # odefun asks for a tolerance above the eps that it works with
 
 @registered("mpmath odefun", "mpmath")
 def odefun(problem: GoldenProblem, settings: Settings) -> Solve:
-    """``mpmath.odefun`` on the generic equations; it tells neither steps nor evaluations."""
+    """``mpmath.odefun`` on the generic equations; it reports no steps."""
     precision, form = settings.precision, problem.form
     start = problem.start(precision)
     # numbers of mpmath's own context: odefun raises its precision, and theirs has to follow

@@ -1,4 +1,4 @@
-"""What every method of the trade-off integrates, and the truth that it is judged by.
+"""What every method of the trade-off integrates, and the truth that it is compared with.
 
 All methods get the same dimensionless numbers (m = R = g = 1) and the same text of the equations.
 The truth is golden data, 34 digits; where more are needed, a run with more bits takes its place.
@@ -28,7 +28,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene, load_scene
 
 GOLDEN_BITS = 160  # holds the 34 decimals of golden data with room for the differences
-MOST_SAMPLES = 40  # of the golden rows, evenly taken, at which a method is judged on its way
+MOST_SAMPLES = 40  # of the golden rows, evenly taken, at which a method is compared on its way
 
 
 @dataclass(frozen=True)
@@ -121,10 +121,10 @@ class Truth:
     start: InitialState
     states: tuple[NewtonState, ...]
 
-    def judge(
+    def errors(
         self, rows: Sequence[Any], precision: Precision, times: Sequence[Any] | None
     ) -> StateErrors:
-        """Judge states at the last ``len(rows)`` of the problem's times.
+        """The errors of states at the last ``len(rows)`` of the problem's times.
 
         ``times`` are the dimensionless numbers that the method was given: the truth is moved to
         them, so that their rounding, worth 1e-13 at 8 s in double, is no error of the method.
@@ -134,7 +134,7 @@ class Truth:
         context, problem = self.precision.context, self.problem
         form = problem.form if times is not None else problem.published
         body, first = self.start.body, self.start.vectors
-        errors, motions = [], [Motion(body, first, context, form.model)]
+        off, motions = [], [Motion(body, first, context, form.model)]
         exact_times = problem.times[len(problem.times) - len(rows) :]
         right_states = self.states[len(self.states) - len(rows) :]
         for i, (row, exact, right) in enumerate(zip(rows, exact_times, right_states, strict=True)):
@@ -145,10 +145,10 @@ class Truth:
             phi = context.atan2(right.ky, right.kx) if form.coordinates == "euler" else 0
             q = form.motion(body, mine, context, phi)
             error = max(abs(a - b) for a, b in zip(q.state, right, strict=True))
-            errors.append(error if error == error else context.inf)
+            off.append(error if error == error else context.inf)
             motions.append(q)
         drifts = drift(INTEGRALS["jellett"], motions)[1:]
-        return StateErrors(errors[-1], max(errors), max(drifts))
+        return StateErrors(off[-1], max(off), max(drifts))
 
     def _number(self, value: Any, precision: Precision) -> Any:
         number = value if hasattr(value, "_mpf_") else precision.guarded(value)
@@ -183,9 +183,9 @@ def golden_problem(
     from tt_precise import golden
 
     every = [Fraction(t) for t in golden.load(scene, "text")["t"] if Fraction(t) > 0]
-    kept = [t for t in every if until is None or t <= Fraction(until)]
-    if not kept or (until is not None and kept[-1] != Fraction(until)):
+    wanted = [t for t in every if until is None or t <= Fraction(until)]
+    if not wanted or (until is not None and wanted[-1] != Fraction(until)):
         raise InputError(f"until: got {until}, expected a time of the golden data of {scene}")
-    stride = -(-len(kept) // MOST_SAMPLES)
-    times = tuple(reversed(kept[::-1][::stride]))
-    return GoldenProblem(load_scene(scene), coordinates, kept[-1], times, truth_bits)
+    stride = -(-len(wanted) // MOST_SAMPLES)
+    times = tuple(reversed(wanted[::-1][::stride]))
+    return GoldenProblem(load_scene(scene), coordinates, wanted[-1], times, truth_bits)

@@ -39,12 +39,12 @@ def random_scene(draws: random.Random, name: str) -> Scene:
         I3=min(number(0.2, 0.6), 2 * I1), g="9.82", mu=number(0, 1),
     )  # fmt: skip
     rolling = draws.random() < 0.15
-    lean = number(0.02, 3.1)
+    tilt = number(0.02, 3.1)
     if draws.random() < 0.1:  # beside a pole, where the Euler rates are ill conditioned
-        lean /= 10 ** draws.randint(2, 6)
+        tilt /= 10 ** draws.randint(2, 6)
     gliding = {} if rolling else {"nu_x": number(-0.2, 0.2), "nu_y": number(-0.2, 0.2)}
     start = Start(
-        Inclination.parse(str(lean)), theta_dot=number(-5, 5), phi_dot=number(-5, 5),
+        Inclination.parse(str(tilt)), theta_dot=number(-5, 5), phi_dot=number(-5, 5),
         omega_3=number(-200, 200), **gliding,
     )  # fmt: skip
     until = number(0.05, 0.6)

@@ -55,7 +55,7 @@ def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Set
         )
         if found.status != 0:
             raise ArithmeticError(f"{method}: {found.message}")
-        # it does not tell its steps; every accepted and rejected one costs the same evaluations
+        # it does not report its steps; every accepted and rejected one costs the same evaluations
         stages = {"RK45": 6, "DOP853": 11}.get(method)
         return Solution(list(found.y.T), found.nfev // stages if stages else 0, found.nfev)
 
@@ -70,13 +70,13 @@ def odeint(compiled: bool, problem: GoldenProblem, settings: Settings) -> Solve:
     start, tolerance = problem.state(settings.precision), settings.tolerance or None
 
     def solve(times: Sequence[Any]) -> Solution:
-        rows, told = scipy.integrate.odeint(
+        rows, info = scipy.integrate.odeint(
             function, start, [0.0, *times], tfirst=True, rtol=tolerance, atol=tolerance,
             mxstep=ODEINT_STEPS, full_output=True,
         )  # fmt: skip
-        if told["message"] != "Integration successful.":
-            raise ArithmeticError(f"odeint: {told['message']}")
-        return Solution(list(rows[1:]), int(told["nst"][-1]), int(told["nfe"][-1]))
+        if info["message"] != "Integration successful.":
+            raise ArithmeticError(f"odeint: {info['message']}")
+        return Solution(list(rows[1:]), int(info["nst"][-1]), int(info["nfe"][-1]))
 
     return solve
 

@@ -1,6 +1,6 @@
 """The table behind ``integrate(digits=...)``: ``python -m tt_precise.bench.settings_table``.
 
-Every setting integrates every golden scene; it is told how many digits are right in the worst
+Every setting integrates every golden scene. Recorded is how many digits are right in the worst
 entry at the end, and, on the reference scene, what the run costs beside double at full accuracy in
 the same minute. ``tt-precise tradeoff`` calls ``write`` in its full form, which takes some minutes.
 Writes ``tt_precise/integrate/cost_table.csv``.
@@ -34,7 +34,7 @@ TIMED = "reference"  # a scene that stands still, or grazes a pole, says nothing
 
 
 @dataclass(frozen=True)
-class Setting:
+class MeasuredSetting:
     """One setting of the integrator; ``tolerance`` 0 stands for the eps."""
 
     formulation: str
@@ -42,7 +42,7 @@ class Setting:
     tolerance: float
 
 
-BASE = Setting("newton", "double", 0.0)
+BASE = MeasuredSetting("newton", "double", 0.0)
 
 
 @dataclass(frozen=True)
@@ -54,12 +54,14 @@ class Performance:
     cost: float | None
 
 
-def settings() -> Iterator[Setting]:
+def settings() -> Iterator[MeasuredSetting]:
     """Every setting that is measured."""
     for formulation in ("newton", "euler"):
         for precision, tolerances in TOLERANCES.items():
             if formulation == "newton" or precision in EULER:
-                yield from (Setting(formulation, precision, tolerance) for tolerance in tolerances)
+                yield from (
+                    MeasuredSetting(formulation, precision, tolerance) for tolerance in tolerances
+                )
 
 
 def table(scenes: Iterable[str] | None = None, progress: Progress = silent) -> pandas.DataFrame:
@@ -72,7 +74,7 @@ def table(scenes: Iterable[str] | None = None, progress: Progress = silent) -> p
     from tt_precise import golden
 
     names = list(golden.scenes() if scenes is None else scenes)
-    found: dict[Setting, list[Performance]] = {setting: [] for setting in settings()}
+    found: dict[MeasuredSetting, list[Performance]] = {setting: [] for setting in settings()}
     for number, name in enumerate(names):
         for setting, outcome in outcomes(name):
             found[setting].append(outcome)
@@ -80,13 +82,13 @@ def table(scenes: Iterable[str] | None = None, progress: Progress = silent) -> p
     return pandas.DataFrame([_row(setting, of_way) for setting, of_way in found.items()])
 
 
-def outcomes(name: str) -> Iterator[tuple[Setting, Performance]]:
+def outcomes(name: str) -> Iterator[tuple[MeasuredSetting, Performance]]:
     """Every setting on one golden scene; no Euler form where the scene starts at a pole."""
     from tt_precise.integrate import integrate
     from tt_precise.scene import load_scene
 
     scene = load_scene(name)
-    found: dict[Setting, Trajectory] = {}
+    found: dict[MeasuredSetting, Trajectory] = {}
     for setting in settings():
         if setting.formulation == "euler" and scene.start.theta.at_pole:
             continue
@@ -118,7 +120,7 @@ def right_digits(trajectory: Trajectory) -> float:
     return worst_digits(trajectory.state, errors, trajectory.start.units)
 
 
-def _costs(found: dict[Setting, Trajectory]) -> dict[Setting, float]:
+def _costs(found: dict[MeasuredSetting, Trajectory]) -> dict[MeasuredSetting, float]:
     """Processor time of the propagation alone, beside ``BASE``; best of rounds taken in turn."""
     from tt_precise.integrate.propagate import propagate
 
@@ -132,7 +134,7 @@ def _costs(found: dict[Setting, Trajectory]) -> dict[Setting, float]:
     return {setting: seconds / best[BASE] for setting, seconds in best.items()}
 
 
-def _row(setting: Setting, found: list[Performance]) -> dict[str, Any]:
+def _row(setting: MeasuredSetting, found: list[Performance]) -> dict[str, Any]:
     digits = [one.digits for one in found]
     (cost,) = (one.cost for one in found if one.cost is not None)
     return {

@@ -17,7 +17,7 @@ ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
 WHOLE_S = 8.0  # the horizon of the reference scene
 
 
-class Tables(NamedTuple):
+class TradeoffTables(NamedTuple):
     """What was measured; None where it was not."""
 
     rows: pandas.DataFrame | None
@@ -25,12 +25,12 @@ class Tables(NamedTuple):
     estimates: pandas.DataFrame | None = None
 
 
-def read(folder: Path) -> Tables:
+def read(folder: Path) -> TradeoffTables:
     """The tables that lie in a folder."""
     import pandas
 
     files = [folder / name for name in (TABLE, GROWTH, ESTIMATES)]
-    return Tables(*(pandas.read_csv(file) if file.is_file() else None for file in files))
+    return TradeoffTables(*(pandas.read_csv(file) if file.is_file() else None for file in files))
 
 
 def chosen(rows: pandas.DataFrame, **wanted: object) -> pandas.DataFrame:

@@ -126,10 +126,10 @@ def lanes(width: int, problem: GoldenProblem, settings: Settings) -> Solve:
     return solve
 
 
-def user(wish: str, problem: GoldenProblem, settings: Settings) -> Solve:
+def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
     """``integrate`` as a user calls it, from the scene to the trajectory.
 
-    ``wish`` is "tolerance", or "digits" for the knob: then the tolerance says how many.
+    ``request`` is "tolerance", or "digits": then the tolerance says how many.
     """
     from tt_precise.integrate import integrate
 
@@ -137,7 +137,7 @@ def user(wish: str, problem: GoldenProblem, settings: Settings) -> Solve:
     scene = replace(problem.scene, until=problem.until)
     units = problem.start(precision).units
     asked: dict[str, Any] = {"events": (), "record": ()}
-    if wish == "digits":
+    if request == "digits":
         asked["digits"] = round(-math.log10(settings.tolerance))
     else:
         asked |= {"precision": precision.name, "tolerance": settings.tolerance}
@@ -164,8 +164,8 @@ _register("heyoka, high_accuracy", "heyoka")(partial(bare, high_accuracy=True))
 _register("heyoka, fast_math", "heyoka")(partial(bare, fast_math=True))
 _register("heyoka, compact_mode", "heyoka")(partial(bare, compact_mode=True))
 _register("heyoka, parallel_mode", "heyoka")(partial(bare, parallel_mode=True))
-for _wish in ("tolerance", "digits"):
-    _register(f"tt_precise, {_wish}", "heyoka")(partial(user, _wish))
+for _request in ("tolerance", "digits"):
+    _register(f"tt_precise, {_request}", "heyoka")(partial(user, _request))
 for _width in LANES:
     _register(f"heyoka, {_width} lanes", "heyoka")(partial(lanes, _width))
 _register("heyoka, contact watched", "heyoka")(supplied)

@@ -39,7 +39,7 @@ class Turn:
 
 
 @dataclass
-class Times:
+class Timings:
     """Seconds of one action, and of the yardstick just before each of them."""
 
     seconds: list[float] = field(default_factory=list)
@@ -69,12 +69,12 @@ def interleaved(
     rounds: int,
     budget_s: float,
     progress: Progress = silent,
-) -> list[Times]:
+) -> list[Timings]:
     """Time every action in turn, ``rounds`` times, and each just after its yardstick.
 
     An action has at least one turn, and no further one that would bring it above ``budget_s``.
     """
-    times = [Times() for _ in turns]
+    times = [Timings() for _ in turns]
     for number in range(rounds):
         for place, (turn, mine) in enumerate(zip(turns, times, strict=True)):
             if number and (number + 1) * mine.median > budget_s:
@@ -87,7 +87,7 @@ def interleaved(
 
 
 def timed(action: Action, clock: Clock = time.perf_counter) -> float:
-    """Seconds that an action takes, the collection of garbage kept out."""
+    """Seconds that an action takes, without the collection of garbage."""
     enabled = gc.isenabled()
     gc.disable()
     try:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from tt_precise.bench.compiled_trial import CompiledTrial, prepare
 from tt_precise.bench.methods import method_named
 from tt_precise.bench.plan import SCENE, Group, Trial
-from tt_precise.bench.timing import Action, Times, Turn, interleaved, timed
+from tt_precise.bench.timing import Action, Timings, Turn, interleaved, timed
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
 
@@ -28,7 +28,7 @@ WORKLOAD_ROUNDS = 40
 IMPORT = "import"
 IMPORTED = ("heyoka", "scipy.integrate", "numba", "diffrax", "CyRK", "sksundae.cvode", "mpmath")
 
-Tell = Callable[[str], None]
+Notify = Callable[[str], None]
 
 
 class Tradeoff(NamedTuple):
@@ -38,19 +38,19 @@ class Tradeoff(NamedTuple):
     skipped: tuple[str, ...]
 
 
-def measure(groups: Iterable[Group], tell: Tell, progress: Progress = silent) -> Tradeoff:
-    """Run the groups; ``tell`` hears what is left out, and what each group took."""
+def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent) -> Tradeoff:
+    """Run the groups; ``notify`` is called with what is left out, and with what each group took."""
     import pandas
 
     every = list(groups)
     total = sum(len(group.trials) for group in every)
     yardstick = prepare(Trial("heyoka", 0.0, scene=SCENE)).run
-    rows, skipped, done = [_workload(yardstick, "start"), *_imports()], _Skipped(tell), 0
+    rows, skipped, done = [_workload(yardstick, "start"), *_imports()], _Skipped(notify), 0
     with _compiled_anew() as forget:
         for group in every:
             forget()
             share = _part(progress, done / total, len(group.trials) / total)
-            rows += _group(group, yardstick, skipped, tell, share)
+            rows += _group(group, yardstick, skipped, notify, share)
             done += len(group.trials)
     rows.append(_workload(yardstick, "end"))
     return Tradeoff(pandas.DataFrame(rows), tuple(skipped.lines))
@@ -61,7 +61,7 @@ def _part(progress: Progress, base: float, share: float) -> Progress:
 
 
 def _group(
-    group: Group, yardstick: Action, skipped: _Skipped, tell: Tell, progress: Progress
+    group: Group, yardstick: Action, skipped: _Skipped, notify: Notify, progress: Progress
 ) -> list[dict[str, Any]]:
     moments = [time.monotonic()]
     ready = list(_prepared(group.trials, skipped))
@@ -76,24 +76,24 @@ def _group(
     rows = [_row(one, mine) for one, mine in zip(ready, times, strict=True)]
     moments.append(time.monotonic())
     took = [f"{after - before:.0f} s" for before, after in itertools.pairwise(moments)]
-    tell(
+    notify(
         f"{group.name}: {len(ready)} settings, prepared in {took[0]}, timed in {took[1]}, "
-        f"judged in {took[2]}"
+        f"compared in {took[2]}"
     )
     return rows
 
 
 class _Skipped:
-    """Lines about what was left out, each told once."""
+    """Lines about what was left out, each once."""
 
-    def __init__(self, tell: Tell):
+    def __init__(self, notify: Notify):
         self.lines: list[str] = []
-        self._tell = tell
+        self._notify = notify
 
     def add(self, line: str) -> None:
         if line not in self.lines:
             self.lines.append(line)
-            self._tell(f"skipped: {line}")
+            self._notify(f"skipped: {line}")
 
 
 def _prepared(trials: Iterable[Trial], skipped: _Skipped) -> Iterator[CompiledTrial]:
@@ -110,7 +110,7 @@ def _prepared(trials: Iterable[Trial], skipped: _Skipped) -> Iterator[CompiledTr
 
 @contextmanager
 def _compiled_anew() -> Iterator[Callable[[], None]]:
-    """Without heyoka's cache on disk; what it lends forgets what is in memory.
+    """Without heyoka's cache on disk; what it yields clears what is in memory.
 
     So the first compilation of a group is what it costs at first, and a later one of the same
     system, for another scene, costs nothing.
@@ -118,16 +118,16 @@ def _compiled_anew() -> Iterator[Callable[[], None]]:
     import heyoka
 
     state = heyoka.llvm_state
-    kept = state.get_diskcache_enabled()
+    enabled = state.get_diskcache_enabled()
     state.set_diskcache_enabled(False)
     try:
         yield state.clear_memcache
     finally:
-        state.set_diskcache_enabled(kept)
+        state.set_diskcache_enabled(enabled)
 
 
-def _row(one: CompiledTrial, times: Times) -> dict[str, Any]:
-    trial, end, judged = one.trial, one.ended, one.judged()
+def _row(one: CompiledTrial, times: Timings) -> dict[str, Any]:
+    trial, end, errors = one.trial, one.ended, one.errors()
     return {
         "scene": trial.scene,
         "horizon_s": float(one.problem.until),
@@ -138,8 +138,8 @@ def _row(one: CompiledTrial, times: Times) -> dict[str, Any]:
         "formulation": trial.coordinates,
         "tolerance": trial.tolerance,
         "peer": method_named(trial.method).peer,
-        "error": float(judged.error),
-        "error_on_way": None if judged.error_on_way is None else float(judged.error_on_way),
+        "error": float(errors.error),
+        "error_on_way": None if errors.error_on_way is None else float(errors.error_on_way),
         "seconds": times.least / end.lanes,
         "seconds_median": times.median / end.lanes,
         "ratio": times.ratio / end.lanes,
@@ -148,7 +148,7 @@ def _row(one: CompiledTrial, times: Times) -> dict[str, Any]:
         "steps": end.steps or None,
         "work": end.work or None,
         "order": end.order,
-        "jellett_drift": float(judged.jellett_drift),
+        "jellett_drift": float(errors.jellett_drift),
     }
 
 

@@ -17,11 +17,11 @@ class Point(NamedTuple):
 
 def front(points: Iterable[Point]) -> list[Point]:
     """The points that no other one beats in error and in cost, the cheapest first."""
-    kept: list[Point] = []
+    best: list[Point] = []
     for point in sorted(points, key=lambda p: (p.cost, p.error)):
-        if not kept or point.error < kept[-1].error:
-            kept.append(point)
-    return kept
+        if not best or point.error < best[-1].error:
+            best.append(point)
+    return best
 
 
 def cost_of(points: Iterable[Point], error: float) -> float | None:

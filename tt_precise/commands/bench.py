@@ -36,7 +36,7 @@ def command(only: tuple[str, ...], scenes: int, out: Path | None, as_json: bool)
 
     rows = []
     with tempfile.TemporaryDirectory() as scratch, progress_bar("bars") as progress:
-        for row in measured(Path(scratch), scenes, only, _hear, progress):
+        for row in measured(Path(scratch), scenes, only, _notify, progress):
             rows.append(row)
             if not as_json:
                 click.echo(line(row))
@@ -49,7 +49,7 @@ def command(only: tuple[str, ...], scenes: int, out: Path | None, as_json: bool)
     return 0
 
 
-def _hear(line: str) -> None:
+def _notify(line: str) -> None:
     click.echo(line, err=True)
 
 

@@ -37,7 +37,7 @@ def command(quick: bool, out: Path | None, settings_table: bool | None, as_json:
     """
     from tt_precise.bench import error_growth, plan
     from tt_precise.bench.findings import findings
-    from tt_precise.bench.tables import GROWTH, TABLE, Tables
+    from tt_precise.bench.tables import GROWTH, TABLE, TradeoffTables
     from tt_precise.bench.tradeoff import measure
     from tt_precise.progress import progress_bar
 
@@ -61,7 +61,7 @@ def command(quick: bool, out: Path | None, settings_table: bool | None, as_json:
 
         with progress_bar("table behind --digits") as progress:
             write(progress)
-    found = findings(Tables(measured.rows, long_runs))
+    found = findings(TradeoffTables(measured.rows, long_runs))
     if as_json:
         click.echo(json.dumps(_json_object(measured.rows, found, measured.skipped)))
     else:

@@ -3,7 +3,7 @@
 The cases of a topic are functions with ``@case`` in its modules; ``case.TOPICS`` lists them.
 """
 
-from tt_precise.extremes.case import TOPICS, Case, Observation, Outcome, cases
+from tt_precise.extremes.case import TOPICS, ExtremeCase, Observation, Outcome, cases
 from tt_precise.extremes.run import run_all
 
-__all__ = ["TOPICS", "Case", "Observation", "Outcome", "cases", "run_all"]
+__all__ = ["TOPICS", "ExtremeCase", "Observation", "Outcome", "cases", "run_all"]

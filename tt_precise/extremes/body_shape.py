@@ -19,7 +19,7 @@ from tt_precise.scene import Scene
 
 LIMIT_S = "0.05"
 SIDES = {"upright": 1, "inverted": -1}
-LINEAR = "the linear equations of the lean, exponentiated with 80 digits"
+LINEAR = "the linear equations of the tilt, exponentiated with 80 digits"
 DECADES = (1, 2, 4, 8, 16, 30, 100, 300)
 GAMMAS = ("1/2", "0.7", "0.7000000000001", "1", "1.2999999999999", "1.3", "2", "10", "1e3")
 
@@ -36,8 +36,8 @@ def with_gamma(gamma: str | int | Fraction) -> dict[str, Any]:
     return {"I1": Fraction(gamma) * body.I3 / (body.m * body.R**2)}
 
 
-def lean_found(scene: Scene, integrate: Any) -> Observation:
-    """The lean at the end against the linear theory."""
+def tilt_found(scene: Scene, integrate: Any) -> Observation:
+    """The tilt at the end against the linear theory."""
     run = integrate(scene)
     walk = max(1, run.steps) ** 0.5
     return together(
@@ -47,7 +47,7 @@ def lean_found(scene: Scene, integrate: Any) -> Observation:
 
 @case(
     "alpha = 1e-{k}, {pole}",
-    expected="the lean of the linear equations",
+    expected="the tilt of the linear equations",
     source=LINEAR,
     over={"k": DECADES, "pole": tuple(SIDES)},
     quick=lambda k, pole: k in (1, 300),
@@ -55,12 +55,12 @@ def lean_found(scene: Scene, integrate: Any) -> Observation:
 )
 def centred(k: int, pole: str, integrate: Any = integrate) -> Observation:
     """The centre of mass at the centre of the sphere, but for 1e-k R."""
-    return lean_found(beside(pole, alpha=f"1e-{k}"), integrate)
+    return tilt_found(beside(pole, alpha=f"1e-{k}"), integrate)
 
 
 @case(
     "alpha = 1 - 1e-{k}, {pole}",
-    expected="the lean of the linear equations",
+    expected="the tilt of the linear equations",
     source=LINEAR,
     over={"k": DECADES, "pole": tuple(SIDES)},
     quick=lambda k, pole: k in (1, 300),
@@ -68,7 +68,7 @@ def centred(k: int, pole: str, integrate: Any = integrate) -> Observation:
 )
 def on_the_rim(k: int, pole: str, integrate: Any = integrate) -> Observation:
     """The centre of mass on the surface of the sphere, but for 1e-k R."""
-    return lean_found(beside(pole, alpha=str(1 - Fraction(f"1e-{k}"))), integrate)
+    return tilt_found(beside(pole, alpha=str(1 - Fraction(f"1e-{k}"))), integrate)
 
 
 @case(
@@ -96,7 +96,7 @@ def ball(k: int, integrate: Any = integrate) -> Observation:
 
 @case(
     "gamma = {gamma}, {pole}",
-    expected="the lean of the linear equations, which know no edge at 1 -+ alpha",
+    expected="the tilt of the linear equations, which know no edge at 1 -+ alpha",
     source=LINEAR,
     over={"gamma": GAMMAS, "pole": tuple(SIDES)},
     quick=lambda gamma, pole: gamma in ("1/2", "0.7", "1.3"),
@@ -104,7 +104,7 @@ def ball(k: int, integrate: Any = integrate) -> Observation:
 )
 def inertia_ratio(gamma: str, pole: str, integrate: Any = integrate) -> Observation:
     """Flat as can be (1/2), both edges of Theorem 1.1, and long as a pencil."""
-    return lean_found(beside(pole, **with_gamma(gamma)), integrate)
+    return tilt_found(beside(pole, **with_gamma(gamma)), integrate)
 
 
 @case(
@@ -131,12 +131,12 @@ def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Obse
 
     def grows(lambda_: Any) -> bool:
         omega_3 = pole * lambda_ / height / body.I3
-        return bool(fn.re(theory.lean_modes(body, pole, omega_3, fn)[0]) > 0)
+        return bool(fn.re(theory.tilt_modes(body, pole, omega_3, fn)[0]) > 0)
 
     if side == "outside":
         # eigenvalues far above and below any threshold that there could be
-        told = [grows(fn.mpf(10) ** power) for power in (-3, 0, k, 2 * k)]
-        return same("grows" if any(told[1:]) else "decays", "decays" if upright else "grows")
+        signs = [grows(fn.mpf(10) ** power) for power in (-3, 0, k, 2 * k)]
+        return same("grows" if any(signs[1:]) else "decays", "decays" if upright else "grows")
     formula = formulas.lambda_up if upright else formulas.lambda_thres
     marginal = formula(body, fn) * (1 + fn.mpf(off))
     below, above = (grows(marginal * (1 + shift)) for shift in (fn.mpf("-1e-6"), fn.mpf("1e-6")))
@@ -160,16 +160,16 @@ def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = Fals
     shift = outwards * Fraction(f"1e-{k}") * (1 if side == "outside" else -1)
     gamma = edge - shift if wrong_side else edge + shift
     found = thresholds(variant(**with_gamma(gamma)), 40)
-    told = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
+    threshold = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
     if side == "inside":
-        return same(f"{told.digits_agreed} digits agreed", "40 digits agreed")
-    return _none_with_a_reason(told)
+        return same(f"{threshold.digits_agreed} digits agreed", "40 digits agreed")
+    return _none_with_a_reason(threshold)
 
 
-def _none_with_a_reason(told: Determination) -> Observation:
-    if told.value is not None:
-        return Observation(f"a threshold of {float(told.value):g}", False)
-    return Observation(f"none: {told.reason.partition(';')[0]}", bool(told.reason))
+def _none_with_a_reason(threshold: Determination) -> Observation:
+    if threshold.value is not None:
+        return Observation(f"a threshold of {float(threshold.value):g}", False)
+    return Observation(f"none: {threshold.reason.partition(';')[0]}", bool(threshold.reason))
 
 
 @case(
@@ -185,8 +185,8 @@ def thresholds_on_the_edge(sign: str, off: str = "0") -> Observation:
     outwards = -1 if sign == "-" else 1
     gamma = 1 + outwards * (variant().body.alpha - Fraction(off))
     found = thresholds(variant(**with_gamma(gamma)), 40)
-    told = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
-    return _none_with_a_reason(told)
+    threshold = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
+    return _none_with_a_reason(threshold)
 
 
 @case(

@@ -62,7 +62,7 @@ class Observation:
 
 
 @dataclass(frozen=True)
-class Case:
+class ExtremeCase:
     """One entry of the table.
 
     Attributes
@@ -119,7 +119,7 @@ class Case:
 class Outcome:
     """A case and what came of it."""
 
-    case: Case
+    case: ExtremeCase
     finding: Observation
 
     @property
@@ -130,7 +130,7 @@ class Outcome:
     def to_json(self) -> dict[str, Any]:
         """Plain values, for ``tt-precise extremes --json``."""
         case, finding = self.case, self.finding
-        told = {
+        entry = {
             "topic": case.topic,
             "family": case.family,
             "name": case.name,
@@ -140,7 +140,7 @@ class Outcome:
             "verdict": self.verdict,
             "value": finding.value,
         }
-        return told | ({"data": dict(finding.data)} if finding.data else {})
+        return entry | ({"data": dict(finding.data)} if finding.data else {})
 
 
 class NotFiniteError(ArithmeticError):
@@ -148,7 +148,7 @@ class NotFiniteError(ArithmeticError):
 
 
 def within(value: Any, limit: float, unit: str = "", **data: Any) -> Observation:
-    """Right if ``value`` is at most ``limit``; told as "3.2 eps (allowed: 10)"."""
+    """Right if ``value`` is at most ``limit``; in words "3.2 eps (allowed: 10)"."""
     number = float(value)
     found = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
     return Observation(found, number <= limit, number, data)
@@ -156,8 +156,8 @@ def within(value: Any, limit: float, unit: str = "", **data: Any) -> Observation
 
 def same(got: Any, expected: Any, value: float | None = None, **data: Any) -> Observation:
     """Right if ``got`` equals ``expected``, such as a status."""
-    told = str(got) if got == expected else f"{got}, not {expected}"
-    return Observation(told, bool(got == expected), value, data)
+    found = str(got) if got == expected else f"{got}, not {expected}"
+    return Observation(found, bool(got == expected), value, data)
 
 
 def together(*findings: Observation) -> Observation:
@@ -184,7 +184,7 @@ def finite(values: Iterable[Any], what: str = "output") -> list[Any]:
     return found
 
 
-_registered: Registry[Case] = Registry("case")
+_registered: Registry[ExtremeCase] = Registry("case")
 
 
 def case(
@@ -213,7 +213,7 @@ def case(
         for values in product(*(over or {}).values()):
             arguments = dict(zip(names, values, strict=True))
             filled = name.format(**arguments)
-            made = Case(
+            made = ExtremeCase(
                 topic=topic,
                 family=name,
                 name=filled,
@@ -232,14 +232,14 @@ def case(
 
 
 @cache
-def _all_cases() -> tuple[Case, ...]:
+def _all_cases() -> tuple[ExtremeCase, ...]:
     for module in _topic_of:
         importlib.import_module(f"{__package__}.{module}")
     order = {topic: place for place, topic in enumerate(TOPICS)}
     return tuple(sorted(_registered, key=lambda one: order[one.topic]))
 
 
-def cases(topics: Sequence[str] = (), quick: bool = False) -> tuple[Case, ...]:
+def cases(topics: Sequence[str] = (), quick: bool = False) -> tuple[ExtremeCase, ...]:
     """The cases of ``topics`` (of all by default), in the order of the topics and modules."""
     return tuple(
         one
@@ -255,7 +255,7 @@ class Family:
     outcomes: Sequence[Outcome]
 
     @property
-    def first(self) -> Case:
+    def first(self) -> ExtremeCase:
         """The first case."""
         return self.outcomes[0].case
 

@@ -23,7 +23,7 @@ FN = own_context(700)  # pi - 1e-300, and some digits more
 Convert = Callable[..., Any]
 
 
-class Arithmetic(NamedTuple):
+class RoundTripArithmetic(NamedTuple):
     """A module of functions, numbers rounded into it and taken out exactly, and its eps."""
 
     fn: Any
@@ -33,13 +33,13 @@ class Arithmetic(NamedTuple):
 
 
 class Trip(NamedTuple):
-    """Relative errors in eps: of the lean on the way there, of the worst rate on the way back."""
+    """Relative errors in eps: of the tilt on the way there, of the worst rate on the way back."""
 
-    lean: Any
+    tilt: Any
     rate: Any
 
 
-def arithmetic(precision: str) -> Arithmetic:
+def arithmetic(precision: str) -> RoundTripArithmetic:
     """The arithmetic that quantities of this precision are computed in."""
     bits = BITS[precision]
     eps = FN.ldexp(1, 1 - bits)
@@ -47,16 +47,16 @@ def arithmetic(precision: str) -> Arithmetic:
         context = own_context(15)
         context.prec = bits
         # converting keeps all digits of a number from a finer context; adding nothing rounds it
-        return Arithmetic(context, lambda x: +context.convert(x), FN.convert, eps)
+        return RoundTripArithmetic(context, lambda x: +context.convert(x), FN.convert, eps)
     import numpy
 
     if precision == "double":
-        return Arithmetic(numpy, lambda x: numpy.float64(float(x)), FN.mpf, eps)
+        return RoundTripArithmetic(numpy, lambda x: numpy.float64(float(x)), FN.mpf, eps)
 
     def exactly(x: Any) -> Any:
         return FN.mpf(int(x.as_integer_ratio()[0])) / int(x.as_integer_ratio()[1])
 
-    return Arithmetic(numpy, lambda x: numpy.longdouble(FN.nstr(x, 30)), exactly, eps)
+    return RoundTripArithmetic(numpy, lambda x: numpy.longdouble(FN.nstr(x, 30)), exactly, eps)
 
 
 def round_trip(
@@ -77,21 +77,21 @@ def round_trip(
     finite([out(x) for x in vectors], "vectors")
     again = back(body, vectors, fn)
     finite([out(x) for x in again], "Euler state")
-    leant = FN.sqrt(out(vectors.kx) ** 2 + out(vectors.ky) ** 2)
+    tilted = FN.sqrt(out(vectors.kx) ** 2 + out(vectors.ky) ** 2)
     # beyond the rounding of pi itself x-hat may point the other way, and with it these signs
     changes = [
         abs(abs(out(getattr(again, name))) - abs(out(getattr(euler, name)))) / abs(FN.mpf(size))
         for name, size in RATES.items()
     ]
-    return Trip(abs(leant / sine - 1) / eps, max(changes) / eps)
+    return Trip(abs(tilted / sine - 1) / eps, max(changes) / eps)
 
 
-def digits_of_the_lean(precision: str, k: int, known: bool) -> float:
-    """Decimal digits of the lean that are right 1e-k rad from the inverted pole."""
+def digits_of_the_tilt(precision: str, k: int, known: bool) -> float:
+    """Decimal digits of the tilt that are right 1e-k rad from the inverted pole."""
     trip = round_trip(precision, k, True, known, vectors_from_euler, euler_from_vectors)
     eps = arithmetic(precision).eps
-    # half an eps is what rounding leaves of a lean that is exact
-    return max(0.0, float(-FN.log10(max(trip.lean, FN.mpf(1) / 2) * eps)))
+    # half an eps is what rounding leaves of a tilt that is exact
+    return max(0.0, float(-FN.log10(max(trip.tilt, FN.mpf(1) / 2) * eps)))
 
 
 @case(
@@ -109,7 +109,7 @@ def beside_the_upright_pole(precision: str, back: Any = euler_from_vectors) -> O
         round_trip(precision, k, False, False, vectors_from_euler, back) for k in range(0, 301)
     ]
     return together(
-        within(max(trip.lean for trip in trips), 4, "eps of the lean"),
+        within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
         within(max(trip.rate for trip in trips), 40, "eps of the rates"),
     )
 
@@ -129,14 +129,14 @@ def beside_the_inverted_pole(precision: str, known: bool = True) -> Observation:
         for k in range(0, 301)
     ]
     return together(
-        within(max(trip.lean for trip in trips), 4, "eps of the lean"),
+        within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
         within(max(trip.rate for trip in trips), 40, "eps of the rates"),
     )
 
 
 @case(
     "theta alone, 1e-k rad from the inverted pole, in {precision}",
-    expected="the lean is off by up to eps 10^k, and by no more: digits are lost in proportion to "
+    expected="the tilt is off by up to eps 10^k, and by no more: digits are lost in proportion to "
     "the decades; the rates keep theirs",
     source="numbers near pi are 2 eps apart",
     over={"precision": PRECISIONS},
@@ -148,7 +148,7 @@ def digits_of_theta_near_pi(precision: str, known: bool = False) -> Observation:
     last = int(BITS[precision] * 0.30103) - 1
     there, back = vectors_from_euler, euler_from_vectors
     trips = {k: round_trip(precision, k, True, known, there, back) for k in range(1, last + 1)}
-    share = max(trip.lean * FN.mpf(10) ** -k for k, trip in trips.items())
+    share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
     return together(
         within(share, 1.5, "eps 10^k"),
         Observation("reached in part" if share > 0.3 else "never reached", bool(share > 0.3)),
@@ -158,7 +158,7 @@ def digits_of_theta_near_pi(precision: str, known: bool = False) -> Observation:
 
 @case(
     "theta = 1e-{k} in double, where numbers have fewer digits",
-    expected="the lean keeps the digits that the number theta has",
+    expected="the tilt keeps the digits that the number theta has",
     source="subnormal numbers are 2^-1074 apart",
     over={"k": (308, 312, 318, 323)},
     quick=True,
@@ -168,14 +168,14 @@ def subnormal_theta(k: int, fewer: float = 1.0) -> Observation:
     """No NaN and no lost digit beyond those that no number has."""
     trip = round_trip("double", k, False, False, vectors_from_euler, euler_from_vectors)
     spacing = FN.ldexp(1, -1074) * FN.mpf(10) ** k * FN.ldexp(1, 52)
-    return within(fewer * (trip.lean / (spacing + 1)), 1, "spacings of the numbers")
+    return within(fewer * (trip.tilt / (spacing + 1)), 1, "spacings of the numbers")
 
 
 @case(
     "Euler form from theta(0) = {pole}1e-k",
     expected="beside the upright pole as good as Newton's; beside the inverted one off by "
     "eps 10^k, which is digits lost in proportion to the decades",
-    source="the linear equations of the lean, and the spacing of numbers near pi",
+    source="the linear equations of the tilt, and the spacing of numbers near pi",
     over={"pole": ("", "pi - ")},
     quick=True,
     control={"pole_of_the_law": "other"},

@@ -21,19 +21,19 @@ FRICTIONS = ("0", "1e-12", "1e-6", "1e-3", "0.03", "0.3", "3", "10", "100", "1e3
 ROUGH = ("10", "30", "100", "300", "1e3", "3e3", "1e4")
 HORIZON_S = "0.5"
 LIMIT_S = "0.05"
-TIMINGS = 4  # the first compiles; the best of the others is told
+TIMINGS = 4  # the first compiles; the best of the others counts
 CONSERVED = ("lambda", "E", "L_z", "omega_3", "s_dot_x", "s_dot_y")
 
 
 @case(
     "mu = {mu} s/m beside the {pole} pole",
-    expected="the lean of the linear equations",
-    source="the linear equations of the lean, exponentiated with 80 digits",
+    expected="the tilt of the linear equations",
+    source="the linear equations of the tilt, exponentiated with 80 digits",
     over={"mu": FRICTIONS, "pole": ("upright", "inverted")},
     quick=lambda mu, pole: mu in ("0", "1e-12", "1e3"),
     control={"integrate": perturbed.integrating(alpha="1e-8")},
 )
-def lean_with_friction(mu: str, pole: str, integrate: Any = integrate) -> Observation:
+def tilt_with_friction(mu: str, pole: str, integrate: Any = integrate) -> Observation:
     """A closed form at every friction, the stiff ones too."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
     scene = variant(theta=theta, mu=mu, until=LIMIT_S)

@@ -20,7 +20,7 @@ from tt_precise.mechanics.newton import NewtonState
 EPS = 2.0**-52
 HORIZON_S = "2"
 SHORT_S = "0.1"
-# by name, because a case's arguments have to be told in words
+# by name, because a case's arguments appear in its name
 FLAGS: dict[str, dict[str, Any]] = {
     "opt_level 0": {"opt_level": 0},
     "force_avx512": {"force_avx512": True},
@@ -54,7 +54,7 @@ def _allowed(until: str) -> float:
     control={"integrate": perturbed.integrating(alpha="1e-11")},
 )
 def flags_in_double(flag: str, integrate: Any = integrate) -> Observation:
-    """How much of what double tells is the compiler's."""
+    """How much of a result in double is the compiler's."""
     run = integrate(variant(until=HORIZON_S), options=FLAGS[flag])
     moved = vector_distance(run, _plain(HORIZON_S)) / EPS
     finite([moved])
@@ -108,7 +108,7 @@ def flags_in_wide(
     control={"shared": True},
 )
 def two_threads(precision: str, shared: bool = False) -> Observation:
-    """Integrators are lent to one run at a time."""
+    """An integrator serves one run at a time."""
     spins = ("150", "155", "160", "165")
     scenes = [variant(omega_3=spin, until=SHORT_S) for spin in spins]
 
@@ -155,15 +155,15 @@ def lanes(lanes: int, moved: str = "0") -> Observation:
 def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Observation:
     """In a process of its own, because libraries look when they are loaded."""
     environment = {k: v for k, v in os.environ.items() if k not in VARIABLES}
-    return same(_told(code, {**environment, variable: str(count)}) == _unset(), True)
+    return same(_output_of(code, {**environment, variable: str(count)}) == _unset(), True)
 
 
 @cache
 def _unset() -> str:
-    return _told(ONE_RUN, {k: v for k, v in os.environ.items() if k not in VARIABLES})
+    return _output_of(ONE_RUN, {k: v for k, v in os.environ.items() if k not in VARIABLES})
 
 
-def _told(code: str, environment: dict[str, str]) -> str:
+def _output_of(code: str, environment: dict[str, str]) -> str:
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )
@@ -171,22 +171,22 @@ def _told(code: str, environment: dict[str, str]) -> str:
 
 
 @case(
-    "subnormal: theta(0) = pi - {lean}",
-    expected="the lean stays in proportion, to the spacing of subnormal numbers",
-    source="linear equations near the pole do not know the size of the lean; 2^-1074 is the "
+    "subnormal: theta(0) = pi - {tilt}",
+    expected="the tilt stays in proportion, to the spacing of subnormal numbers",
+    source="linear equations near the pole do not know the size of the tilt; 2^-1074 is the "
     "spacing of doubles below 2.2e-308",
-    over={"lean": ("1e-306", "1e-308", "1e-310", "1e-312", "1e-315")},
-    quick=lambda lean: lean == "1e-310",
+    over={"tilt": ("1e-306", "1e-308", "1e-310", "1e-312", "1e-315")},
+    quick=lambda tilt: tilt == "1e-310",
     control={"flush": True},
 )
-def subnormal(lean: str, flush: bool = False) -> Observation:
-    """Processors can be told to flush such numbers to zero; then nothing would be left."""
+def subnormal(tilt: str, flush: bool = False) -> Observation:
+    """Processors can be set to flush such numbers to zero; then nothing would be left."""
     import math
 
-    size = float(lean)
+    size = float(tilt)
     one, other = (
         integrate(variant("inverted", theta=f"pi - {text}", until=SHORT_S))
-        for text in (lean, "1e-20")
+        for text in (tilt, "1e-20")
     )
     scale = 1e-20 / size
     found = [0.0 if flush else getattr(one.state, name) for name in ("kx", "ky")]

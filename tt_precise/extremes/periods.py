@@ -22,7 +22,7 @@ STEP = "1e-3"  # rad; the potentials of the scenes have one valley, far wider
 
 
 @dataclass(frozen=True)
-class Swing:
+class ThetaSwing:
     """One swing of theta and back, in SI: its ``period``, and theta_ddot at its turning point."""
 
     period: Fraction
@@ -30,7 +30,7 @@ class Swing:
 
 
 @cache
-def swing(scene: str) -> Swing:
+def swing(scene: str) -> ThetaSwing:
     """The swing of a shipped scene that starts with theta_dot = 0, to 30 digits."""
     working = precision_named("mp", 140)
     fn, start = working.context, InitialState.of(load_scene(scene), working.arithmetic)
@@ -59,7 +59,9 @@ def swing(scene: str) -> Swing:
         2 * fn.quad(moment, fn.linspace(0, fn.pi, 9), method="gauss-legendre") * start.units.time
     )
     numerator, denominator = int(fn.nint(period * fn.mpf(10) ** 35)), 10**35
-    return Swing(Fraction(numerator, denominator), float(force / mass(low) / start.units.time**2))
+    return ThetaSwing(
+        Fraction(numerator, denominator), float(force / mass(low) / start.units.time**2)
+    )
 
 
 Function = Callable[[Any], Any]

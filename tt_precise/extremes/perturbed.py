@@ -1,4 +1,4 @@
-"""Wrong implementations for the controls: each case has to tell them from the right one."""
+"""Wrong numbers for the controls: each case has to notice them."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def nearest(k: int) -> tuple[Any, Any]:
     control={"integrate": perturbed.integrating(phi_dot="1e-13")},
 )
 def passing(k: int, precision: str = "double", integrate: Any = integrate) -> Observation:
-    """The axis keeps an absolute accuracy of some eps, however close it passes."""
+    """The axis keeps an absolute accuracy of some eps, at every distance."""
     run = integrate(passage(k), precision, events=("theta_min",))
     fn = run.precision.context
     (found,) = finite(run.events["theta"])
@@ -147,7 +147,7 @@ def euler_overflowing(k: int) -> Observation:
 
 @case(
     "Newton's form straight through the pole, from theta(0) = {theta} without spin",
-    expected="the axis reaches half that lean on the other side when the plane motion does",
+    expected="the axis reaches half that tilt on the other side when the plane motion does",
     source="the plane motion, whose time is an integral over theta",
     over={"theta": ("1e-3", "0.1", "1", "2", "3")},
     quick=lambda theta: theta == "1",
@@ -180,7 +180,7 @@ def into_the_pole(theta: str, integrate: Any = integrate) -> Observation:
 
 
 def falling(theta: str, until: Any) -> Scene:
-    """A frictionless top at rest, leaning by ``theta``; ``until`` in s, an mpmath number."""
+    """A frictionless top at rest, tilted by ``theta``; ``until`` in s, an mpmath number."""
     return variant(
         theta=theta, omega_3="0", mu="0", until=own_context(60).nstr(until, 50), sample_every="1"
     )
@@ -206,18 +206,18 @@ def _euler(k: int) -> Trajectory:
     return integrate(passage(k), formulation="euler")
 
 
-def vector_distance(run: Trajectory, judge: Trajectory) -> Any:
+def vector_distance(run: Trajectory, reference: Trajectory) -> Any:
     """Largest difference of k, L and v at the end, each relative to the size of its vector.
 
     v, which may be nearly nothing, relative to the speed of the rim at least.
     """
-    fn = judge.precision.context
-    rim = abs(judge.state.omega_3) * fn.convert(float(judge.scene.body.R))
+    fn = reference.precision.context
+    rim = abs(reference.state.omega_3) * fn.convert(float(reference.scene.body.R))
     worst = fn.mpf(0)
     for vector in "kLv":
         names = [name for name in NewtonState._fields if name.startswith(vector)]
         mine = finite(getattr(run.state, name) for name in names)
-        better = finite(getattr(judge.state, name) for name in names)
+        better = finite(getattr(reference.state, name) for name in names)
         scale = max([*map(abs, better), rim] if vector == "v" else map(abs, better)) or 1
         worst = max(
             [worst, *(abs(fn.mpf(a) - b) / scale for a, b in zip(mine, better, strict=True))]

@@ -22,7 +22,7 @@ PROBE_S = "0.1"
 
 @case(
     "theta(0) = {pole}1e-k, k = {decades}",
-    expected="after 0.1 s k, L and v per unit of lean are those of the linear equations, "
+    expected="after 0.1 s k, L and v per unit of tilt are those of the linear equations, "
     "but for theta(0)^2",
     source=LINEAR,
     over={"pole": POLES, "decades": DECADES},
@@ -43,7 +43,7 @@ def start_beside_a_pole(pole: str, decades: str, integrate: Any = integrate) -> 
 
 @case(
     "theta(0) = {pole}1e-300 in {precision}",
-    expected="the lean of the linear equations to rounding",
+    expected="the tilt of the linear equations to rounding",
     source=LINEAR,
     over={"precision": PRECISIONS, "pole": POLES},
     quick=True,
@@ -73,13 +73,13 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
     state, earlier = run.state, run.at(1)
     sideways = max(abs(getattr(state, name)) for name in ("kx", "ky", "Lx", "Ly", "vx", "vy"))
     finite([sideways])
-    kept = state.kz == (1 if upright else -1) and state.Lz == earlier.Lz
+    unchanged = state.kz == (1 if upright else -1) and state.Lz == earlier.Lz
     scene, fn = variant(), run.precision.context
     expected = fn.mpf(scene.body.I3.numerator) / scene.body.I3.denominator * 155 * state.kz
     return together(
         same(run.status, "complete"),
         same(f"moved sideways by {float(sideways):g}", "moved sideways by 0", float(sideways)),
-        same("vertical as before" if kept else "changed", "vertical as before"),
+        same("vertical as before" if unchanged else "changed", "vertical as before"),
         within(abs(fn.mpf(state.Lz) / expected - 1) / run.precision.eps, 2, "eps in L.z"),
     )
 
@@ -93,7 +93,7 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
     control={"moved": "1e-3"},
 )
 def euler_start_at_a_pole(theta: str, moved: str = "") -> Observation:
-    """Exactly at the poles, and where theta cannot be told from pi in double."""
+    """Exactly at the poles, and where theta cannot be distinguished from pi in double."""
     return refused(lambda: integrate(variant(theta=moved or theta, until="0"), formulation="euler"))
 
 
@@ -109,7 +109,7 @@ def refused(attempt: Callable[[], Any]) -> Observation:
 
 @case(
     "climb from theta(0) = 1e-{k} against the climb from its square",
-    expected="the equator is reached later by k ln 10/(growth rate of the lean)",
+    expected="the equator is reached later by k ln 10/(growth rate of the tilt)",
     source="the growing mode of the linear equations, from their characteristic polynomial",
     over={"k": (16, 25, 50, 100, 150)},
     quick=lambda k: k == 16,
@@ -118,7 +118,7 @@ def refused(attempt: Callable[[], Any]) -> Observation:
 def climb_is_delayed(k: int, integrate: Any = integrate) -> Observation:
     """Every decade of theta(0) delays the inversion by the same time."""
     start, fn = exact_start(variant(theta="1e-9"))
-    growth = fn.re(theory.lean_modes(start.body, 1, start.euler.omega_3, fn)[0])
+    growth = fn.re(theory.tilt_modes(start.body, 1, start.euler.omega_3, fn)[0])
     delay = k * fn.log(10) / growth * start.units.time
     times = []
     for power in (k, 2 * k):
@@ -127,6 +127,6 @@ def climb_is_delayed(k: int, integrate: Any = integrate) -> Observation:
         if not len(run.events):
             return Observation(f"no equator before {until} s ({run.status})", False)
         times.append(run.events["t"][0])
-    # a random walk: every step moves the logarithm of the lean by about 1 eps
+    # a random walk: every step moves the logarithm of the tilt by about 1 eps
     walk = float(run.precision.eps / growth * start.units.time) * run.steps**0.5
     return within(abs(times[1] - times[0] - float(delay)) / walk, 10, "roundings of the steps")

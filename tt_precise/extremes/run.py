@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from tt_precise.extremes.case import Case, Observation, Outcome
+from tt_precise.extremes.case import ExtremeCase, Observation, Outcome
 from tt_precise.progress import Progress, silent
 from tt_precise.workers import Call, Failure, local_pool
 
@@ -14,7 +14,7 @@ CASES_OF_A_WORKER = 200
 
 
 def run_all(
-    chosen: Iterable[Case],
+    chosen: Iterable[ExtremeCase],
     progress: Progress = silent,
     workers: int = 2,
     *,
@@ -49,6 +49,6 @@ def run_all(
     return [found[name] for name in wanted]
 
 
-def observed(one: Case) -> Observation:
+def observed(one: ExtremeCase) -> Observation:
     """What a case finds, in a worker."""
     return one.outcome().finding

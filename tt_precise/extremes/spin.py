@@ -21,7 +21,7 @@ SPINS = ("0", "1e-3", "1", "10", "100", "1e3", "1e4", "1e5", "1e6", "1e7")
 TURN = Fraction("6.2831853")
 DIGITS = 80
 INVERTED = -1
-LEAN = "1e-200"  # grows to 1e-100 where it grows fastest
+TILT = "1e-200"  # grows to 1e-100 where it grows fastest
 UNTIL_S = "100"
 TINY = Fraction("1e-3")  # of lambda, for the slope of the rate
 
@@ -34,8 +34,8 @@ def seconds(spin: str) -> Fraction:
 
 @case(
     "spin {spin} rad/s, {pole}",
-    expected="the lean of the linear equations",
-    source="the linear equations of the lean, exponentiated with 80 digits",
+    expected="the tilt of the linear equations",
+    source="the linear equations of the tilt, exponentiated with 80 digits",
     over={"spin": SPINS, "pole": ("upright", "inverted")},
     quick=lambda spin, pole: spin in ("0", "1e7"),
     control={"integrate": perturbed.integrating(mu="1e-3")},
@@ -52,7 +52,7 @@ def spinning(spin: str, pole: str, integrate: Any = integrate) -> Observation:
 
 
 @case(
-    "spin {spin} rad/s from a lean of 1 rad",
+    "spin {spin} rad/s from a tilt of 1 rad",
     expected="double agrees with quad",
     source="higher precision",
     over={"spin": SPINS},
@@ -69,7 +69,7 @@ def spinning_in_double(spin: str, integrate: Any = integrate) -> Observation:
 
 @case(
     "lambda = (1 {sign} 1e-{k}) lambda_thres",
-    expected="the lean of the inverted spin grows below and decays above, at the rate of its mode",
+    expected="the tilt of the inverted spin grows below and decays above, at the rate of its mode",
     source="the characteristic polynomial of the linear equations",
     over={"sign": ("-", "+"), "k": tuple(range(1, 13))},
     quick=lambda sign, k: k in (1, 6),
@@ -91,7 +91,7 @@ def beside_the_threshold(sign: str, k: int, integrate: Any = integrate) -> Obser
 
 @case(
     "lambda = lambda_thres",
-    expected="the lean neither grows nor decays",
+    expected="the tilt neither grows nor decays",
     source="the real part of an eigenvalue passes through zero there",
     quick=True,
     control={"integrate": perturbed.integrating(omega_3="1e-9")},
@@ -103,17 +103,17 @@ def at_the_threshold(integrate: Any = integrate) -> Observation:
 
 
 def _growth(off: Fraction, integrate: Any) -> tuple[float, float, float]:
-    """Rates per second of the lean beside the inverted pole: found, in theory, and the noise.
+    """Rates per second of the tilt beside the inverted pole: found, in theory, and the noise.
 
-    The noise is eps of the logarithm of the lean a step, as a random walk, and what eps in the
+    The noise is eps of the logarithm of the tilt a step, as a random walk, and what eps in the
     numbers of the scene makes of the rate.
     """
     scene, expected = _inverted(off)
     _, shifted = _inverted(off + TINY)
     slope = abs(shifted - expected) / float(TINY)
     run = integrate(scene)
-    fn, lean = own_context(DIGITS), scene.start.theta.offset
-    grown = fn.log(fn.hypot(run.state.kx, run.state.ky) / rounding_to(fn)(lean))
+    fn, tilt = own_context(DIGITS), scene.start.theta.offset
+    grown = fn.log(fn.hypot(run.state.kx, run.state.ky) / rounding_to(fn)(tilt))
     span = float(scene.until)
     return float(grown / span), expected, 2.0**-52 * (run.steps**0.5 / span + slope)
 
@@ -131,18 +131,18 @@ def _inverted(off: Fraction) -> tuple[Scene, float]:
     units = Units.of(scene.body, fn, convert)
     momentum = formulas.L1(body, formulas.lambda_thres(body, fn) * (1 + convert(off)))
     omega_3 = -momentum / body.I3
-    rate = theory.lean_modes(body, INVERTED, omega_3, fn)[0]
-    lean = fn.mpf(LEAN)
-    gliding = lean * theory.mode(body, INVERTED, omega_3, rate).v * units.length / units.time
+    rate = theory.tilt_modes(body, INVERTED, omega_3, fn)[0]
+    tilt = fn.mpf(TILT)
+    gliding = tilt * theory.mode(body, INVERTED, omega_3, rate).v * units.length / units.time
     start = {
         "omega_3": omega_3 / units.time,
-        "theta_dot": -lean * rate.real / units.time,  # theta is pi less the lean
+        "theta_dot": -tilt * rate.real / units.time,  # theta is pi less the tilt
         "phi_dot": rate.imag / units.time,
         "nu_x": gliding.real,
         "nu_y": gliding.imag,
     }
     texts = {name: fn.nstr(value, 60) for name, value in start.items()}
-    whole = variant(theta=f"pi - {LEAN}", until=UNTIL_S, sample_every="1", **texts)
+    whole = variant(theta=f"pi - {TILT}", until=UNTIL_S, sample_every="1", **texts)
     return whole, float(rate.real / units.time)
 
 

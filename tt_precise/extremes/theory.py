@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from tt_precise.body import Parameters
 
 
-class Lean(NamedTuple):
+class Tilt(NamedTuple):
     """A small perturbation of vertical spin: kx + i ky, Lx + i Ly and vx + i vy."""
 
     k: Any
@@ -19,7 +19,7 @@ class Lean(NamedTuple):
     v: Any
 
 
-def lean_matrix(body: Parameters, side: int, omega_3: Any, fn: Any) -> Any:
+def tilt_matrix(body: Parameters, side: int, omega_3: Any, fn: Any) -> Any:
     """The 3x3 matrix A of (k, L, v)' = A (k, L, v) about the spin k = side z, L = I3 omega_3 k.
 
     To first order g_n = 1 and a = alpha k - z, so that k' = L x k/I1, L' = a x F with
@@ -39,29 +39,29 @@ def lean_matrix(body: Parameters, side: int, omega_3: Any, fn: Any) -> Any:
     return fn.matrix([k_row, L_row, v_row])
 
 
-def lean_at(body: Parameters, side: int, omega_3: Any, t: Any, fn: Any) -> Lean:
-    """Per unit of lean at t = 0, about an axis that spins and does nothing else, the lean at t."""
+def tilt_at(body: Parameters, side: int, omega_3: Any, t: Any, fn: Any) -> Tilt:
+    """Per unit of tilt at t = 0, about an axis that spins and does nothing else, the tilt at t."""
     start = fn.matrix([1, body.I3 * omega_3, 0])
-    return Lean(*(fn.expm(t * lean_matrix(body, side, omega_3, fn)) * start))
+    return Tilt(*(fn.expm(t * tilt_matrix(body, side, omega_3, fn)) * start))
 
 
-def lean_modes(body: Parameters, side: int, omega_3: Any, fn: Any) -> list[Any]:
-    """The three eigenvalues of ``lean_matrix``, the one that grows fastest first."""
-    (a, b, c), (d, e, f), (g, h, i) = lean_matrix(body, side, omega_3, fn).tolist()
+def tilt_modes(body: Parameters, side: int, omega_3: Any, fn: Any) -> list[Any]:
+    """The three eigenvalues of ``tilt_matrix``, the one that grows fastest first."""
+    (a, b, c), (d, e, f), (g, h, i) = tilt_matrix(body, side, omega_3, fn).tolist()
     minors = a * e - b * d + a * i - c * g + e * i - f * h
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     roots = fn.polyroots([1, -(a + e + i), minors, -determinant], maxsteps=500, extraprec=fn.prec)
     return sorted(roots, key=lambda root: fn.re(root), reverse=True)
 
 
-def mode(body: Parameters, side: int, omega_3: Any, rate: Any) -> Lean:
-    """The lean that changes as exp(``rate`` t), per unit of k: an eigenvector of ``lean_matrix``.
+def mode(body: Parameters, side: int, omega_3: Any, rate: Any) -> Tilt:
+    """The tilt that changes as exp(``rate`` t), per unit of k: an eigenvector of ``tilt_matrix``.
 
     From its first two rows; needs friction.
     """
     spin, height = side * body.I3 * omega_3, 1 - side * body.alpha
     L = 1j * side * (body.I1 * rate - 1j * spin)
-    return Lean(1, L, (rate * L + 1j * body.alpha) / (1j * height * body.mu))
+    return Tilt(1, L, (rate * L + 1j * body.alpha) / (1j * height * body.mu))
 
 
 def frictionless_turn(body: Parameters, spin: Any, vertical: Any, energy: Any, fn: Any) -> Any:
@@ -115,7 +115,7 @@ def plane_time(body: Parameters, theta: Any, rate: Any, to: Any, fn: Any) -> Any
 def plane_loss(body: Parameters, theta: Any, rate: Any, fn: Any) -> Any:
     """Angle above pi/2 at which the plane frictionless top leaves the table.
 
-    It turns at ``rate`` where it leans by ``theta``; g_n = 0 means 1 + alpha cos theta_dot^2 = 0.
+    It turns at ``rate`` where theta is ``theta``; g_n = 0 means 1 + alpha cos theta_dot^2 = 0.
     """
 
     def push(x: Any) -> Any:

@@ -1,4 +1,4 @@
-"""A top that spins about a nearly vertical axis, against the linear theory of its lean."""
+"""A top that spins about a nearly vertical axis, against the linear theory of its tilt."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ def side_of(scene: Scene) -> int:
 
 
 def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
-    """Error of the final lean in eps, relative, against the linear theory of the scene ``wanted``.
+    """Error of the final tilt in eps, relative, against the linear theory of the scene ``wanted``.
 
-    The largest of those of k, L and v; v is compared with the speed spin times lean, because v
+    The largest of those of k, L and v; v is compared with the speed spin times tilt, because v
     itself may be nearly nothing. The linear equations neglect theta^2.
     """
     offset = wanted.start.theta.offset
-    # the lean per unit of lean does not know its size: one answer for all starts of a kind
+    # the tilt per unit of tilt does not know its size: one answer for all starts of a kind
     typical = replace(wanted.start, theta=wanted.start.theta._replace(offset=ONE))
     expected, omega_3, fn = _expected(replace(wanted, start=typical, text=""))
     units, state = trajectory.start.units, trajectory.state
     momentum = units.mass * units.length**2 / units.time
-    lean = fn.sin(fn.mpf(offset.numerator) / offset.denominator)
+    tilt = fn.sin(fn.mpf(offset.numerator) / offset.denominator)
     found = [
-        fn.mpc(*(fn.convert(x) / fn.convert(unit) for x in finite(pair))) / lean
+        fn.mpc(*(fn.convert(x) / fn.convert(unit) for x in finite(pair))) / tilt
         for pair, unit in (
             ((state.kx, state.ky), 1),
             ((state.Lx, state.Ly), momentum),
@@ -56,8 +56,8 @@ def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
 
 
 @cache
-def _expected(scene: Scene) -> tuple[theory.Lean, Any, Any]:
+def _expected(scene: Scene) -> tuple[theory.Tilt, Any, Any]:
     start, fn = exact_start(scene)
     omega_3, t = fn.convert(start.euler.omega_3), fn.convert(start.until)
     body = type(start.body)(*(fn.convert(x) for x in vars(start.body).values()))
-    return theory.lean_at(body, side_of(scene), omega_3, t, fn), omega_3, fn
+    return theory.tilt_at(body, side_of(scene), omega_3, t, fn), omega_3, fn

@@ -27,20 +27,20 @@ def all_pictures(cases: Sequence[Case]) -> list[Figure]:
 
 
 def digits_beside_the_poles(cases: Sequence[Case]) -> Figure | None:
-    """Digits of the lean that theta keeps near pi, in every precision."""
-    from tt_precise.extremes.conversions import digits_of_the_lean
+    """Digits of the tilt that theta keeps near pi, in every precision."""
+    from tt_precise.extremes.conversions import digits_of_the_tilt
     from tt_precise.integrate.precision import BITS
 
     decades = range(0, 71, 2)
     with style.panels([3.0]) as (drawing, (panel,)):
         for precision, colour in PRECISIONS.items():
-            kept = [digits_of_the_lean(precision, k, known=False) for k in decades]
-            given = [digits_of_the_lean(precision, k, known=True) for k in decades]
+            kept = [digits_of_the_tilt(precision, k, known=False) for k in decades]
+            given = [digits_of_the_tilt(precision, k, known=True) for k in decades]
             label = NAMES.get(precision, precision)
             panel.plot(decades, kept, color=colour, label=label)
             panel.plot(decades, given, color=colour, linestyle=":")
         panel.set_xlabel(r"$k$: the axis is $10^{-k}$ rad from the inverted pole")
-        panel.set_ylabel("correct digits of the lean")
+        panel.set_ylabel("correct digits of the tilt")
         panel.set_ylim(0, BITS["mp"] * 0.30103 + 4)
         panel.set_xlim(decades[0], decades[-1])
         style.legend(panel)
@@ -116,7 +116,7 @@ def threshold(cases: Sequence[Case]) -> Figure | None:
         panel.set_xscale("log")
         panel.set_yscale("log")
         panel.set_xlabel(r"$|\lambda/\lambda_{thres} - 1|$")
-        panel.set_ylabel("rate of the lean (1/s)")
+        panel.set_ylabel("rate of the tilt (1/s)")
         style.legend(panel)
         return style.finished(
             "extremes-threshold",
