@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,6 +20,12 @@ FAILED = 1
 @click.argument("trajectory")
 @click.option("--scene", required=True, help="A shipped name or a TOML file.")
 @click.option("--columns", multiple=True, help="Renames, as theirs=ours[,theirs=ours].")
+@click.option(
+    "--from",
+    "engine",
+    metavar="ENGINE",
+    help="An engine's own state (.npz, .csv): mujoco, drake, bullet ...; see `columns`.",
+)
 @click.option(
     "--limit",
     "limits",
@@ -50,6 +57,7 @@ def command(
     trajectory: str,
     scene: str,
     columns: tuple[str, ...],
+    engine: str | None,
     limits: tuple[str, ...],
     until: float | None,
     digits: float | None,
@@ -63,7 +71,9 @@ def command(
 ) -> int:
     """Check what TRAJECTORY (.csv, .csv.gz, .parquet; - is standard input) must conserve.
 
-    Exit status 1 if a check failed.
+    Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 [nu_x nu_y], or
+    kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` says what
+    each is, in which frame. Exit status 1 if a check failed.
     """
     from tt_precise.check.columns import renaming
     from tt_precise.check.limits import read_limits
@@ -74,9 +84,15 @@ def command(
         from tt_precise.plotting import require_format
 
         require_format(plot)
+    table: Any = trajectory
+    if engine is not None:
+        from tt_precise.check.engine_states import engine_columns
+        from tt_precise.scene import load_scene
+
+        table = engine_columns(trajectory, engine, load_scene(scene))
     with progress_bar(f"checking {trajectory}") as progress:
         result = conservation(
-            trajectory,
+            table,
             scene,
             limits=read_limits(limits),
             until=until,
@@ -87,6 +103,8 @@ def command(
             folder=folder,
             progress=progress,
         )
+    if engine is not None:
+        result = replace(result, trajectory=trajectory)
     _write(result, junit, markdown, plot)
     click.echo(json.dumps(result.as_dict(), indent=2) if as_json else str(result))
     return 0 if result.passed else FAILED

@@ -1,0 +1,128 @@
+"""``check --from ENGINE``: each engine's own order and frame, from both kinds of files."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tt_precise import cli
+from tt_precise.check.engine_states import engine_columns
+from tt_precise.errors import InputError
+from tt_precise.integrate import integrate
+from tt_precise.scene import Scene, load_scene
+
+UNTIL = "0.3"
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return load_scene("reference").varied(until=UNTIL)
+
+
+@pytest.fixture(scope="module")
+def pose(scene: Scene) -> pd.DataFrame:
+    return integrate(scene).frame(pose=True)
+
+
+def written(pose: pd.DataFrame, scene: Scene, engine: str) -> dict[str, np.ndarray]:
+    """The arrays as the engine would write them, made by hand from its documentation."""
+    q, w, wb, v, x = (
+        pose[list(names)].to_numpy()
+        for names in (
+            ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz"), ("wbx", "wby", "wbz"),
+            ("vcx", "vcy", "vcz"), ("x", "y", "z"),
+        )
+    )  # fmt: skip
+    k = np.column_stack(
+        [
+            2 * (q[:, 1] * q[:, 3] + q[:, 0] * q[:, 2]),
+            2 * (q[:, 2] * q[:, 3] - q[:, 0] * q[:, 1]),
+            1 - 2 * (q[:, 1] ** 2 + q[:, 2] ** 2),
+        ]
+    )
+    arm = float(scene.body.alpha * scene.body.R) * k
+    t = pose["t"].to_numpy()
+    centre = v + np.cross(w, arm)
+    if engine == "mujoco":
+        return {"t": t, "qpos": np.hstack([x + arm, q]), "qvel": np.hstack([centre, wb])}
+    if engine == "drake":
+        return {"t": t, "quaternion": q, "velocity": centre, "angular_velocity": w}
+    if engine == "ode":
+        return {"t": t, "quaternion": q, "velocity": v, "angular_velocity": w}
+    last = np.column_stack([q[:, 1:], q[:, 0]])
+    return {"time": t, "quaternion": last, "velocity": v, "angular_velocity": w}
+
+
+def check(path: Path, *more: str) -> int:
+    argv = ["check", str(path), "--scene", "reference", "--until", UNTIL, "--digits", "9", *more]
+    return cli.main(argv)
+
+
+# the others share an entry with bullet
+@pytest.mark.parametrize("engine", ["mujoco", "drake", "ode", "bullet"])
+def test_each_engine_passes_in_its_own_convention_only(
+    engine: str, pose: pd.DataFrame, scene: Scene, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.npz"
+    np.savez(path, **written(pose, scene, engine))  # type: ignore[arg-type]
+    assert check(path, "--from", engine) == 0
+    other = "ode" if engine == "bullet" else "rapier"
+    assert check(path, "--from", other) in (1, 2)
+
+
+def test_csv_says_the_same(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> None:
+    arrays = written(pose, scene, "mujoco")
+    for form in ("{}{}", "{}_{}"):
+        table = pd.DataFrame({"t": arrays["t"], "extra": 1.0})
+        for name in ("qpos", "qvel"):
+            for column, values in enumerate(arrays[name].T):
+                table[form.format(name, column)] = values
+        table.to_csv(tmp_path / "run.csv", index=False)
+        assert check(tmp_path / "run.csv", "--from", "mujoco") == 0
+        found = engine_columns(tmp_path / "run.csv", "mujoco", scene)
+        assert np.abs(found["vcy"] - pose["vcy"]).max() < 1e-13
+
+
+def test_the_origin_can_be_said(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> None:
+    arrays = written(pose, scene, "mujoco")
+    arrays["qvel"][:, :3] = pose[["vcx", "vcy", "vcz"]]
+    np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
+    assert check(tmp_path / "run.npz", "--from", "mujoco:cm") == 0
+    assert check(tmp_path / "run.npz", "--from", "mujoco") in (1, 2)
+
+
+def test_the_name_of_the_file_is_shown(
+    pose: pd.DataFrame, scene: Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.savez(tmp_path / "run.npz", **written(pose, scene, "ode"))  # type: ignore[arg-type]
+    check(tmp_path / "run.npz", "--from", "ode")
+    assert "run.npz against scene reference: pass" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    ("engine", "drop", "said"),
+    [
+        ("havok", "", "--from: got 'havok', expected one of: mujoco, drake"),
+        ("mujoco:peg", "", "--from: got 'mujoco:peg'"),
+        ("mujoco", "qvel", "qvel: got none, expected shape"),
+        ("mujoco", "t", "no array t or time among qpos, qvel"),
+    ],
+)
+def test_what_cannot_be_read(
+    pose: pd.DataFrame, scene: Scene, tmp_path: Path, engine: str, drop: str, said: str
+) -> None:
+    arrays = written(pose, scene, "mujoco")
+    arrays.pop(drop, None)
+    np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=said):
+        engine_columns(tmp_path / "run.npz", engine, scene)
+
+
+def test_no_file_and_no_numbers(scene: Scene, tmp_path: Path) -> None:
+    (tmp_path / "a.npz").write_bytes(b"no archive")
+    (tmp_path / "a.csv").write_text("t,qpos0\n0,x\n", "utf-8")
+    np.savez(tmp_path / "b.npz", t=np.array([object()]), allow_pickle=True)
+    for name in ("a.npz", "a.csv", "b.npz", "none.npz"):
+        with pytest.raises(InputError, match=r"expected a readable \.npz or \.csv file"):
+            engine_columns(tmp_path / name, "mujoco", scene)

@@ -1,0 +1,151 @@
+"""States as physics engines write them, turned into the rigid-body columns that are checked.
+
+An engine's file has times, quaternions, linear and angular velocities of one body. Engines differ
+in the order of the quaternion, the frame of the angular velocity, and in the point whose velocity
+they give; a new engine is one new entry in ``CONVENTIONS``.
+"""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tt_precise.errors import InputError
+from tt_precise.scene import Scene
+
+if TYPE_CHECKING:
+    import numpy
+
+CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
+
+
+class Convention(NamedTuple):
+    """How an engine writes a body's state.
+
+    ``scalar_first``: the order of its quaternion; ``in_body_frame``: the angular velocity's frame;
+    ``origin``: the point whose velocity it gives, unless the user says otherwise.
+    """
+
+    scalar_first: bool
+    in_body_frame: bool
+    origin: str
+
+
+_CENTRAL = Convention(scalar_first=False, in_body_frame=False, origin=CENTRE_OF_MASS)
+CONVENTIONS = {
+    "mujoco": Convention(scalar_first=True, in_body_frame=True, origin=CENTRE_OF_SPHERE),
+    "drake": Convention(scalar_first=True, in_body_frame=False, origin=CENTRE_OF_SPHERE),
+    "ode": Convention(scalar_first=True, in_body_frame=False, origin=CENTRE_OF_MASS),
+    **dict.fromkeys(("bullet", "cannon-es", "jolt", "newton", "rapier"), _CENTRAL),
+}
+# each array by its names in .npz, and its width; in CSV the columns are these with a number behind
+_TIME = ("t", "time")
+_STATE = {"quaternion": 4, "velocity": 3, "angular_velocity": 3}
+_MUJOCO = {"qpos": 7, "qvel": 6}
+
+
+def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, numpy.ndarray]:
+    """The rigid-body columns (SI) of an engine's .npz or .csv file.
+
+    ``engine`` is a name out of ``CONVENTIONS``; ":cm" or ":centre" behind it says that the body's
+    origin is the centre of mass, or the centre of the sphere.
+
+    Raises
+    ------
+    InputError
+        No such engine or file, or an array is missing or has another shape.
+    """
+    import numpy
+    from scipy.spatial.transform import Rotation
+
+    convention = _convention(engine)
+    arrays = _arrays(Path(path), _MUJOCO if engine.startswith("mujoco") else _STATE)
+    if "qpos" in arrays:
+        quaternion, velocity = arrays["qpos"][:, 3:], arrays["qvel"][:, :3]
+        omega = arrays["qvel"][:, 3:]
+    else:
+        quaternion, velocity = arrays["quaternion"], arrays["velocity"]
+        omega = arrays["angular_velocity"]
+    if not convention.scalar_first:
+        quaternion = numpy.roll(quaternion, 1, axis=1)
+    # rows that blew up are found by the check of finite numbers, which needs them as they are
+    good = numpy.isfinite(quaternion).all(axis=1) & (numpy.abs(quaternion).max(axis=1) > 0)
+    turn = Rotation.from_quat(numpy.where(good[:, None], quaternion, 1.0), scalar_first=True)
+    if convention.in_body_frame:
+        omega = turn.apply(omega)
+    if convention.origin == CENTRE_OF_SPHERE:
+        arm = float(scene.body.alpha * scene.body.R) * turn.apply([0.0, 0.0, 1.0])
+        velocity = velocity - numpy.cross(omega, arm)
+    table = {"t": arrays["t"]}
+    for names, values in (
+        (("qw", "qx", "qy", "qz"), quaternion),
+        (("wx", "wy", "wz"), omega),
+        (("vcx", "vcy", "vcz"), velocity),
+    ):
+        table |= dict(zip(names, values.T, strict=True))
+    return table
+
+
+def _convention(engine: str) -> Convention:
+    name, colon, origin = engine.partition(":")
+    if name not in CONVENTIONS or (colon and origin not in (CENTRE_OF_SPHERE, CENTRE_OF_MASS)):
+        raise InputError(
+            f"--from: got {engine[:60]!r}, expected one of: {', '.join(CONVENTIONS)}, or one of "
+            f"them with :{CENTRE_OF_SPHERE} or :{CENTRE_OF_MASS} behind it"
+        )
+    found = CONVENTIONS[name]
+    return found._replace(origin=origin) if origin else found
+
+
+def _arrays(path: Path, widths: Mapping[str, int]) -> dict[str, numpy.ndarray]:
+    import numpy
+
+    try:
+        if path.suffix == ".npz":
+            with numpy.load(path, allow_pickle=False) as file:
+                given = {name: numpy.asarray(file[name], dtype=float) for name in file.files}
+        else:
+            given = _numbered(path)
+    except (OSError, ValueError, TypeError, zipfile.BadZipFile) as error:
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        raise InputError(f"{path}: {reason}; expected a readable .npz or .csv file") from None
+    time = next((given[name] for name in _TIME if name in given), None)
+    if time is None:
+        raise InputError(f"{path}: no array t or time among {', '.join(given) or 'none'}")
+    found = {"t": time.reshape(-1)}
+    for name, width in widths.items():
+        shape = (len(found["t"]), width)
+        if name not in given or given[name].shape != shape:
+            got = f"shape {given[name].shape}" if name in given else "none"
+            raise InputError(
+                f"{path}: {name}: got {got}, expected shape {shape} (in CSV columns {name}0 to "
+                f"{name}{width - 1})"
+            )
+        found[name] = given[name]
+    return found
+
+
+def _numbered(path: Path) -> dict[str, numpy.ndarray]:
+    """Columns qpos0, qpos1, ... (or qpos_0, ...) of a CSV file, joined to arrays."""
+    import numpy
+    import pandas
+
+    frame = pandas.read_csv(path)
+    found: dict[str, Any] = {}
+    for column in frame.columns:
+        name = str(column).strip()
+        numbered = re.fullmatch(r"([A-Za-z_]+?)_?(\d)", name)
+        if numbered and numbered[1] not in _TIME:
+            found.setdefault(numbered[1], {})[int(numbered[2])] = frame[column]
+        else:
+            found[name] = frame[column]
+    return {
+        name: numpy.column_stack([value[n] for n in sorted(value)]).astype(float)
+        if isinstance(value, dict)
+        else value.to_numpy(dtype=float)
+        for name, value in found.items()
+        if name in (*_TIME, *_STATE, *_MUJOCO)
+    }
