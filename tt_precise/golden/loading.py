@@ -30,7 +30,9 @@ class GoldenFrame(pandas.DataFrame):
     manifest: dict[str, Any]
 
 
-def load(scene: str | Path, numbers: Numbers = "float", *, folder: Folder = None) -> GoldenFrame:
+def load(
+    scene: str | Path, numbers: Numbers = "float", *, folder: Folder = None, pose: bool = False
+) -> GoldenFrame:
     """The golden trajectory of ``scene``, with ``.events`` and ``.manifest``.
 
     Parameters
@@ -44,6 +46,9 @@ def load(scene: str | Path, numbers: Numbers = "float", *, folder: Folder = None
         "mpmath": numbers with all their digits, None where undefined.
     folder
         Where golden data lie; by default what came with the package, then ``golden``.
+    pose
+        Add the columns of the pose, with as many digits: see ``tt_precise.golden.pose``. It is
+        computed now, in seconds ("float") to a minute, and held against the published columns.
 
     Raises
     ------
@@ -54,6 +59,12 @@ def load(scene: str | Path, numbers: Numbers = "float", *, folder: Folder = None
         raise InputError(f"numbers: got {numbers!r}, expected one of: float, text, mpmath")
     stored = read_whole(scene, folder)
     frame = GoldenFrame(_columns(stored.trajectory, numbers))
+    if pose:
+        from tt_precise.golden.pose import pose_columns
+
+        found = pose_columns(stored.scene, stored.trajectory, in_full=numbers != "float")
+        for name, cells in found.items():
+            frame[name] = _converted(name, cells, numbers)
     frame.events = pandas.DataFrame(_columns(stored.events, numbers))
     frame.manifest = stored.manifest
     return frame
