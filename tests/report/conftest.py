@@ -5,48 +5,90 @@ from __future__ import annotations
 import pytest
 
 from tt_precise.claims import Claim, Judgement
-from tt_precise.claims.verdicts import Finding, judged, misprint, statement
-from tt_precise.report.document import Block, Card, Cards, Figure, Report, Section, Table, Text
+from tt_precise.claims.verdicts import (
+    Finding,
+    all_of,
+    judged,
+    misprint,
+    readings,
+    rounds_to,
+    statement,
+    wording,
+)
+from tt_precise.report.animation import motion
+from tt_precise.report.document import Block, Card, Figure, Overview, Report, Section, Table, Text
+from tt_precise.report.sections import claims
+
+PRINTED = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))"
+CORRECT = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
 
 
-def _judgement(id: str, finding: Finding) -> Judgement:
+def _judgement(id: str, finding: Finding, where: str = "Sec. 1") -> Judgement:
     return Judgement(
-        Claim(id, f"claim {id} <b>", "a quote", "Sec. 0", "", lambda: finding, None), finding
-    )
+        Claim(id, f"claim {id} <b> of theta_dot", "a quote", where, "as in theta", lambda: finding,
+              None), finding
+    )  # fmt: skip
 
 
 @pytest.fixture
 def judgements() -> list[Judgement]:
-    """One reproduced, one refuted, one misprinted claim."""
+    """One claim of each verdict, in five sections of the paper."""
     holds = statement(True, printed="1", measured="1")
     fails = statement(False, printed="2", measured="3 | 4")
+    right = statement(True, printed=CORRECT, measured="equal")
+    wrong = statement(False, printed=PRINTED, measured="off by 0.4 of its size")
     return [
-        _judgement("NUM-01", judged(holds, "As printed.")),
-        _judgement("NUM-02", judged(fails, "It is 3.")),
-        _judgement("EQ-01", misprint(fails, holds, "x = 3", "A sign.")),
+        _judgement("EQ-01", misprint(wrong, right, CORRECT, "A factor R.", proved=True)),
+        _judgement("NUM-01", judged(holds, "As printed."), "Sec. 2.1"),
+        _judgement("NUM-02", judged(fails, "It is 3."), "Sec. 2.2"),
+        _judgement("NUM-03", judged(rounds_to("1.5", 1.49), "Rounded."), "Sec. 2.3"),
+        _judgement("NUM-04", readings({"so": holds, "or so": fails}, "Either."), "Summary c)"),
+        _judgement("NUM-05", all_of({"first": holds, "second": fails}, "Both."), "eq (21)"),
+        _judgement("NT-01", wording("Words.", printed="words"), "Fig. 3, caption"),
     ]
 
 
 @pytest.fixture
-def small_report() -> Report:
-    """Every kind of block once."""
+def small_report(judgements: list[Judgement]) -> Report:
+    """Every kind of block once, and the real animation."""
     table = Table(
-        ("claim", "kind", "verdict", "a", "b"),
+        ("case", "topic", "verdict", "a", "b"),
         [
-            ("NUM-01", "number", "reproduced", "alpha", "<script>alert(1)</script>"),
-            ("NUM-02", "number", "refuted", "beta", "a | b"),
-            ("EQ-01", "equation", "misprint", "gamma", ""),
+            ("one", "geometry", "pass", "alpha", "<script>alert(1)</script>"),
+            ("two", "contact", "fail", "beta", "a | b"),
+            ("three", "geometry", "pass", "1.5e-15", ""),
         ],
-        filters=("kind", "verdict"),
+        "A table of cases. With more to say.",
+        filters=("topic", "verdict"),
         verdict="verdict",
-        name="claims-table",
+        name="cases-table",
     )
-    svg = '<?xml version="1.0"?>\n<!DOCTYPE svg>\n<svg viewBox="0 0 9 9"><circle r="4"/></svg>'
-    blocks: list[Block] = [
-        Text("Plain <text> & more."),
-        Text("Look here.", emphasis=True),
-        Cards([Card("lambda", "1e-15", "holds", good=True), Card("x", "2", "", good=False)]),
-        Figure("circle", "A circle.", svg, "a circle"),
-        table,
+    svg = (
+        '<?xml version="1.0"?>\n<!DOCTYPE svg>\n<svg viewBox="0 0 9 9"><!-- a -->'
+        "<metadata>by somebody</metadata><style>*{fill: red}</style>"
+        '<g id="circle-g"><circle style="fill: #000000" r="4"/></g></svg>'
+    )
+    figures = [
+        Figure(name, f"A {name}. Bears on NUM-01.", svg, f"a {name} to be seen")
+        for name in ("circle", "ring")
     ]
-    return Report("Title", "Opening.", [Section("one", "One", blocks)], [("date", "today")])
+    blocks: list[Block] = [
+        Text("Plain <text> & more of theta_dot, 9.381e-4 kg m^2/s."),
+        Text("Look here.", emphasis=True),
+        *figures,
+        table,
+        Table(("a", "b"), [("1", "2")], "A short one."),
+    ]
+    cards = [
+        Card("lambda", "1e-15", "order 1e-6", "holds", good=True),
+        Card("x", "2", "3", "", good=False),
+        Card("y", "2", "3", ""),
+    ]
+    overview = Overview("All of 7 claims.", claims.entries(judgements), cards, motion(), {"a": 1})
+    sections = [
+        claims.errata(judgements),
+        Section("one", "One", blocks),
+        claims.all_claims(judgements, {}),
+    ]
+    facts = [("versions", "tt-precise 1"), ("commit", "abc"), ("date", "today")]
+    return Report("Title", "Opening.", overview, sections, facts)

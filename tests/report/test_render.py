@@ -1,66 +1,175 @@
-"""HTML and Markdown of a report."""
+"""The page and its Markdown twin, and the report kept to be laid out again."""
 
-from __future__ import annotations
-
+import json
+import re
+from collections import Counter
+from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
-from tt_precise.report import render
-from tt_precise.report.document import Report, Table
+from tt_precise.cli import main
+from tt_precise.errors import InputError
+from tt_precise.report import archive, build, layout, render
+from tt_precise.report.document import Figure, Report, Section, Table, Text
 
 VOID = {"meta", "link", "input", "br"}
 
 
-class _Balance(HTMLParser):
+class _Tags(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
         self.open: list[str] = []
+        self.ids: list[str] = []
+        self.links: list[str] = []
+        self.headings: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = dict(attrs)
+        self.ids += [found["id"] or ""] if "id" in found else []
+        self.links += [found["href"] or ""] if "href" in found else []
+        self.headings += [tag] if re.fullmatch(r"h\d", tag) else []
         if tag not in VOID:
             self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        pass
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
 
 
-def test_html_is_one_balanced_file_that_needs_no_network(small_report: Report) -> None:
-    page = render.html(small_report)
-    parser = _Balance()
-    parser.feed(page)
-    assert parser.open == []
-    assert "http" not in page
-    assert "<?xml" not in page
-    assert "<!DOCTYPE svg>" not in page
+def parsed(page: str) -> _Tags:
+    tags = _Tags()
+    tags.feed(page)
+    assert tags.open == []
+    return tags
 
 
-def test_html_escapes_what_it_shows(small_report: Report) -> None:
+def test_html_is_whole_and_every_link_leads_somewhere(small_report: Report) -> None:
+    tags = parsed(render.html(small_report))
+    assert [id for id, times in Counter(tags.ids).items() if times > 1] == []
+    inside = [link.split("/")[0][1:] for link in tags.links if link.startswith("#")]
+    assert set(inside) <= set(tags.ids)
+    assert tags.headings[0] == "h1"
+    assert tags.headings.count("h1") == 1
+
+
+def test_text_is_escaped_and_nothing_comes_from_elsewhere(small_report: Report) -> None:
     page = render.html(small_report)
-    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in page
+    assert "alert(1)" in page
     assert "<script>alert" not in page
-    assert "Plain &lt;text&gt; &amp; more." in page
+    assert not re.search(r'(?:src|href)="(?!#|data:|https://arxiv\.org)', page)
+    assert "url(http" not in page
+    assert "@import" not in page
 
 
-def test_html_marks_rows_by_verdict(small_report: Report) -> None:
+def test_every_claim_has_a_cell_a_row_and_an_anchor(small_report: Report) -> None:
     page = render.html(small_report)
-    for mark in ("good", "bad", "mixed"):
-        assert page.count(f'data-mark="{mark}"') == 1
+    for entry in small_report.overview.entries:
+        assert page.count(f'href="#{entry.id}" title="{entry.id}, {entry.verdict}') == 1
+        assert page.count(f'<details class="claim" id="{entry.id}"') == 1
+    assert page.count('<details class="claim erratum"') == 4  # misprint, two refuted, reading
+    assert 'class="differs"' in page
 
 
-def test_markdown_has_every_block_and_keeps_its_table_whole(small_report: Report) -> None:
+def test_drawings_follow_the_page(small_report: Report) -> None:
+    page = render.html(small_report)
+    figure = page[page.index('id="figure-circle"') :]
+    figure = figure[: figure.index("</figure>")]
+    assert 'aria-label="A circle."' in figure
+    assert 'aria-describedby="about-circle"' in figure
+    assert "a circle to be seen" in figure
+    assert "var(--fig-ink)" in figure
+    for gone in ("#000000", "<!--", "<metadata", "<style", 'id="circle-g"'):
+        assert gone not in figure
+
+
+def test_letters_are_drawn_once(small_report: Report) -> None:
+    letters = (
+        '<defs><path id="{0}-DejaVuSans-63" d="M0 0"/></defs><use xlink:href="#{0}-DejaVuSans-63"/>'
+    )
+    figures = [
+        Figure(name, "A.", f"<svg>{letters.format(name)}</svg>", "a") for name in ("one", "two")
+    ]
+    section = Section("letters", "Letters", figures)
+    page = render.html(replace(small_report, sections=[section]))
+    assert page.count('d="M0 0"') == 1
+    assert page.count('href="#DejaVuSans-63"') == 2
+
+
+def test_markdown_is_a_twin(small_report: Report) -> None:
     text = render.markdown(small_report)
-    assert "![a circle](figures/circle.svg)" in text
-    assert "**Look here.**" in text
-    assert "- lambda: **1e-15** (holds)" in text
-    rows = [line for line in text.splitlines() if line.startswith("|")]
-    assert len(rows) == 5
-    assert all(line.replace("\\|", "").count("|") == 6 for line in rows)
+    assert "![a circle to be seen](figures/circle.svg)" in text
+    assert r"\underline{R}" in text
+    assert "a \\| b" in text
+    assert r"$\dot{\theta}$" in text
+    for entry in small_report.overview.entries:
+        assert f"| {entry.id} | {entry.verdict}" in text
+    lines = [line for line in text.splitlines() if line.startswith("| ")]
+    assert all(line.endswith(" |") for line in lines)
 
 
-def test_a_ragged_table_is_refused() -> None:
-    with pytest.raises(ValueError, match="got 1 cells, expected 2"):
-        Table(("a", "b"), [("only one",)])
+def test_a_section_leads_with_its_picture(small_report: Report) -> None:
+    page = layout.laid_out(small_report.sections[1])
+    assert page.picture is not None
+    assert page.picture.name == "circle"
+    assert [figure.name for figure in page.pictures] == ["ring"]
+    assert [table.caption for table in page.beside] == ["A short one."]
+    assert [table.name for table in page.tables] == ["cases-table"]
+
+
+def test_long_tables_and_long_texts_fold() -> None:
+    rows = [("1",)] * (layout.LONGEST_ROWS + 1)
+    assert layout.folds(Table(("a",), rows))
+    assert not layout.folds(Table(("a",), rows[:-1]))
+    assert not layout.folds(Table(("a",), rows, folded=False))
+    text = "This is a sentence of some length. " * 30
+    ((shown, folded),) = layout.laid_out(Section("a", "A", [Text(text.strip())])).texts
+    assert len(shown.text) < layout.LONGEST_TEXT
+    assert len(shown.text) + len(folded) > 1000
+
+
+def test_sentences_are_told_apart() -> None:
+    text = "Figure 2 of sec. 2.1 at 0.5 s. Bears on EQ-01, eq. (3). More."
+    assert layout.lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
+    assert layout.rest(text) == "Bears on EQ-01, eq. (3). More."
+    assert (layout.lead("One only."), layout.rest("One only.")) == ("One only.", "")
+
+
+def test_a_kept_report_is_laid_out_the_same(small_report: Report, tmp_path: Path) -> None:
+    file = tmp_path / "kept.json.gz"
+    archive.keep(small_report, file)
+    again = archive.kept(file)
+    assert render.html(again) == render.html(small_report)
+    assert render.markdown(again) == render.markdown(small_report)
+    file.write_bytes(b"spoiled")
+    with pytest.raises(InputError, match="expected one that `tt-precise report` has computed"):
+        archive.kept(file)
+
+
+def test_what_is_written(small_report: Report, tmp_path: Path) -> None:
+    written = build.write(small_report, tmp_path)
+    assert {path.relative_to(tmp_path).as_posix() for path in written} == {
+        "precision-report.html", "precision-report.md", "results.json", "figures/circle.svg",
+        "figures/ring.svg",
+    }  # fmt: skip
+    results = json.loads((tmp_path / "results.json").read_text("utf-8"))
+    assert results["summary"] == {"a": 1}
+    assert results["claims"]["counts"]["refuted"] == 2
+
+
+def test_the_command_renders_and_opens(
+    small_report: Report,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr("webbrowser.open", lambda url: bool(opened.append(url)) or True)
+    assert main(["report", "--render", "--out", str(tmp_path / "out")]) == 2
+    assert "expected one that" in capsys.readouterr().err
+    archive.keep(small_report)
+    assert main(["report", "--render", "--open", "--out", str(tmp_path / "out")]) == 0
+    page = tmp_path / "out" / "precision-report.html"
+    assert page.is_file()
+    assert opened == [page.resolve().as_uri()]

@@ -4,32 +4,56 @@ from __future__ import annotations
 
 import pandas
 
-from tt_precise.claims import Judgement
-from tt_precise.report.document import Table
-from tt_precise.report.sections import claims, thresholds
+from tt_precise.claims import Judgement, counts
+from tt_precise.report.document import Claims, Section, Table, Text
+from tt_precise.report.sections import claims, overview, thresholds
 from tt_precise.report.sections.measured import jellett_alone
+from tt_precise.report.sections.overview import verdict
 
 
-def _table(blocks: object) -> Table:
-    assert isinstance(blocks, list)
-    return next(block for block in blocks if isinstance(block, Table))
+def _claims(section: Section) -> list[Claims]:
+    return [block for block in section.blocks if isinstance(block, Claims)]
 
 
 def test_errata_hold_what_fails_and_only_that(judgements: list[Judgement]) -> None:
     section = claims.errata(judgements)
-    assert [row[0] for row in _table(section.blocks).rows] == ["NUM-02", "EQ-01"]
+    groups = {block.title: [one.id for one in block.entries] for block in _claims(section)}
+    assert groups == {
+        "Misprints (1)": ["EQ-01"],
+        "Refuted (2)": ["NUM-02", "NUM-05"],
+        "Claims that depend on how they are read (1)": ["NUM-04"],
+    }
+    assert all(block.errata for block in _claims(section))
+    assert isinstance(section.blocks[0], Text)
+    assert section.blocks[0].text.startswith("4 statements")
 
 
-def test_all_claims_puts_the_failing_ones_first(judgements: list[Judgement]) -> None:
-    section = claims.all_claims(judgements, {})
-    assert [row[0] for row in _table(section.blocks).rows] == ["NUM-02", "EQ-01", "NUM-01"]
-    assert section.results["counts"]["refuted"] == 1
-    assert len(section.results["claims"]) == 3
+def test_all_claims_stand_by_section_of_the_paper(judgements: list[Judgement]) -> None:
+    section = claims.all_claims(judgements, {"date": "today"})
+    assert [[one.id for one in block.entries] for block in _claims(section)] == [
+        ["EQ-01"], ["NUM-01", "NUM-05", "NT-01"], ["NUM-02"], ["NUM-03"], ["NUM-04"],
+    ]  # fmt: skip
+    assert section.results["counts"]["refuted"] == 2
+    assert len(section.results["claims"]) == 7
+    assert section.results["run"] == {"date": "today"}
+
+
+def test_the_verdict_counts_readings_apart(judgements: list[Judgement]) -> None:
+    told = verdict(counts(judgements), len(judgements))
+    assert told.startswith("Of 7 statements that can be checked one by one, 2 + 1 hold")
+    assert "1 are misprints" in told
+    assert "2 are refuted" in told
+
+
+def test_a_card_says_whether_the_paper_agrees(judgements: list[Judgement]) -> None:
+    agrees = [overview._agrees(judgements, id) for id in ("NUM-01", "NUM-02", "NUM-04", "NUM-99")]
+    assert agrees == [True, False, None, None]
 
 
 def test_thresholds_state_forty_agreeing_digits() -> None:
     section = thresholds.section()
-    agreed = [int(row[3]) for row in _table(section.blocks).rows]
+    table = next(block for block in section.blocks if isinstance(block, Table))
+    agreed = [int(row[3]) for row in table.rows]
     assert len(agreed) == 9
     assert min(agreed) >= 40
 

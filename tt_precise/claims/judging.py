@@ -49,6 +49,11 @@ class Judgement:
                 for name, verdict, measured in finding.readings
             ],
             "proved": finding.proved,
+            "parts": [
+                {"part": name, "verdict": str(verdict), "printed": printed, "measured": measured}
+                for name, verdict, printed, measured in finding.parts
+            ],
+            "correction": finding.correction,
         }
 
     to_json = as_dict  # its name up to 0.1

@@ -87,6 +87,11 @@ class Finding:
     proved
         Whether the verdict rests on a proof (SymPy, or rigorous enclosures), not on evaluation
         at points.
+    parts
+        (part, verdict on it, printed, measured) of a claim of several parts; of a misprint, as
+        printed and as corrected.
+    correction
+        What should stand in the paper, if the claim is a misprint.
     """
 
     verdict: Verdict
@@ -95,6 +100,8 @@ class Finding:
     note: str
     readings: tuple[tuple[str, Verdict, str], ...] = ()
     proved: bool = False
+    parts: tuple[tuple[str, Verdict, str, str], ...] = ()
+    correction: str = ""
 
 
 # ---- checks: the comparison of one printed thing with one computed thing -----------------------
@@ -182,6 +189,7 @@ def all_of(checks: Mapping[str, Check], note: str, *, proved: bool = False) -> F
         _joined(checks, "measured"),
         note,
         proved=proved,
+        parts=_parts(checks),
     )
 
 
@@ -221,6 +229,8 @@ def misprint(
         f"{printed.measured}; corrected: {corrected.measured}",
         f"Should read {correction}. {note}",
         proved=proved,
+        parts=_parts({"as printed": printed, "as corrected": corrected}),
+        correction=correction,
     )
 
 
@@ -232,6 +242,12 @@ def wording(note: str, *, printed: str, measured: str = "-") -> Finding:
 def _common(checks: Mapping[str, Check]) -> Verdict:
     verdicts = {check.verdict for check in checks.values()}
     return verdicts.pop() if len(verdicts) == 1 else Verdict.REPRODUCED
+
+
+def _parts(checks: Mapping[str, Check]) -> tuple[tuple[str, Verdict, str, str], ...]:
+    return tuple(
+        (name, check.verdict, check.printed, check.measured) for name, check in checks.items()
+    )
 
 
 def _joined(checks: Mapping[str, Check], side: str) -> str:

@@ -15,22 +15,44 @@ SCHEMA = "tt_precise.report/1"
     "--out", default="reports", show_default=True, type=click.Path(file_okay=False),
     help="Folder to write into.",
 )  # fmt: skip
+@click.option("--open", "opened", is_flag=True, help="Show it in a browser when it is done.")
+@click.option(
+    "--render", "rendered", is_flag=True,
+    help="Lay out again what the last report has computed; computes nothing.",
+)  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(out: str, as_json: bool) -> int:
+def command(out: str, opened: bool, rendered: bool, as_json: bool) -> int:
     """Write the precision report: HTML, Markdown, results.json and the figures."""
     from tt_precise.files import atomic_write
-    from tt_precise.progress import progress_bar
 
     folder = Path(out)
     probe = folder / ".writable"
     atomic_write(probe, "")  # found out now, not after a minute of work
     probe.unlink()
-    from tt_precise.report.build import build
-
-    with progress_bar("precision report") as progress:
-        written = build(folder, f"tt-precise report --out {out}", progress)
+    written = _rendered(folder) if rendered else _built(folder)
     if as_json:
         click.echo(json.dumps({"schema": SCHEMA, "files": [str(path) for path in written]}))
     else:
         click.echo(f"{written[0]}")
+    if opened:
+        import webbrowser
+
+        if not webbrowser.open(written[0].resolve().as_uri()):
+            click.echo("no browser found; open the file above in one", err=True)
     return 0
+
+
+def _built(folder: Path) -> list[Path]:
+    from tt_precise.progress import progress_bars
+    from tt_precise.report.build import build, sections_in
+
+    steps = len(sections_in(folder)) + 1
+    with progress_bars("claims judged", steps) as (progress, announce):
+        return build(folder, f"tt-precise report --out {folder}", progress, announce)
+
+
+def _rendered(folder: Path) -> list[Path]:
+    from tt_precise.report import archive
+    from tt_precise.report.build import write
+
+    return write(archive.kept(), folder)

@@ -7,9 +7,10 @@ import multiprocessing
 import platform
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from datetime import UTC, datetime
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -17,20 +18,20 @@ from typing import Any
 from tt_precise.claims import Judgement, judge_all
 from tt_precise.claims.committed import run_record
 from tt_precise.files import atomic_write
-from tt_precise.progress import Progress, silent
-from tt_precise.report import render
+from tt_precise.progress import Announce, Progress, silent
+from tt_precise.report import archive, render
 from tt_precise.report.document import Report, Section
 from tt_precise.report.evidence import SCENE, precision_runs
-from tt_precise.report.figures import all_figures
 from tt_precise.report.sections import (
     claims,
     conservation,
     engines,
     extremes,
     golden,
-    headline,
     measured,
+    overview,
     proofs,
+    solution,
     thresholds,
     tradeoff,
 )
@@ -40,22 +41,31 @@ WORKERS = 2  # processes that judge claims
 NAME = "precision-report"
 VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")
 OPENING = (
-    "tt_precise verifies S. Rauch-Wojciechowski and N. Rutstam, Dynamics of the Tippe Top: "
-    "properties of numerical solutions versus the dynamical equations, with heyoka's Taylor "
-    "integrator in four arithmetics, and judges each of its statements."
+    "Every statement of S. Rauch-Wojciechowski and N. Rutstam, Dynamics of the Tippe Top, computed:"
 )
 
 
-def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]:
-    """Compute the report and write it into ``folder``; returns the files written."""
+def build(
+    folder: Path,
+    command: str,
+    progress: Progress = silent,
+    announce: Announce = lambda _: None,
+) -> list[Path]:
+    """Compute the report and write it into ``folder``; returns the files written.
+
+    ``progress`` hears how many of the claims are judged, ``announce`` which section is being made.
+    """
     # the claims run in worker processes of their own while this one does all the rest
     begun, took = time.monotonic(), []
     with ThreadPoolExecutor(1) as pool:
-        judging = pool.submit(judge_all, None, lambda part: progress(0.8 * part), WORKERS)
+        judging = pool.submit(judge_all, None, progress, WORKERS)
         judging.add_done_callback(lambda _: took.append(time.monotonic() - begun))
         try:
-            precision_runs()
-            measurements = evidence(folder)
+            measurements = []
+            for title, section in sections_in(folder):
+                announce(title)
+                measurements.append(section())
+            announce("All claims")
             judgements = judging.result()
         except BaseException:
             # an interruption reaches this thread only; without its workers the other one ends too,
@@ -66,22 +76,26 @@ def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]
                 wait([judging], timeout=0.1)
             raise
     report = assemble(judgements, measurements, command, took[0])
-    progress(0.95)
+    archive.keep(report)
     return write(report, folder)
 
 
-def evidence(folder: Path) -> list[Section]:
-    """The sections that no judgement of a claim is part of."""
+def sections_in(folder: Path) -> list[tuple[str, Callable[[], Section]]]:
+    """What makes the sections that no judgement of a claim is part of, by title, in order.
+
+    ``folder`` holds the tables that commands of their own have measured.
+    """
     return [
-        conservation.section(),
-        Section("figures", "The reference solution", all_figures()),
-        thresholds.section(),
-        golden.section(),
-        proofs.section(),
-        tradeoff.section(folder),
-        extremes.section(folder),
-        engines.section(folder),
-        *measured.sections(folder),
+        ("The reference solution", solution.reference),
+        ("Conservation", conservation.section),
+        ("Other starts", solution.starts),
+        ("Thresholds", thresholds.section),
+        ("Golden data", golden.section),
+        ("Proofs", proofs.section),
+        ("Speed against accuracy", partial(tradeoff.section, folder)),
+        ("Extremes", partial(extremes.section, folder)),
+        (engines.TITLE, partial(engines.section, folder)),
+        *((one.title, partial(one.section, folder)) for one in measured.ALL),
     ]
 
 
@@ -91,12 +105,11 @@ def assemble(
     """The report as a document; ``seconds`` is how long judging took."""
     told = provenance(command)
     sections = [
-        headline.section(judgements),
         claims.errata(judgements),
         *measurements,
         claims.all_claims(judgements, run_record(seconds, WORKERS, dict(told))),
     ]
-    return Report("The Tippe Top, verified", OPENING, sections, told)
+    return Report("The Tippe Top, verified", OPENING, overview.overview(judgements), sections, told)
 
 
 def provenance(command: str) -> list[tuple[str, str]]:
@@ -138,6 +151,7 @@ def write(report: Report, folder: Path) -> list[Path]:
     results: dict[str, Any] = {
         "schema": SCHEMA,
         "provenance": dict(report.provenance),
+        "summary": report.overview.results,
         **{section.key: section.results for section in report.sections if section.results},
     }
     files: dict[str, str] = {

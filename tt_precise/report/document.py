@@ -1,6 +1,7 @@
-"""What a report is made of: sections of text, tables, figures and cards, in no markup yet.
+"""What a report is made of: sections of text, tables, figures and claims, in no markup yet.
 
-Sections say it once; the HTML and the Markdown are two renderings of the same blocks.
+Sections say it once; the HTML and the Markdown are two renderings of the same blocks. Where a
+block stands on the page, and what is folded, is decided by the page.
 """
 
 from __future__ import annotations
@@ -8,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
+
+from tt_precise.report.entries import Entry
 
 
 @dataclass(frozen=True)
@@ -21,28 +24,25 @@ class Text:
 
 @dataclass(frozen=True)
 class Card:
-    """One number a person sees first: a label, a value, a comment, and whether it is good."""
+    """A number that a person sees first: its label, its value, the paper's, and what is to say.
+
+    ``good`` says whether the paper's agrees; None where it is neither.
+    """
 
     label: str
     value: str
+    paper: str
     comment: str
     good: bool | None = None
-
-
-@dataclass(frozen=True)
-class Cards:
-    """The numbers at the top."""
-
-    cards: Sequence[Card]
-    kind: str = "cards"
 
 
 @dataclass(frozen=True)
 class Table:
     """A table of texts.
 
-    ``filters`` names the columns whose values can be chosen from in the HTML; with any, the table
-    is searchable too. ``verdict`` names the column whose value colours the row's mark.
+    ``filters`` names the columns whose values can be chosen from on the page; with any, the table
+    is searchable too. ``verdict`` names the column whose value colours the row's mark. ``folded``
+    says whether the page shows it only on request; by default that depends on its length.
     """
 
     header: Sequence[str]
@@ -51,6 +51,7 @@ class Table:
     filters: Sequence[str] = ()
     verdict: str = ""
     name: str = ""
+    folded: bool | None = None
     kind: str = "table"
 
     def __post_init__(self) -> None:
@@ -61,7 +62,11 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as SVG text; ``alt`` says in words what it shows, ``caption`` what it bears on."""
+    """A picture as SVG text.
+
+    The first sentence of ``caption`` says what it shows, the others what it bears on; ``alt`` says
+    in words what is to be seen.
+    """
 
     name: str
     caption: str
@@ -70,7 +75,22 @@ class Figure:
     kind: str = "figure"
 
 
-Block = Text | Cards | Table | Figure
+@dataclass(frozen=True)
+class Claims:
+    """Claims of the paper under a ``title``; ``errata`` shows what should stand instead.
+
+    ``folded`` ones the page shows on request only.
+    """
+
+    title: str
+    entries: Sequence[Entry]
+    errata: bool = False
+    about: str = ""
+    folded: bool = False
+    kind: str = "claims"
+
+
+Block = Text | Table | Figure | Claims
 
 
 @dataclass(frozen=True)
@@ -84,11 +104,26 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Overview:
+    """The first screen: the verdict in a sentence, all claims at a glance, three numbers.
+
+    ``animation`` holds the top's motion, see ``report.animation``; None if there is none.
+    """
+
+    verdict: str
+    entries: Sequence[Entry]
+    cards: Sequence[Card]
+    animation: Mapping[str, Any] | None
+    results: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Report:
-    """Title, opening line, sections in order, and provenance (label, value) at the foot."""
+    """Title, opening line, first screen, sections in order, and provenance (label, value)."""
 
     title: str
     opening: str
+    overview: Overview
     sections: Sequence[Section]
     provenance: Sequence[tuple[str, str]]
 

@@ -2,26 +2,66 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any
 
-from tt_precise.report.document import Report
+from tt_precise.claims.verdicts import Verdict
+from tt_precise.report import layout, prose
+from tt_precise.report.document import Figure, Report
+from tt_precise.report.entries import MARKS, SECTIONS, Entry
 
-GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged"}
+GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
 MIXED = {"reading", "untestable", "skipped", "misprint"}
+
+# what the colours of a drawing are called on the page, where they follow light and dark
+_COLOURS = {
+    "#000000": "var(--fig-ink)", "#ffffff": "var(--fig-ground)", "#e4e4e4": "var(--fig-grid)",
+    "#767676": "var(--fig-soft)", "#e9e9e9": "var(--panel)", "#eeeeee": "var(--panel)",
+     "#505050": "var(--fig-soft)", "#0072b2": "var(--fig-blue)",
+}  # fmt: skip
 
 
 def html(report: Report) -> str:
     """The report as one HTML file with everything in it."""
-    return _environment(escaped=True).get_template("report.html.j2").render(report=report)
+    environment = _environment(escaped=True)
+    environment.filters |= {
+        "prose": _marked_up(prose.html),
+        "short": _marked_up(lambda text: prose.html(text, prose.DIGITS)),
+        "formula": _marked_up(prose.formula_html),
+        "pair": lambda entry: _pair(entry, prose.pair_html, prose.formula_html),
+        "drawing": _drawing,
+        "compact": _compact,
+    }
+    text = environment.get_template("report.html.j2").render(
+        report=report, paper_sections=SECTIONS, marks=MARKS, citation=_citation(report)
+    )
+    # lines that held nothing but template
+    return _shared_letters(re.sub(r"\n\s*\n+", "\n", text))
 
 
 def markdown(report: Report) -> str:
-    """The report as Markdown; its pictures stand in ``figures/``."""
-    text = _environment(escaped=False).get_template("report.md.j2").render(report=report)
+    """The report as Markdown with LaTeX; its pictures stand in ``figures/``."""
+    environment = _environment(escaped=False)
+    environment.filters |= {
+        "prose": prose.markdown,
+        "short": lambda text: prose.markdown(text, prose.DIGITS),
+        "cell": lambda text: _cell(prose.markdown(text)),
+        "formula": lambda text: _cell(prose.formula_markdown(text)),
+        "pair": lambda entry: [
+            _cell(one) for one in _pair(entry, prose.pair_markdown, prose.formula_markdown)
+        ],
+    }
+    text = environment.get_template("report.md.j2").render(
+        report=report, citation=_citation(report)
+    )
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
+@cache
 def _environment(*, escaped: bool) -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -33,20 +73,105 @@ def _environment(*, escaped: bool) -> Any:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters |= {"inline_svg": _inline_svg, "cell": _markdown_cell, "mark": _mark}
+    environment.filters |= {
+        "mark": _mark,
+        "lead": layout.lead,
+        "rest": layout.rest,
+        "folds": layout.folds,
+        "choices": layout.choices,
+        "laid_out": layout.laid_out,
+        "tally": _tally,
+        "meaning": lambda verdict: Verdict(verdict).meaning,
+        "words": _words,
+        "slug": lambda name: name.replace(" ", "-"),
+    }
     return environment
 
 
-def _inline_svg(svg: str, alt: str) -> Any:
+def _marked_up(render: Any) -> Any:
+    from markupsafe import Markup
+
+    return lambda text: Markup(render(str(text)))
+
+
+def _pair(entry: Entry, pair: Any, single: Any) -> Any:
+    from markupsafe import Markup
+
+    if entry.corrected:
+        written = pair(entry.printed, entry.found)
+    else:
+        written = single(entry.printed), single(entry.found)
+    return tuple(map(Markup, written))
+
+
+def _drawing(figure: Figure) -> Any:
+    """The SVG of a figure inside the page: named, described, in the page's colours."""
     from markupsafe import Markup, escape
 
     # what stands before <svg (XML declaration, doctype) has no place inside HTML
-    body = svg[svg.index("<svg") :]
-    return Markup(body.replace("<svg", f'<svg role="img" aria-label="{escape(alt)}"', 1))
+    svg = figure.svg[figure.svg.index("<svg") :]
+    svg = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>", "", svg, flags=re.DOTALL)
+    used = set(re.findall(r'(?:href="|url\()#([^")]+)', svg))
+    svg = re.sub(
+        r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", svg
+    )  # fmt: skip
+    svg = re.sub(
+        r"#[0-9a-fA-F]{6}\b", lambda found: _COLOURS.get(found[0].lower(), found[0]), svg
+    )  # fmt: skip
+    svg = re.sub(r">\s+<", "><", svg)
+    label = escape(layout.lead(figure.caption))
+    named = f'<svg role="img" aria-label="{label}" aria-describedby="about-{figure.name}"'
+    return Markup(svg.replace("<svg", named, 1))
 
 
-def _markdown_cell(text: str) -> str:
-    return " ".join(str(text).split()).replace("|", "\\|") or " "
+_LETTER = re.compile(
+    r'<path id="[\w-]+?-((?:DejaVu|Cm|STIX)\w*-[0-9a-f]+)" (d="[^"]*"[^>]*?)/>', re.ASCII
+)
+
+
+def _shared_letters(page: str) -> str:
+    """The page with each letter's outline once, where every figure brings its own."""
+    letters = dict(_LETTER.findall(page))
+    page = _LETTER.sub("", page).replace("<defs></defs>", "")
+    page = re.sub(
+        r'(?:xlink:)?href="#[\w-]+?-((?:DejaVu|Cm|STIX)\w*-[0-9a-f]+)"', r'href="#\1"', page
+    )
+    drawn = "".join(f'<path id="{name}" {rest}/>' for name, rest in letters.items())
+    shared = (
+        f'<svg class="letters" width="0" height="0" aria-hidden="true"><defs>{drawn}</defs></svg>'
+    )
+    return page.replace("<main>", f"{shared}\n<main>", 1) if letters else page
+
+
+def _compact(value: Mapping[str, Any]) -> Any:
+    from markupsafe import Markup
+
+    kept = {name: part for name, part in value.items() if name not in ("track", "curve", "end")}
+    return Markup(json.dumps(kept, separators=(",", ":")).replace("<", "\\u003c"))
+
+
+def _tally(entries: Iterable[Entry]) -> list[tuple[str, int]]:
+    counted = Counter(entry.verdict for entry in entries)
+    return [(verdict, counted[verdict]) for verdict in MARKS]
+
+
+def _words(entry: Entry) -> str:
+    """What a search for words looks at, beside what the page shows: symbols by their names."""
+    texts = (entry.kind, entry.statement, entry.printed, entry.found)
+    return " ".join(" ".join(texts).lower().split())
+
+
+def _citation(report: Report) -> str:
+    facts = dict(report.provenance)
+    return (
+        f"The tt_precise developers, {report.title}: precision report on arXiv:1306.5641, "
+        f"{facts.get('versions', 'tt-precise').split(',')[0]}, commit {facts.get('commit', '-')}, "
+        f"{facts.get('date', '-')}."
+    )
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|") or " "
 
 
 def _mark(verdict: str) -> str:

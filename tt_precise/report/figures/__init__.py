@@ -1,6 +1,6 @@
 """The figures of the report: each a function without arguments that returns a ``Figure``.
 
-A new figure is one new function with ``@registered`` in a module of this folder.
+A new figure is one new function with ``@registered(section)`` in a module of this folder.
 """
 
 from __future__ import annotations
@@ -12,18 +12,35 @@ from collections.abc import Callable
 from tt_precise.registry import Registry
 from tt_precise.report.document import Figure
 
-_registered: Registry[Callable[[], Figure | None]] = Registry("figure")
+Draw = Callable[[], Figure | None]
+
+_registered: Registry[tuple[str, Draw]] = Registry("figure")
 
 
-def registered(function: Callable[[], Figure | None]) -> Callable[[], Figure | None]:
-    """Make ``function`` one of the report's figures; it returns None if its data is missing."""
-    _registered.enter(function.__qualname__, function, function.__module__)
-    return function
+def registered(section: str) -> Callable[[Draw], Draw]:
+    """Make a function a figure of that section; it returns None if its data is missing."""
+
+    def register(function: Draw) -> Draw:
+        _registered.enter(function.__qualname__, (section, function), function.__module__)
+        return function
+
+    return register
+
+
+def figures_of(section: str) -> list[Figure]:
+    """The figures of a section: those of the paper redrawn first, then the others."""
+    drawn = [draw() for home, draw in _all() if home == section]
+    found = [figure for figure in drawn if figure is not None]
+    return sorted(found, key=lambda figure: not figure.name.startswith("figure-"))
 
 
 def all_figures() -> list[Figure]:
-    """All figures, module by module, those left out whose data is missing."""
+    """The figures of all sections."""
+    sections = dict.fromkeys(home for home, _ in _all())
+    return [figure for section in sections for figure in figures_of(section)]
+
+
+def _all() -> list[tuple[str, Draw]]:
     for module in sorted(m.name for m in pkgutil.iter_modules(__path__, f"{__name__}.")):
         importlib.import_module(module)
-    made = (function() for function in _registered)
-    return [figure for figure in made if figure is not None]
+    return list(_registered)

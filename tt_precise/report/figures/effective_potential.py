@@ -20,7 +20,7 @@ ABOVE = 6e-3  # J of a well's walls drawn above the level of E~
 MILLI = 1e3
 
 
-@registered
+@registered("figures")
 def deforming_potential() -> Figure:
     """V over theta with E~ at six pairs of turning points; theta(t) and the minimum of V."""
     import numpy

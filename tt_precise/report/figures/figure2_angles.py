@@ -9,7 +9,7 @@ from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import climb_marks, course, over_time
 
 
-@registered
+@registered("figures")
 def figure_2() -> Figure:
     """theta, theta_dot, and phi_dot with psi_dot on a scale that shows spikes and rest."""
     angle, rate = course("theta_dot", "theta"), course("phi_dot", "psi_dot")

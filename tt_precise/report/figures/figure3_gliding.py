@@ -8,7 +8,7 @@ from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import climb_marks, course, over_time
 
 
-@registered
+@registered("figures")
 def figure_3() -> Figure:
     """nu_x and nu_y, omega_3, its derivative, g_n."""
     glide, spin, force = course("nu_x", "nu_y"), course("omega_3", "omega_3_dot"), course("g_n")

@@ -11,7 +11,7 @@ MAGNIFIED = (5.2, 5.6)  # s
 MILLI = 1e3
 
 
-@registered
+@registered("figures")
 def figure_4() -> Figure:
     """E and its three parts, and a magnification."""
     import numpy
@@ -51,7 +51,7 @@ def figure_4() -> Figure:
         )
 
 
-@registered
+@registered("figures")
 def figure_5() -> Figure:
     """The rates of E, E_trans and E_pot, and that of E_rot below."""
     total = (style.BLUE, r"$\dot E$")

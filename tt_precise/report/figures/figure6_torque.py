@@ -10,7 +10,7 @@ from tt_precise.report.figures.time_courses import climb_marks, course, over_tim
 MILLI = 1e3
 
 
-@registered
+@registered("figures")
 def figure_6() -> Figure:
     """The components of the torque along x, y and z of the moving frame."""
     names = {"tau_x": style.BLUE, "tau_y": style.ORANGE, "tau_z": style.GREEN}

@@ -11,7 +11,7 @@ MILLI = 1e3
 PRINTED = ((9.381e-4, 4.912e-2), (-6.667e-4, 1.734e-2))  # section 2.3
 
 
-@registered
+@registered("figures")
 def figure_7() -> Figure:
     """The curve (D, E~) with its limits, D over time, E and E~ over time."""
     data = course("D", "E_tilde", "E")

@@ -11,7 +11,7 @@ from tt_precise.report.figures.time_courses import climb_marks, course, over_tim
 SCENE = "phi-dot-195"
 
 
-@registered
+@registered("figures")
 def figure_8() -> Figure:
     """theta, theta_dot, phi_dot with psi_dot, nu_x with nu_y, and g_n."""
     data = course("theta", "theta_dot", "nu_x", "nu_y", "g_n", scene=SCENE)

@@ -12,7 +12,7 @@ EVERY = 2e-4  # s
 MICRO = 1e-3  # rad, half the width of the magnification
 
 
-@registered
+@registered("figures")
 def axis_at_the_pole() -> Figure:
     """kx, ky from shortly before to shortly after the initiation time, and the pole magnified."""
     import numpy

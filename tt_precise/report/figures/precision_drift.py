@@ -11,7 +11,7 @@ PRINTED = 1e-6
 COLOURS = (style.RED, style.ORANGE, style.GREEN, style.BLUE)
 
 
-@registered
+@registered("conservation")
 def jellett_drift() -> Figure:
     """Relative drift of lambda over time in every precision, and the paper's 1e-6."""
     import numpy

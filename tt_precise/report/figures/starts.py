@@ -21,7 +21,7 @@ PANELS = (
 LOST = "starts that lose contact on the way"
 
 
-@registered
+@registered("starts")
 def times_by_precession() -> Figure:
     """t_init, t_end and climbing time against phi_dot(0), definitions A, B and C."""
     names = ("phi_dot", "phi_dot near the peak", "phi_dot near the end")
@@ -44,7 +44,7 @@ def times_by_precession() -> Figure:
         )
 
 
-@registered
+@registered("starts")
 def times_by_inclination() -> Figure:
     """The same against theta(0)."""
     rows, lost = _rows(("theta",), "theta")

@@ -28,13 +28,30 @@ LABELS = {
 STARTS = "at rest but for omega_3, on a grid"
 
 
-@registered
+@registered("thresholds")
+def outcomes_at_the_threshold() -> Figure:
+    """Which starts invert, over theta(0) and lambda/lambda_thres."""
+    rows = maps.map_rows("inclination and lambda")
+    return _figure(
+        "outcomes-at-the-threshold",
+        "inclination and lambda",
+        PANELS[:1],
+        caption=f"Which of {len(rows)} starts {STARTS} invert, by theta(0) and "
+        f"lambda/lambda_thres. None below the threshold (dashed) does: {_least(rows)}. Bears on "
+        "TH-01, NUM-01, SWP-17.",
+        alt="A map with theta(0) to the right and lambda/lambda_thres upwards: starts invert in "
+        "a region above the dashed line, none below it.",
+    )
+
+
+@registered("starts")
 def map_of_inclination_and_lambda() -> Figure:
     """Outcome, climbing time and least g_n over theta(0) and lambda/lambda_thres."""
     rows = maps.map_rows("inclination and lambda")
     return _figure(
         "map-inclination-lambda",
         "inclination and lambda",
+        PANELS,
         caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
         f"{maps.UNTIL} s. Bears on TH-01, NUM-01, SWP-17: lambda above lambda_thres (dashed) is "
         f"necessary ({_least(rows)}) but does not suffice: a top that leans too far or spins too "
@@ -45,13 +62,14 @@ def map_of_inclination_and_lambda() -> Figure:
     )
 
 
-@registered
+@registered("starts")
 def map_of_friction_and_spin() -> Figure:
     """The same over mu and omega_3(0)."""
     rows = maps.map_rows("friction and spin")
     return _figure(
         "map-friction-spin",
         "friction and spin",
+        PANELS,
         caption=f"{_counted(rows)} {STARTS}, friction mu against omega_3(0), theta(0) = "
         f"{float(load_scene('reference').start.theta.offset):g} rad, within "
         f"{maps.UNTIL} s. Bears on TH-01, NUM-01: the threshold (dashed, {_least(rows)}) does not "
@@ -62,15 +80,17 @@ def map_of_friction_and_spin() -> Figure:
     )
 
 
-def _figure(name: str, of: str, *, caption: str, alt: str) -> Figure:
+def _figure(
+    name: str, of: str, shown: tuple[tuple[str, str], ...], *, caption: str, alt: str
+) -> Figure:
     rows = maps.map_rows(of)
     x, y = maps.MAPS[of]
     body = load_scene("reference").body
     table = rows.assign(min_g_n=rows["min_g_n"] / float(body.m * body.g))
     # lambda is proportional to the spin of a start at rest
     threshold = 1.0 if y.name == "lambda_ratio" else _threshold_spin(rows)
-    with style.panels([2.4, 2.4, 2.4]) as (drawing, axes):
-        for panel, (column, label) in zip(axes, PANELS, strict=True):
+    with style.panels([2.4 if len(shown) > 1 else 3.0] * len(shown)) as (drawing, axes):
+        for panel, (column, label) in zip(axes, shown, strict=True):
             # as pixels: three times 1,681 cells as paths are a megabyte
             drawn = draw_map(panel, table, x.name, y.name, column, rasterized=True)
             if drawn is not None:

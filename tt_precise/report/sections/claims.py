@@ -6,73 +6,68 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tt_precise.claims import Judgement, Verdict, counts
-from tt_precise.report.document import Section, Table, Text
+from tt_precise.report.document import Claims, Section, Text
+from tt_precise.report.entries import SECTIONS, Entry, entry
 
-URGENT = (Verdict.REFUTED, Verdict.MISPRINT, Verdict.READING)
-ORDER = (*URGENT, Verdict.ROUNDED, Verdict.REPRODUCED, Verdict.UNTESTABLE)
+ERRATA = {
+    Verdict.MISPRINT: (
+        "Misprints",
+        "What is printed does not hold; what stands right of the arrow does, and differs by what "
+        "is marked.",
+    ),
+    Verdict.REFUTED: ("Refuted", "Right of the arrow: what was found instead."),
+    Verdict.READING: (
+        "Claims that depend on how they are read",
+        "They hold under one reading of the paper's words and not under another.",
+    ),
+}
+
+
+def entries(judgements: Sequence[Judgement]) -> list[Entry]:
+    """All claims as entries, in the order of the list."""
+    return [entry(one.as_dict()) for one in judgements]
 
 
 def errata(judgements: Sequence[Judgement]) -> Section:
-    """What a co-author would act on: refuted claims, misprints, claims that hang on a reading."""
-    rows = [
-        (one.id, str(one.verdict), one.claim.where, one.finding.printed, one.finding.measured,
-         one.finding.note)
-        for one in _sorted(judgements)
-        if one.verdict in URGENT
-    ]  # fmt: skip
-    return Section(
-        "errata",
-        "Errata",
-        [
-            Text(
-                "Statements of the paper that do not hold as printed: refuted ones, misprints "
-                "(the note gives the corrected form), and those that hold only under a reading."
-            ),
-            Table(
-                ("claim", "verdict", "where", "printed", "found", "note"),
-                rows,
-                verdict="verdict",
-                name="errata-table",
-            ),
-        ],
-    )
+    """What a co-author would act on: misprints, refuted claims, claims that depend on a reading."""
+    every = entries(judgements)
+    groups = [
+        Claims(
+            f"{title} ({len(some)})",
+            some,
+            errata=True,
+            about=about,
+            folded=verdict is Verdict.READING,
+        )
+        for verdict, (title, about) in ERRATA.items()
+        if (some := [one for one in every if one.verdict == verdict])
+    ]
+    found = sum(len(group.entries) for group in groups)
+    return Section("errata", "Errata", [Text(_counted(found)), *groups])
 
 
 def all_claims(judgements: Sequence[Judgement], run: Mapping[str, Any]) -> Section:
-    """Every claim with its verdict, failing ones first; ``run`` is what computed them."""
-    tally = counts(judgements)
-    legend = ", ".join(f"{tally[str(v)]} {v}" for v in ORDER)
-    rows = [
-        (one.id, one.claim.kind, str(one.verdict) + (", proved" if one.finding.proved else ""),
-         one.claim.statement, one.claim.where, one.finding.printed, one.finding.measured,
-         _note(one))
-        for one in _sorted(judgements)
-    ]  # fmt: skip
+    """Every claim with its verdict, by section of the paper; ``run`` is what computed them."""
+    tally, every = counts(judgements), entries(judgements)
+    legend = "; ".join(f"{tally[str(one)]} {one}: {one.meaning}" for one in Verdict)
+    proved = sum(one.proved for one in every)
     return Section(
         "claims",
         "All claims",
         [
-            Text(f"{len(judgements)} claims: {legend}."),
-            *(Text(f"{verdict}: {verdict.meaning}.") for verdict in ORDER),
-            Table(
-                ("claim", "kind", "verdict", "statement", "where", "printed", "found", "note"),
-                rows,
-                filters=("kind", "verdict"),
-                verdict="verdict",
-                name="claims-table",
+            Text(f"{len(every)} claims, {proved} of them settled by a proof. {legend}."),
+            *(
+                Claims(title, some)
+                for key, title in SECTIONS.items()
+                if (some := [one for one in every if one.section == key])
             ),
         ],
         {"counts": tally, "claims": [one.as_dict() for one in judgements], "run": run},
     )
 
 
-def _sorted(judgements: Sequence[Judgement]) -> list[Judgement]:
-    return sorted(judgements, key=lambda one: (ORDER.index(one.verdict), one.claim.order))
-
-
-def _note(one: Judgement) -> str:
-    parts = [one.finding.note]
-    if one.claim.definition:
-        parts.append(f"Definition: {one.claim.definition}")
-    parts += [f"{name}: {verdict}, {found}" for name, verdict, found in one.finding.readings]
-    return " ".join(part if part.endswith((".", "!", "?")) else part + "." for part in parts)
+def _counted(number: int) -> str:
+    return (
+        f"{number} statements of the paper that do not hold as they stand, one line each; a click "
+        "shows the reason, the definition used, and every reading that was tried."
+    )

@@ -11,14 +11,14 @@ from tt_precise.report.figures.engines import scoreboard
 
 FILE = "engines.json"
 COMMAND = "tt-precise engines --out reports/engines.json"
+TITLE = "Other people's engines"
 
 
 def section(folder: Path) -> Section:
     """The scoreboard, or the command that would measure it."""
     file = folder / FILE
-    title = "Other people's engines"
     if not file.is_file():
-        return Section("engines", title, [Text(f"Not measured yet: {COMMAND}.")])
+        return Section("engines", TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
     board = json.loads(file.read_text("utf-8"))
     versions = ", ".join(f"{one['name']} {one['version']}" for one in board["engines"])
     blocks: list[Block] = [
@@ -29,12 +29,13 @@ def section(folder: Path) -> Section:
             "C h^p + floor. What follows from them is no chosen limit: an engine converges if what "
             "its own extrapolation leaves is no more than its step error."
         ),
-        Text(f"Measured by {COMMAND}: {versions}; not by the run that wrote this page."),
+        Text(f"Measured by `{COMMAND}`: {versions}; not by the run that wrote this page."),
         scoreboard(board),
         Table(
             ("engine", "test", "what it says", "digits at the three steps", "order", "floor",
              "largest drift of what is conserved"),
             [_row(row) for row in board["rows"]],
+            "Every test of every engine.",
             filters=("engine", "test", "what it says"),
             name="engines-table",
         ),
@@ -51,7 +52,7 @@ def section(folder: Path) -> Section:
     if board["skipped"]:
         blocks.append(Text("Skipped: " + "; ".join(board["skipped"])))
     verdicts = {f"{row['engine']}, {row['rung']}": row["verdict"] for row in board["rows"]}
-    return Section("engines", title, blocks, verdicts)
+    return Section("engines", TITLE, blocks, verdicts)
 
 
 def _row(row: dict[str, Any]) -> tuple[str, ...]:

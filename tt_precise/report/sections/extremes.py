@@ -21,7 +21,7 @@ def section(folder: Path) -> Section:
     """A row for each family of cases, the failed cases one by one, and the pictures."""
     file = folder / FILE
     if not file.is_file():
-        return Section("extremes", TITLE, [Text(f"Not measured yet: {COMMAND}.")])
+        return Section("extremes", TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
     cases = json.loads(file.read_text("utf-8"))["cases"]
     counts = Counter(case["verdict"] for case in cases)
     by_topic = Counter(case["topic"] for case in cases)
@@ -30,7 +30,7 @@ def section(folder: Path) -> Section:
         Text(
             f"{len(cases)} cases drive everything to its edges ({told}): {counts['pass']} came out "
             f"as expected, {counts['fail']} did not. What is expected comes from theory or from a "
-            f"higher precision. Measured by {COMMAND}, not by the run that wrote this page."
+            f"higher precision. Measured by `{COMMAND}`, not by the run that wrote this page."
         ),
         Table(
             ("topic", "case", "expected", "from", "found", "verdict"),
@@ -40,6 +40,7 @@ def section(folder: Path) -> Section:
             filters=("topic", "verdict"),
             verdict="verdict",
             name="extremes-table",
+            folded=True,
         ),
         *pictures.all_pictures(cases),
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tt_precise import golden
 from tt_precise.report.document import Section, Table, Text
+from tt_precise.report.figures import golden_scenes
 
 
 def section() -> Section:
@@ -34,6 +35,7 @@ def section() -> Section:
         "golden",
         "Golden reference data",
         [
+            golden_scenes.every_scene(golden.scenes()),
             Text(
                 "Trajectories of which every printed digit is claimed: two precisions and, where "
                 "both exist, both formulations agree on at least that many digits in every entry. "
@@ -43,6 +45,8 @@ def section() -> Section:
                 ("scene", "title", "ends", "t_end (s)", "rows", "digits claimed",
                  "digits agreed, worst entry"),
                 rows,
+                "Every scene with its digits.",
+                name="golden-table",
             ),
         ],
         results,

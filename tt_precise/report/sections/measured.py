@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.report.document import Block, Section, Table, Text
+from tt_precise.report.document import Block, Figure, Section, Table, Text
+from tt_precise.report.figures import planted_faults
 
 if TYPE_CHECKING:
     import pandas
@@ -22,23 +23,28 @@ class Measured:
     text: str
     command: str
     reading: Callable[[pandas.DataFrame], str] | None = None  # what the table says, in a sentence
+    picture: Callable[[pandas.DataFrame], Figure] | None = None
 
     def section(self, folder: Path) -> Section:
         """The table, or the command that would make it."""
         file = folder / f"{self.key}.csv"
         blocks: list[Block] = [Text(self.text)]
         if not file.is_file():
-            blocks.append(Text(f"Not measured yet: {self.command}."))
+            blocks.append(Text(f"Not measured yet: `{self.command}`."))
             return Section(self.key, self.title, blocks)
         import pandas
 
         table = pandas.read_csv(file, dtype=str, keep_default_na=False)
         rows = [tuple(row) for row in table.itertuples(index=False)]
         header = tuple(name.replace("_", " ") for name in table.columns)
+        if self.picture:
+            blocks.append(self.picture(table))
         if self.reading:
             blocks.append(Text(self.reading(table), emphasis=True))
-        blocks.append(Text(f"Measured by {self.command}; not by the run that wrote this page."))
-        blocks.append(Table(header, rows, name=f"{self.key}-table"))
+        blocks.append(Text(f"Measured by `{self.command}`; not by the run that wrote this page."))
+        blocks.append(
+            Table(header, rows, "All that was measured.", name=f"{self.key}-table", folded=True)
+        )
         return Section(self.key, self.title, blocks)
 
 
@@ -65,6 +71,7 @@ ALL = (
         "run through the conservation checks; healthy trajectories beside them.",
         "python -m tt_precise.bench.faults",
         jellett_alone,
+        planted_faults.faults,
     ),
     Measured(
         "bench",
@@ -74,8 +81,3 @@ ALL = (
         "tt-precise bench --out reports/bench.csv",
     ),
 )
-
-
-def sections(folder: Path) -> list[Section]:
-    """All of them, in order."""
-    return [measured.section(folder) for measured in ALL]

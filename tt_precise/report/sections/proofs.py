@@ -12,6 +12,7 @@ from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import Record
 from tt_precise.report.document import Section, Table, Text
+from tt_precise.report.figures import golden_scenes
 
 THEOREM = (
     "Let p be polynomials, exact as numbers, that solve the equations on a step up to a defect d, "
@@ -31,7 +32,7 @@ SHOWN = 25  # digits of a time; those of the proof itself are more
 
 def section() -> Section:
     """Scenes with their proved digits, and proved times of the climb."""
-    rows, times, results = [], [], {}
+    rows, times, digits, results = [], [], [], {}
     for name in store.scenes():
         told, record = _judged(name)
         if record is None:
@@ -52,6 +53,7 @@ def section() -> Section:
                 _contact(content["contact"]),
             )
         )
+        digits.append((name, store.read(name).manifest["digits"], record.digits or 0))
         times += _times(name, content["inversion"])
         results[name] = {
             "proof": told,
@@ -64,19 +66,23 @@ def section() -> Section:
         "proofs",
         "Proved digits",
         [
+            *([picture] if (picture := golden_scenes.proved_digits(digits)) else []),
             Text(f"{THEOREM} {METHOD}"),
             Table(
                 ("scene", "proof", "to t (s)", "bits", "steps", "digits proved, worst column",
                  "numbers proved correctly rounded", "events proved", "contact force"),
                 rows,
+                "What is proved of each scene.",
                 name="proofs-table",
+                folded=True,
             ),
             Text(
                 "Initiation and ending times, each proved to exist and to be what the definition "
                 "says; A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign of "
                 "phi_dot."
             ),
-            Table(("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"), times),
+            Table(("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"), times,
+                  "Proved times of initiation and end.", name="times-table", folded=True),
         ],
         results,
     )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 from tt_precise.exact.thresholds import thresholds
 from tt_precise.report.document import Section, Table, Text
 from tt_precise.report.evidence import SCENE
+from tt_precise.report.figures import figures_of
 from tt_precise.report.text import full
 from tt_precise.scene import load_scene
 
@@ -21,7 +22,6 @@ def section() -> Section:
             "-" if one.value is None else full(one.value, SHOWN),
             one.unit,
             str(one.digits_agreed),
-            one.how,
         )
         for name, one in found.quantities.items()
     ]
@@ -29,11 +29,18 @@ def section() -> Section:
         "thresholds",
         "Thresholds and asymptotic values",
         [
+            *figures_of("thresholds"),
             Text(
                 f"Each value is computed from the paper's formula to {DIGITS} digits and "
                 "determined again without it; the column says on how many digits both agree."
             ),
-            Table(("quantity", "value", "unit", "digits agreed", "how"), rows),
+            Table(("quantity", "value", "unit", "digits agreed"), rows),
+            Table(
+                ("quantity", "how"),
+                [(name, one.how) for name, one in found.quantities.items()],
+                "How each was determined.",
+                folded=True,
+            ),
         ],
         found.to_json(),
     )

@@ -11,6 +11,7 @@ from tt_precise.report.document import Block, Figure, Section, Table, Text
 from tt_precise.report.figures.work_precision import (
     growth_of_errors,
     hidden_by_conservation,
+    work_and_digits,
     work_precision,
 )
 from tt_precise.report.text import short
@@ -27,14 +28,15 @@ def section(folder: Path) -> Section:
     tables = read(folder)
     rows = tables.rows
     if rows is None:
-        return Section(KEY, TITLE, [Text(f"Not measured yet: {COMMAND}.")])
+        return Section(KEY, TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
     found = findings(tables)
     blocks: list[Block] = [
         Text(
-            f"Measured by {COMMAND}; not by the run that wrote this page. Every method integrates "
-            "the same equations from the same dimensionless numbers, and is judged by golden data; "
-            f"all settings stand in {TABLE}. Times are measured in turn, the fastest of several; "
-            "ratios are medians of ratios to a bare heyoka loop timed just before."
+            f"Measured by `{COMMAND}`; not by the run that wrote this page. Every method "
+            "integrates the same equations from the same dimensionless numbers, and is compared "
+            "with golden data; "
+            f"all settings stand in `{TABLE}`. Times are measured in turn, the fastest of "
+            "several; ratios are medians of ratios to a bare heyoka loop timed just before."
         ),
         *figures(rows, tables.long_runs),
         _costs_table(rows, "newton", "Newton form"),
@@ -50,7 +52,7 @@ def section(folder: Path) -> Section:
 
 def figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[Figure]:
     """The diagrams."""
-    drawn = [work_precision(rows), hidden_by_conservation(rows)]
+    drawn = [work_precision(rows), work_and_digits(rows), hidden_by_conservation(rows)]
     return drawn if long_runs is None else [*drawn, growth_of_errors(long_runs)]
 
 

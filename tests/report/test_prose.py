@@ -1,0 +1,63 @@
+"""Texts with symbols: what readers see, in HTML and in Markdown."""
+
+import pytest
+
+from tt_precise.report import prose
+
+SEEN = {
+    "theta_dot > 0": "<i>θ̇</i> &gt; 0",
+    "omega_3_dot": "<i>ω̇</i><sub>3</sub>",
+    "E~ - E": "<i>Ẽ</i> − E",
+    "9.381e-4 kg m^2/s": "9.381 · 10<sup>−4</sup> kg m<sup>2</sup>/s",
+    "order 1e-6": "order 10<sup>−6</sup>",
+    "s_dot = -omega x a": "<i>ṡ</i> = -<i>ω</i> × a",
+    "lambda -> E1": "<i>λ</i> → <i>E</i><sub>1</sub>",
+    "from -85 to 3": "from −85 to 3",
+    "`theta_dot` of tt_precise.theta, phi-dot-195": None,
+    "<b>a & b": "&lt;b&gt;a &amp; b",
+}
+
+
+@pytest.mark.parametrize(("text", "seen"), SEEN.items())
+def test_symbols_are_seen_as_people_write_them(text: str, seen: str | None) -> None:
+    if seen is not None:
+        assert prose.html(text) == seen
+
+
+def test_code_and_names_stay() -> None:
+    assert prose.html("`theta_dot`") == "<code>theta_dot</code>"
+    assert prose.html("phi-dot-195") == "phi-dot-195"
+    assert prose.markdown("`theta_dot`") == "`theta_dot`"
+
+
+def test_markdown_has_latex() -> None:
+    assert prose.markdown("theta_dot > 9.4e-4") == r"$\dot{\theta}$ > $9.4 \cdot 10^{-4}$"
+    assert prose.markdown("a * b < $c") == r"a \* b \< \$c"
+
+
+@pytest.mark.parametrize(
+    ("number", "short"),
+    [
+        ("7.8273864055617567", "7.8273864"), ("0.00072388523010547", "0.00072388523"),
+        ("155.00000000000000000", "155.00000"), ("1.5", "1.5"), ("1306.5641", "1306.5641"),
+        ("123456789012", "123456789012"), ("0.99999999999", "1.0000000"), ("0.000000000", "0"),
+    ],
+)  # fmt: skip
+def test_no_number_shows_more_digits_than_mean_something(number: str, short: str) -> None:
+    assert prose.shortened(number, 8) == short
+    assert prose.html(f"{number} s", 8) == f"{short} s"
+    assert prose.html(f"{number} s") == f"{number} s"
+
+
+def test_several_formulas_and_words() -> None:
+    found = prose.formula_html("E_pot: m*g*R; words of theta")
+    assert found.startswith("<i>E</i><sub>pot</sub>: <math>")
+    assert found.endswith("</math><br>words of <i>θ</i>")
+    assert prose.formula_markdown("m*g*R") == r"$m\, g\, R$"
+    assert prose.formula_html("A: 7.8273864055617567 s") == "A: 7.8273864 s"
+
+
+def test_a_pair_that_is_words_is_not_marked() -> None:
+    assert prose.pair_html("from + to -", "from - to +") == ("from + to -", "from − to +")
+    assert "differs" in prose.pair_html("a - b", "a - c")[1]
+    assert prose.pair_markdown("a - b", "a - c")[1] == r"$a - \underline{c}$"

@@ -1,0 +1,157 @@
+"""Plain text with symbols in it, as HTML and as Markdown with LaTeX.
+
+Texts name quantities as the code does (``omega_3``, ``phi_dot``, ``E~``, ``9.381e-4 kg m^2/s``);
+readers see what people write. What stands in backticks is code and stays as it is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from decimal import Decimal
+from functools import partial
+from html import escape
+from unicodedata import normalize
+
+from tt_precise.report import typeset
+from tt_precise.report.formula import GREEK, Node, NoFormulaError, parts_of_symbol, read
+
+DIGITS = 8  # significant, that a number shows where the digits are not the point
+
+_ACCENT = {"dot": "\u0307", "ddot": "\u0308", "tilde": "\u0303", "hat": "\u0302"}
+_GREEK = "|".join(sorted((name for name in GREEK if name != "pi"), key=len, reverse=True))
+# letters that are quantities where they carry an index, a dot or a tilde
+_SYMBOL = (
+    rf"(?:(?:{_GREEK})(?:~?\d?(?:_[A-Za-z0-9]+)*)|pi"
+    r"|E~\d?|[A-Zagkrsv](?:_(?:dot|ddot|hat|tilde|[xyzn3A]|pot|rot|trans|upp|inv|min|up|f|tilde))+"
+    r"|t_(?:init|end|inv)(?:_[ABC])?|z_(?:min|hat)|3_dot|[DEIL][013])"
+)
+_TOKEN = re.compile(
+    r"(?P<code>`[^`]+`)"
+    rf"|(?<![\w~])(?<!\w-)(?P<symbol>{_SYMBOL})_?(?![\w~]|-[a-z]|\.[a-z]{{3}})"
+    r"|(?<![\w.])(?P<number>\d+(?:\.\d+)?)(?:e(?P<power>[+-]?\d+)|\*10\^(?P<ten>[+-]?\d+))?(?![\w.]\d)"
+    r"|(?P<raised>(?<=[A-Za-z0-9)])(?:\^|\*\*)(?P<exponent>-?\d+))"
+    r"|(?P<minus>(?<![\w)\]\-])-(?=\d)|(?<= )-(?= ))"
+    r"|(?P<sign>->|<=|>=|(?<=[\w)]) x (?=[\w(])|(?<=[\w)])\*(?=[\w(|]))"
+)
+_SIGNS = {"->": "→", "<=": "≤", ">=": "≥", " x ": " × ", "*": "·"}
+_LATEX_SIGNS = {"->": r"$\to$", "<=": r"$\le$", ">=": r"$\ge$", " x ": r" $\times$ ", "*": r"·"}
+
+
+def html(text: str, digits: int | None = None) -> str:
+    """The text as HTML; numbers with at most so many ``digits`` if any are given."""
+    return _replaced(text, partial(_as_html, digits=digits), escape)
+
+
+def markdown(text: str, digits: int | None = None) -> str:
+    """The text as Markdown."""
+    return _replaced(text, partial(_as_markdown, digits=digits), _unmarked)
+
+
+def formula_html(text: str, digits: int | None = DIGITS) -> str:
+    """One formula, several (``name: formula; name: formula``), or words."""
+    return _pieces(text, typeset.mathml, partial(html, digits=digits), "<br>")
+
+
+def formula_markdown(text: str, digits: int | None = DIGITS) -> str:
+    """The same in Markdown."""
+    return _pieces(text, lambda node: f"${typeset.latex(node)}$",
+                   partial(markdown, digits=digits), "; ")  # fmt: skip
+
+
+def pair_html(printed: str, corrected: str) -> tuple[str, str]:
+    """A printed and a corrected formula, with what differs marked."""
+    try:
+        left, right = read(printed), read(corrected)
+    except NoFormulaError:
+        return formula_html(printed), formula_html(corrected)
+    marked = typeset.differences(left, right)
+    return typeset.mathml(left, marked[0]), typeset.mathml(right, marked[1])
+
+
+def pair_markdown(printed: str, corrected: str) -> tuple[str, str]:
+    """The same as LaTeX, with what differs underlined."""
+    try:
+        left, right = read(printed), read(corrected)
+    except NoFormulaError:
+        return formula_markdown(printed), formula_markdown(corrected)
+    marked = typeset.differences(left, right)
+    return f"${typeset.latex(left, marked[0])}$", f"${typeset.latex(right, marked[1])}$"
+
+
+def shortened(number: str, digits: int) -> str:
+    """A decimal number with at most so many significant digits."""
+    significant = number.replace(".", "").lstrip("0")
+    if "." not in number or 0 < len(significant) <= digits:
+        return number
+    rounded = Decimal(f"{Decimal(number):.{digits - 1}e}")
+    return f"{rounded:.{max(digits - 1 - rounded.adjusted(), 0)}f}" if rounded else "0"
+
+
+def _pieces(
+    text: str, formula: Callable[[Node], str], words: Callable[[str], str], between: str
+) -> str:
+    found, formulas = [], 0
+    for piece in text.split("; "):
+        name, colon, rest = piece.rpartition(": ")
+        try:
+            written = formula(read(rest))
+            formulas += 1
+        except NoFormulaError:
+            found.append(words(piece))
+            continue
+        found.append(words(name + colon) + written if name else written)
+    return (between if formulas else "; ").join(found)
+
+
+def _replaced(text: str, token: Callable[[re.Match[str]], str], other: Callable[[str], str]) -> str:
+    found, position = [], 0
+    for match in _TOKEN.finditer(text):
+        found += [other(text[position : match.start()]), token(match)]
+        position = match.end()
+    return "".join([*found, other(text[position:])])
+
+
+def _as_html(match: re.Match[str], digits: int | None) -> str:
+    if match["code"]:
+        return f"<code>{escape(match['code'][1:-1])}</code>"
+    if match["symbol"]:
+        letter, accents, index = parts_of_symbol(match["symbol"])
+        letter = normalize("NFC", letter + "".join(_ACCENT[accent] for accent in accents))
+        written = f"<i>{letter}</i>" if letter[0] != typeset.AXIS else f"<b>{letter}</b>"
+        return written + (f"<sub>{escape(index)}</sub>" if index else "")
+    if match["number"]:
+        return _number(match, digits, "{} · 10<sup>{}</sup>", "−")
+    if match["raised"]:
+        return f"<sup>{match['exponent'].replace('-', '−')}</sup>"
+    if match["minus"]:
+        return "−"
+    return _SIGNS[match["sign"]]
+
+
+def _as_markdown(match: re.Match[str], digits: int | None) -> str:
+    if match["code"]:
+        return match["code"]
+    if match["symbol"]:
+        return f"${typeset.latex_symbol(match['symbol'])}$"
+    if match["number"]:
+        return _number(match, digits, r"${} \cdot 10^{{{}}}$", "-")
+    if match["raised"]:
+        return f"$^{{{match['exponent']}}}$"
+    if match["minus"]:
+        return "-"
+    return _LATEX_SIGNS[match["sign"]]
+
+
+def _number(match: re.Match[str], digits: int | None, form: str, minus: str) -> str:
+    number = shortened(match["number"], digits) if digits else match["number"]
+    power = match["power"] or match["ten"]
+    if not power:
+        return number
+    written = form.format(number, str(int(power)).replace("-", minus))
+    # 10^-6 rather than 1 times it
+    return re.sub(r"^(\$?)1 (?:·|\\cdot) ", r"\1", written)
+
+
+def _unmarked(text: str) -> str:
+    return text.replace("*", r"\*").replace("$", r"\$").replace("<", r"\<")

@@ -1,0 +1,177 @@
+"use strict";
+const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+
+// ---- contents: the section that is being read ------------------------------------------------
+const contents = new Map(all(".contents a").map(a => [a.hash.slice(1), a]));
+if (matchMedia("(max-width: 61.9rem)").matches) all(".contents > details").forEach(d => d.open = false);
+const reading = () => {
+  const sections = all("main section[id]");
+  const above = sections.filter(s => s.getBoundingClientRect().top < innerHeight / 3);
+  const here = above.at(-1) ?? sections[0];
+  for (const [id, a] of contents) {
+    if (id === here.id) a.setAttribute("aria-current", "true"); else a.removeAttribute("aria-current");
+  }
+};
+addEventListener("scroll", () => requestAnimationFrame(reading), { passive: true });
+reading();
+
+// ---- tables and claims that can be searched and filtered --------------------------------------
+const filters = new Map();
+for (const tools of all(".tools")) {
+  const rows = all(tools.dataset.rows);
+  const controls = all("select, input", tools);
+  const count = tools.querySelector("[role=status]");
+  const words = new Map(rows.map(row =>
+    [row, `${row.textContent} ${row.dataset.words ?? ""}`.replace(/\s+/g, " ").toLowerCase()]));
+  const show = () => {
+    let shown = 0;
+    for (const row of rows) {
+      row.hidden = !controls.every(control => {
+        if (control.type === "search")
+          return words.get(row).includes(control.value.trim().toLowerCase());
+        if (control.type === "checkbox") return !control.checked || row.hasAttribute(`data-${control.name}`);
+        return !control.value || row.getAttribute(`data-${control.name}`) === control.value;
+      });
+      shown += !row.hidden;
+    }
+    for (const group of all(".group")) {
+      if (rows.some(row => group.contains(row)))
+        group.hidden = rows.every(row => row.hidden || !group.contains(row));
+    }
+    count.textContent = `${shown} of ${rows.length}`;
+  };
+  tools.addEventListener("input", show);
+  tools.hidden = false;
+  filters.set(tools.closest("section").id, { controls, show });
+  show();
+}
+
+// ---- deep links: #EQ-14 opens the claim, #claims/verdict=refuted sets the filters ---------------
+const follow = () => {
+  const [id, wanted] = decodeURIComponent(location.hash.slice(1)).split("/");
+  if (wanted !== undefined && filters.has(id)) {
+    const { controls, show } = filters.get(id);
+    const values = new URLSearchParams(wanted);
+    for (const control of controls) {
+      if (control.type === "checkbox") control.checked = values.has(control.name);
+      else control.value = values.get(control.name) ?? "";
+    }
+    show();
+  }
+  const target = id && document.getElementById(id);
+  if (!target) return;
+  if (target.hidden) {
+    const { controls, show } = filters.get(target.closest("section").id);
+    for (const control of controls) {
+      if (control.type === "checkbox") control.checked = false; else control.value = "";
+    }
+    show();
+  }
+  for (let at = target; at; at = at.parentElement) if (at.tagName === "DETAILS") at.open = true;
+  target.scrollIntoView();
+};
+addEventListener("hashchange", follow);
+if (location.hash) follow();
+
+// ---- print: errata in full ----------------------------------------------------------------------
+let opened = [];
+addEventListener("beforeprint", () => {
+  opened = all("details[data-print]:not([open])");
+  opened.forEach(one => one.open = true);
+});
+addEventListener("afterprint", () => opened.forEach(one => one.open = false));
+
+// ---- the top turning over -----------------------------------------------------------------------
+const scene = document.getElementById("motion");
+if (scene) {
+  const { every, theta, phi, psi, x, y, alpha, map, graph } = JSON.parse(scene.textContent);
+  const at = name => document.getElementById(`top-${name}`);
+  const [button, slider, output, speed] = ["play", "time", "now", "speed"].map(at);
+  const SIZE = 74, LEFT = 148, FLOOR = 232, TILT = 0.34;  // pixels a radius; view from above, rad
+  const end = (theta.length - 1) * every;
+  const value = (array, t) => {
+    const i = Math.min(Math.floor(t / every), array.length - 2), part = t / every - i;
+    return array[i] + (array[i + 1] - array[i]) * part;
+  };
+  // X to the right, Y away, Z up, in radii, with the contact point at the origin
+  const seen = ([X, Y, Z]) => [LEFT + SIZE * X, FLOOR - SIZE * (Z * Math.cos(TILT) + Y * Math.sin(TILT))];
+  const path = points => points.length
+    ? "M" + points.map(p => seen(p).map(c => c.toFixed(1)).join(" ")).join("L") : "";
+  const draw = t => {
+    const th = value(theta, t), f = value(phi, t), s = value(psi, t);
+    const k = [Math.sin(th) * Math.cos(f), Math.sin(th) * Math.sin(f), Math.cos(th)];
+    const e1 = [Math.cos(th) * Math.cos(f), Math.cos(th) * Math.sin(f), -Math.sin(th)];
+    const e2 = [-Math.sin(f), Math.cos(f), 0];
+    const toward = [0, -Math.cos(TILT), Math.sin(TILT)];
+    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const on = (height, angle, radius) => [0, 1, 2].map(i => (i === 2 ? 1 : 0) + height * k[i]
+      + radius * (Math.cos(angle) * e1[i] + Math.sin(angle) * e2[i]));
+    const turn = (height, from, to, front) => {
+      const radius = Math.sqrt(1 - height * height), points = [[]];
+      for (let j = 0; j <= 72; j++) {
+        const p = on(height, from + (to - from) * j / 72, radius);
+        const visible = dot([p[0], p[1], p[2] - 1], toward) >= 0;
+        if (visible === front) points.at(-1).push(p); else if (points.at(-1).length) points.push([]);
+      }
+      return points.map(path).join("");
+    };
+    at("band").setAttribute("d", turn(0.55, 0, 2 * Math.PI, true));
+    at("waist").setAttribute("d", turn(-0.2, 0, 2 * Math.PI, true));
+    let spots = "";
+    for (let j = 0; j < 3; j++) {
+      const points = [];
+      for (let h = -0.2; h <= 0.551; h += 0.05) {
+        const p = on(h, s + 2 * Math.PI * j / 3, Math.sqrt(1 - h * h));
+        if (dot([p[0], p[1], p[2] - 1], toward) >= 0) points.push(p);
+      }
+      spots += path(points);
+    }
+    at("spots").setAttribute("d", spots);
+    const [foot, tip] = [on(0.8, 0, 0), on(1.75, 0, 0)].map(seen);
+    const stem = at("stem"), behind = dot(k, toward) < 0;
+    for (const [i, [cx, cy]] of [foot, tip].entries()) {
+      stem.setAttribute(`x${i + 1}`, cx); stem.setAttribute(`y${i + 1}`, cy);
+    }
+    const ball = at("ball");
+    const [cx, cy] = seen([0, 0, 1]);
+    ball.setAttribute("cx", cx); ball.setAttribute("cy", cy); ball.setAttribute("r", SIZE);
+    (behind ? at("back") : at("front")).append(stem);
+    const here = [value(x, t), value(y, t)], trail = [];
+    for (let u = Math.max(0, t - 0.9); u < t; u += every / 2)
+      trail.push([value(x, u) - here[0], value(y, u) - here[1], 0]);
+    at("trail").setAttribute("d", path([...trail, [0, 0, 0]].filter(p => Math.hypot(...p) < 2)));
+    const place = (name, [px, py]) => {
+      at(name).setAttribute("cx", px.toFixed(1)); at(name).setAttribute("cy", py.toFixed(1));
+    };
+    place("on-map", [map.x0 + map.scale * here[0], map.y0 - map.scale * here[1]]);
+    place("on-graph", [graph.x0 + graph.sx * t, graph.y0 - graph.sy * th]);
+    at("angle").textContent = `θ = ${(th * 180 / Math.PI).toFixed(1)}°`;
+    slider.value = t;
+    slider.setAttribute("aria-valuetext", `${t.toFixed(2)} s, theta ${th.toFixed(3)} rad`);
+    output.textContent = `${t.toFixed(2)} s`;
+  };
+  let now = 5.2, playing = false, last = 0;
+  const step = stamp => {
+    if (!playing) return;
+    now += last ? Math.min(stamp - last, 100) / 1000 * speed.value : 0;
+    last = stamp;
+    if (now >= end) now = 0;
+    draw(now);
+    requestAnimationFrame(step);
+  };
+  const play = wanted => {
+    playing = wanted; last = 0;
+    button.textContent = wanted ? "Pause" : "Play";
+    if (wanted) requestAnimationFrame(step);
+  };
+  button.addEventListener("click", () => play(!playing));
+  slider.addEventListener("input", () => { play(false); now = Number(slider.value); draw(now); });
+  at("controls").hidden = false;
+  draw(now);
+  if (!still.matches) { now = 2.6; play(true); }
+  still.addEventListener("change", () => { if (still.matches) play(false); });
+  addEventListener("beforeprint", () => { play(false); draw(5.2); });
+  new IntersectionObserver(([entry]) => { if (!entry.isIntersecting) play(false); })
+    .observe(button.closest("figure"));
+}
