@@ -63,7 +63,7 @@ def svg_text(name: str, drawing: Drawing) -> str:
     text = re.sub(r'\bid="', f'id="{name}-', text)
     text = re.sub(r'href="#', f'href="#{name}-', text)
     text = re.sub(r"url\(#", f"url(#{name}-", text)
-    return re.sub(r' (?:d|points)="[^"]*"', _rounded, text)
+    return re.sub(r' (?:d|points|x|y)="[^"]*"|translate\([^)]*\)', _rounded, text)
 
 
 def _rounded(found: re.Match[str]) -> str:

@@ -1,0 +1,61 @@
+"""The motion of the first screen is that of the golden data."""
+
+import math
+
+import numpy
+import pytest
+
+from tt_precise import golden
+from tt_precise.report import animation
+from tt_precise.report.animation import SCENE, motion
+from tt_precise.scene import load_scene
+
+
+def test_the_courses_are_those_of_the_golden_scene() -> None:
+    found = motion()
+    assert found is not None
+    trajectory = golden.load(SCENE)
+    assert len(found["theta"]) == len(trajectory) == 801
+    for name in ("theta", "phi", "psi"):
+        for row in (0, 400, 800):
+            truth = float(trajectory[name].iloc[row])
+            assert found[name][row] == pytest.approx(truth, abs=10 ** -animation.DECIMALS[name])
+    assert found["every"] == 0.01
+    assert found["end"] == 8.0
+
+
+def test_the_contact_point_glides_as_the_sphere_rolls_and_slips() -> None:
+    """Its path's rate is that of the sphere's centre: v_A + omega x R z, horizontally."""
+    found = motion()
+    assert found is not None
+    frame = golden.load(SCENE).astype(float)
+    body = load_scene(SCENE).body.numbers(float)
+    k, L = (frame[list(names)].to_numpy() for names in (("kx", "ky", "kz"), ("Lx", "Ly", "Lz")))
+    omega = L / body.I1 + (1 / body.I3 - 1 / body.I1) * (L * k).sum(axis=1)[:, None] * k
+    rates = {
+        "x": frame["vx"].to_numpy() + omega[:, 1] * body.R,
+        "y": frame["vy"].to_numpy() - omega[:, 0] * body.R,
+    }
+    for name, rate in rates.items():
+        way = numpy.trapezoid(rate, dx=0.01) / body.R
+        # a nutation lasts 37 ms, of which the trapezoids of 10 ms leave some percent of a radius
+        assert found[name][-1] - found[name][0] == pytest.approx(way, abs=0.2)
+    assert abs(found["x"][-1]) > 20
+
+
+def test_map_and_graph_lie_inside_the_drawing() -> None:
+    found = motion()
+    assert found is not None
+    for path, (left, top, width, height) in (
+        (found["track"], animation.MAP), (found["curve"], animation.GRAPH),
+    ):  # fmt: skip
+        for point in path[1:].split("L"):
+            x, y = map(float, point.split())
+            assert left - 0.1 <= x <= left + width + 0.1
+            assert top - 0.1 <= y <= top + height + 0.1
+    assert found["graph"]["sy"] * math.pi == pytest.approx(animation.GRAPH[3], rel=1e-3)
+
+
+def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(animation, "SCENE", "no such scene")
+    assert motion() is None
