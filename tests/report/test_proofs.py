@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tt_precise.golden import proofs, store
+from tt_precise.golden import places, proofs, store
 from tt_precise.golden.proofs import PROOF
 from tt_precise.report.document import Section, Table
 from tt_precise.report.sections.proofs import section
@@ -24,7 +24,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of two scenes' golden data, which the section reads instead."""
     for name in ("reference", "upright"):
         shutil.copytree(store.home() / name, tmp_path / name)
-    monkeypatch.setattr(store, "home", lambda: tmp_path)
+    for module in (store, places):
+        monkeypatch.setattr(module, "home", lambda: tmp_path)
     return tmp_path
 
 

@@ -59,7 +59,7 @@ def test_findings_are_computed_from_the_table(section: Section) -> None:
 def test_figures_are_drawn_from_the_table(section: Section) -> None:
     figures = [block for block in section.blocks if isinstance(block, Figure)]
     assert [figure.name for figure in figures] == [
-        "work-precision", "hidden-by-conservation", "growth-of-errors",
+        "work-precision", "work-and-digits", "hidden-by-conservation", "growth-of-errors",
     ]  # fmt: skip
     for figure in figures:
         assert "<path" in figure.svg
