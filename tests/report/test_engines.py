@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,9 @@ def board() -> dict[str, Any]:
     )  # fmt: skip
 
 
-def test_it_tells_what_was_measured(board: dict[str, Any], tmp_path: Path) -> None:
+def test_it_shows_what_was_measured(
+    board: dict[str, Any], small_report: Report, tmp_path: Path
+) -> None:
     (tmp_path / "engines.json").write_text(json.dumps(board))
     section = engines.section(tmp_path)
     (figure,) = (block for block in section.blocks if isinstance(block, Figure))
@@ -52,7 +55,7 @@ def test_it_tells_what_was_measured(board: dict[str, Any], tmp_path: Path) -> No
     assert {row[0] for row in settings.rows} == {"MuJoCo", "Bullet"}
     assert "(1.7)" in figure.svg
     assert section.results["MuJoCo, ice"] == "floor"
-    text = render.markdown(Report("title", "opening", [section], []))
+    text = render.markdown(replace(small_report, sections=[section]))
     assert "DART: not installed" in text
 
 

@@ -165,7 +165,12 @@ def test_the_command_renders_and_opens(
 ) -> None:
     opened: list[str] = []
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr("webbrowser.open", lambda url: bool(opened.append(url)) or True)
+
+    def browser(url: str) -> bool:
+        opened.append(url)
+        return True
+
+    monkeypatch.setattr("webbrowser.open", browser)
     assert main(["report", "--render", "--out", str(tmp_path / "out")]) == 2
     assert "expected one that" in capsys.readouterr().err
     archive.keep(small_report)
