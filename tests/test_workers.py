@@ -11,7 +11,16 @@ from typing import Any
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.workers import IN_FLIGHT_EACH, Call, Failure, Inline, Pool, cores, local_pool
+from tt_precise.workers import (
+    IN_FLIGHT_EACH,
+    Call,
+    Failure,
+    Inline,
+    Pool,
+    cores,
+    dask_pool,
+    local_pool,
+)
 
 TRIES = 3
 
@@ -198,6 +207,36 @@ def test_an_interruption_leaves_no_process_behind() -> None:
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert active_children() == []
+
+
+def test_a_scheduler_that_goes_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="needs the extra dask")
+    threads = {"one": 2}
+
+    class Client:
+        def __init__(self, *_: Any, **__: Any) -> None:
+            pass
+
+        def get_executor(self, **_: Any) -> Executor:
+            return Inline()
+
+        def nthreads(self) -> dict[str, int]:
+            if not threads:
+                raise OSError("connection reset\nby peer")
+            return threads
+
+        def close(self) -> None:
+            threads["closed"] = 0
+
+    monkeypatch.setattr(distributed, "Client", Client)
+    with dask_pool("tcp://somewhere") as pool:
+        assert pool.size() == 2
+        threads.clear()
+        with pytest.raises(
+            InputError, match=r"tcp://somewhere answers no more \(connection reset by"
+        ):
+            pool.size()
+    assert threads == {"closed": 0}
 
 
 def test_an_executor_that_breaks_is_bad_input() -> None:

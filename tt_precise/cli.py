@@ -99,7 +99,7 @@ def _main(argv: list[str] | None) -> int:
     except Exception as error:
         return _bug(error)
     except SystemExit:
-        # so click tells that the reader (head, less) has gone; as nobody was told whether all
+        # click's way to say that the reader (head, less) has gone; as nobody has read whether all
         # checks pass, the status must not say so
         return READER_GONE
     return status if isinstance(status, int) else DONE
@@ -130,10 +130,10 @@ def entry() -> None:
     try:
         sys.stdout.flush()
     except OSError:
-        # told already; without this, Python would try again when it ends, and complain
+        # reported already; without this, Python would try again when it ends, and complain
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    # all is done and told, but Python joins the threads of process pools, one of which never ends
-    # if its workers were replaced while it was told to stop (CPython, max_tasks_per_child)
+    # all is done and printed: threads that are left, such as those of a dask client whose
+    # scheduler has gone, must not keep the process
     end_within(LEAVING_S, status)
     sys.exit(status)
 

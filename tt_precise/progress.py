@@ -1,4 +1,4 @@
-"""Progress: a function that is told the fraction done; silent unless somebody looks."""
+"""Progress: a function that gets the fraction done; silent unless stderr is a terminal."""
 
 from __future__ import annotations
 

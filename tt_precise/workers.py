@@ -10,6 +10,7 @@ is tried again where that is asked for, and given back as a ``Failure`` after th
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 from collections import deque
@@ -253,9 +254,19 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
         ) from None
     # pure=False: two equal calls are two calls; dask itself repeats those of a worker that died
     executor = client.get_executor(pure=False)
-    return Pool(
-        executor, lambda: max(1, sum(client.nthreads().values())), tries=tries, leave=client.close
-    )
+    # what it logs of a scheduler that has gone is said by the error below
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+
+    def size() -> int:
+        try:
+            return max(1, sum(client.nthreads().values()))
+        except OSError as error:
+            reason = " ".join(str(error).split())[:200]
+            raise InputError(
+                f"dask: {address} answers no more ({reason}); what is done is kept, run it again"
+            ) from None
+
+    return Pool(executor, size, tries=tries, leave=client.close)
 
 
 @dataclass(eq=False)

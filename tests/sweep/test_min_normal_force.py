@@ -8,7 +8,7 @@ import pytest
 from tt_precise.sweep import min_normal_force
 from tt_precise.sweep.axis_height import bounds, height_columns
 from tt_precise.sweep.min_normal_force import (
-    KEPT,
+    EQUAL_PEAKS,
     Step,
     lowest_states,
     lowest_steps,
@@ -98,11 +98,11 @@ def test_no_steps_have_no_states() -> None:
 def test_of_many_equal_peaks_the_highest_few_are_kept() -> None:
     tops = numpy.random.default_rng(4).permutation(50)
     given = steps(heights(*[[0.0, 4 * top, -4.0 * top] for top in tops]))
-    highest = [one for one, top in zip(given, tops, strict=True) if top >= 50 - KEPT]
+    highest = [one for one, top in zip(given, tops, strict=True) if top >= 50 - EQUAL_PEAKS]
     assert [id(one) for one in lowest_steps(given, 1)] == [id(one) for one in highest]
     owner = numpy.arange(50) // 25
     states, owners = lowest_states(given, owner, 1)
-    assert list(owners) == [0] * KEPT + [1] * KEPT
+    assert list(owners) == [0] * EQUAL_PEAKS + [1] * EQUAL_PEAKS
     assert numpy.allclose(states[:, 0], 0.5, atol=1e-7)
 
 

@@ -166,7 +166,7 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
 def lines(summary: dict[str, Any]) -> list[str]:
     """What a person reads."""
     how = summary["how"]
-    told = [
+    shown = [
         f"{summary['rows']} of {summary['expected']} rows in {how['seconds']:g} s "
         f"({how['rows_per_second']:g} rows/s, {how['workers']} workers, {how['batch']} lanes)",
         *(
@@ -178,22 +178,24 @@ def lines(summary: dict[str, Any]) -> list[str]:
     for name in ("t_init_A", "t_end_A", "min_g_n", "jellett_drift"):
         found = summary["columns"].get(name)
         if found and found["min"] is not None:
-            told.append(f"  {name:>13}: {found['min']:.6g} to {found['max']:.6g}")
+            shown.append(f"  {name:>13}: {found['min']:.6g} to {found['max']:.6g}")
     recheck = summary["recheck"]
     if recheck["rows"]:
-        told.append(f"  {recheck['rows']} rows again in quad; largest differences:")
-        told += [
+        shown.append(f"  {recheck['rows']} rows again in quad; largest differences:")
+        shown += [
             f"  {name:>13}: {found['value']:.2g} (row {found['index']})"
             for name, found in recheck["largest_difference"].items()
         ]
-    told += [f"  ANOTHER OUTCOME IN QUAD: {one}" for one in recheck["other_outcome"]]
-    told += [f"  ONLY IN DOUBLE OR QUAD: {one}" for one in recheck["only_in_one"]]
-    told += [f"  ROW {index} FAILED IN QUAD: {error}" for index, error in recheck["errors"].items()]
-    told += [
+    shown += [f"  ANOTHER OUTCOME IN QUAD: {one}" for one in recheck["other_outcome"]]
+    shown += [f"  ONLY IN DOUBLE OR QUAD: {one}" for one in recheck["only_in_one"]]
+    shown += [
+        f"  ROW {index} FAILED IN QUAD: {error}" for index, error in recheck["errors"].items()
+    ]
+    shown += [
         f"  MISSING: rows {one['first']} to {one['first'] + one['rows'] - 1}: {one['error']}"
         for one in summary["quarantined"]
     ]
-    return told
+    return shown
 
 
 def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:

@@ -52,20 +52,22 @@ def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
     Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
     """
     form = integrated(plan.scene.model, "newton")
-    begun = _begin(plan, values)
+    starts = _starts(plan, values)
     build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
-    ended = [_refused(form, one, plan.contact) for one in begun]
+    ended = [_refused(form, one, plan.contact) for one in starts]
     moving = [row for row, result in enumerate(ended) if result is None]
-    with lanes(build) as lent:
-        found = lent.integrate([_lane_start(form, begun[row], lent.order) for row in moving])
+    with lanes(build) as integrator:
+        found = integrator.integrate(
+            [_lane_start(form, starts[row], integrator.order) for row in moving]
+        )
     for row, result in zip(moving, found.results, strict=True):
         ended[row] = result
     events = found.events._replace(row=numpy.array(moving, dtype=int)[found.events.row])
     results = [result for result in ended if result is not None]
-    return _Integrated(plan, form, build, begun, results, events).columns()
+    return _Integrated(plan, form, build, starts, results, events).columns()
 
 
-def _begin(plan: Plan, values: Any) -> list[InitialState]:
+def _starts(plan: Plan, values: Any) -> list[InitialState]:
     rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
     if plan.derived or any(name in PARAMETERS for name in plan.names):
         return [InitialState.of(plan.scene_of(row), FLOATS) for row in rows]
@@ -73,20 +75,20 @@ def _begin(plan: Plan, values: Any) -> list[InitialState]:
     return [first.from_another(plan.scene.start, FLOATS, row) for row in rows]
 
 
-def _lane_start(form: Formulation, begun: InitialState, order: int) -> LaneStart:
-    longest = longest_step(begun.body, begun.vectors, order, DOUBLE)
+def _lane_start(form: Formulation, start: InitialState, order: int) -> LaneStart:
+    longest = longest_step(start.body, start.vectors, order, DOUBLE)
     return LaneStart(
-        begun.state(form),
-        begun.parameters(form),
-        begun.until,
+        start.state(form),
+        start.parameters(form),
+        start.until,
         math.inf if longest is None else float(longest),
     )
 
 
-def _refused(form: Formulation, begun: InitialState, contact: str) -> LaneResult | None:
+def _refused(form: Formulation, start: InitialState, contact: str) -> LaneResult | None:
     """The result of a start from which there is no contact to begin with."""
-    status = ended_at_start(begun, contact, DOUBLE.context)
-    return status and LaneResult(status, 0.0, numpy.array(begun.state(form)), 0, ())
+    status = ended_at_start(start, contact, DOUBLE.context)
+    return status and LaneResult(status, 0.0, numpy.array(start.state(form)), 0, ())
 
 
 class _Integrated:
@@ -97,14 +99,14 @@ class _Integrated:
         plan: Plan,
         form: Formulation,
         build: Build,
-        begun: Sequence[InitialState],
+        starts: Sequence[InitialState],
         results: Sequence[LaneResult],
         events: Events,
     ):
 
-        self.plan, self.form, self.begun, self.results = plan, form, begun, results
+        self.plan, self.form, self.starts, self.results = plan, form, starts, results
         self.detectors = build.detectors
-        self.rows = len(begun)
+        self.rows = len(starts)
         self.owner, self.times, self.states = events.row, events.time, events.state
         self.kind = 2 * events.detector + (events.direction > 0)
         self._drop_starts([one.event for one in build.detectors])
@@ -112,7 +114,7 @@ class _Integrated:
     def columns(self) -> dict[str, Any]:
         """All columns of the rows, in SI."""
         times = self._inversion_times()
-        unit = numpy.array([one.units.time for one in self.begun])
+        unit = numpy.array([one.units.time for one in self.starts])
         found: dict[str, Any] = {
             "outcome": [self._outcome(row, times[row]) for row in range(self.rows)]
         }
@@ -174,14 +176,14 @@ class _Integrated:
     def _bodies(self) -> dict[str, Any]:
 
         return {
-            field.name: numpy.array([float(getattr(one.body, field.name)) for one in self.begun])
+            field.name: numpy.array([float(getattr(one.body, field.name)) for one in self.starts])
             for field in fields(Parameters)
         }
 
     @cached_property
     def _start_motion(self) -> Motion:
 
-        states = numpy.array([one.state(self.form) for one in self.begun])
+        states = numpy.array([one.state(self.form) for one in self.starts])
         return self._motion(states, numpy.arange(self.rows))
 
     @cached_property
@@ -236,7 +238,7 @@ class _Integrated:
                 smaller = numpy.fmin if part == "min" else numpy.fmax
                 found = smaller(start, end)
                 smaller.at(found, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
-        unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.begun])
+        unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.starts])
         return found * unit
 
     def _drift(self) -> Any:

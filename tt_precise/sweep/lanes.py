@@ -88,10 +88,10 @@ _idle: dict[Build, list[Lanes]] = {}
 def lanes(build: Build) -> Iterator[Lanes]:
     """Lend compiled lanes, made now if none are left from an earlier task of this process."""
     shelf = _idle.setdefault(build, [])
-    lent = shelf.pop() if shelf else Lanes(build)
-    yield lent
+    compiled = shelf.pop() if shelf else Lanes(build)
+    yield compiled
     # only after a task without an exception: an interrupted integrator is not used again
-    shelf.append(lent)
+    shelf.append(compiled)
 
 
 class Lanes:
@@ -99,7 +99,7 @@ class Lanes:
 
     def __init__(self, build: Build):
 
-        heyoka.set_logger_level_critical()  # what it would log is told by the status
+        heyoka.set_logger_level_critical()  # the status says what it would log
         self.build = build
         # a single lane would take its step sizes with other functions, which differ in the last
         # bit; as one of two it has the same numbers as any other lane

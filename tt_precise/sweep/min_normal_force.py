@@ -15,11 +15,11 @@ import numpy
 from tt_precise.sweep.axis_height import Heights
 from tt_precise.sweep.step_polynomials import HALVINGS, bernstein_of, halves, states_in
 
-# A step is kept if its peak may come so close to the largest: the remainder of the series moves
+# A step counts if its peak may come so close to the largest: the remainder of the series moves
 # it by less. The states decide.
 SLACK = 1e-9
 ROUNDING = 2.0**-50
-KEPT = 8  # of equal peaks, which a periodic motion has without end
+EQUAL_PEAKS = 8  # of equal peaks, which a periodic motion has without end
 
 
 class Step(NamedTuple):
@@ -57,7 +57,7 @@ def reaches(ceiling: Any, highest: Any) -> Any:
 
 
 def lowest_states(steps: Sequence[Step], owner: Any, height: int) -> tuple[Any, Any]:
-    """The states where g_n is smallest within each step, of the ``KEPT`` lowest of each owner.
+    """States where g_n is smallest within each step, of the ``EQUAL_PEAKS`` lowest of each owner.
 
     ``height`` is the position of k.z among the entries. Returns states, shape (states, entries),
     and their owners; a state comes from its own step alone, to the last bit.
@@ -69,7 +69,7 @@ def lowest_states(steps: Sequence[Step], owner: Any, height: int) -> tuple[Any, 
 
 
 def lowest_steps(steps: Sequence[Step], height: int) -> list[Step]:
-    """The ``KEPT`` of the steps in which g_n is smallest, in their order."""
+    """The ``EQUAL_PEAKS`` of the steps in which g_n is smallest, in their order."""
     _, _, chosen = _lowest(steps, numpy.zeros(len(steps), dtype=int), height)
     return [steps[position] for position in chosen.tolist()]
 
@@ -84,7 +84,7 @@ def _lowest(steps: Sequence[Step], owner: Any, height: int) -> tuple[Any, Any, A
     place, peak = _peaks(curvature)
     order = numpy.lexsort((-peak, owner))
     rank = numpy.arange(len(order)) - numpy.searchsorted(owner[order], owner[order])
-    return series, place * widths, numpy.sort(order[rank < KEPT])
+    return series, place * widths, numpy.sort(order[rank < EQUAL_PEAKS])
 
 
 def _peaks(polynomials: Any) -> tuple[Any, Any]:

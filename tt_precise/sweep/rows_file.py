@@ -61,8 +61,8 @@ def _chunks_of(place: Place) -> pandas.DataFrame:
 
     summary = place.read(SUMMARY)
     try:
-        told = json.loads(summary or b"")
-        numbers = range(-(-told["expected"] // told["how"]["chunk"]))
+        known = json.loads(summary or b"")
+        numbers = range(-(-known["expected"] // known["how"]["chunk"]))
     except (ValueError, KeyError, TypeError):
         raise InputError(
             f"{place}: no rows there, expected a finished sweep's folder or file"

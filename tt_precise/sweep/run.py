@@ -96,15 +96,15 @@ def sweep(
         store = Files(out, spec, chunk)
     lanes = batch or _simd_lanes()
     with store.locked():
-        before, begun = len(store.parts), time.perf_counter()
+        before, started = len(store.parts), time.perf_counter()
         with _pool(workers, dask, executor, size) as pool:
             # other machines do not see a folder of this one; a URL is for all
             there = (dask is None and executor is None) or "://" in str(out)
             computed = _compute(spec, store, pool, lanes, there, progress)
-            seconds = time.perf_counter() - begun
+            seconds = time.perf_counter() - started
             if not store.quarantined:
                 _check(spec, store, pool, one_in, checking)
-            checked = time.perf_counter() - begun - seconds
+            checked = time.perf_counter() - started - seconds
             serving = pool.size()
         how = {
             "batch": lanes,
@@ -143,9 +143,9 @@ def chunk_task(plan: Plan, version: str, values: Any, batch: int) -> dict[str, A
 
     if __version__ != version:
         raise InputError(f"worker: has tt_precise {__version__}, expected {version} as here")
-    begun = time.perf_counter()
+    started = time.perf_counter()
     columns = compute(plan, values, batch)
-    return {"columns": columns, "seconds": round(time.perf_counter() - begun, 3)}
+    return {"columns": columns, "seconds": round(time.perf_counter() - started, 3)}
 
 
 def written_chunk_task(

@@ -65,5 +65,5 @@ def lambda_of_start(scene: Scene, theta: float) -> float:
         scene.start, theta=Inclination(Fraction(theta)), omega_3=Fraction(1), phi_dot=Fraction(0)
     )
     double = precision_named("double")
-    begun = InitialState.of(replace(scene, start=start), double.arithmetic)
-    return float(jellett(Motion(begun.body, begun.vectors, double.context)))
+    initial = InitialState.of(replace(scene, start=start), double.arithmetic)
+    return float(jellett(Motion(initial.body, initial.vectors, double.context)))

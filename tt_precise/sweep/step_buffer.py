@@ -18,7 +18,7 @@ from tt_precise.sweep.step_polynomials import states_in
 
 ROOM = 384  # steps
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
-LOWEST_KEPT = 256  # steps of a row, one of which has the smallest force
+MOST_LOWEST = 256  # steps of a row, one of which has the smallest force
 
 
 class Events(NamedTuple):
@@ -152,7 +152,7 @@ class StepBuffer:
         ):
             self._lowest[row].append((above, Step(width, series.copy())))
         for row in set(rows[step, lane].tolist()):
-            if len(self._lowest[row]) > LOWEST_KEPT:  # a periodic motion has as many as periods
+            if len(self._lowest[row]) > MOST_LOWEST:  # a periodic motion has as many as periods
                 steps = lowest_steps(self.lowest(row), self._height)
                 self._lowest[row] = [(math.inf, step) for step in steps]
 
