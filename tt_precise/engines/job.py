@@ -12,6 +12,7 @@ import numpy
 
 from tt_precise.arithmetic import Arithmetic
 from tt_precise.initial_state import InitialState
+from tt_precise.mechanics import flight
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene
 
@@ -19,6 +20,8 @@ SCHEMA = "tt_precise.engine-job/1"
 SCHEMA_FILE = Path(__file__).with_name("job.schema.json")
 PROTOCOL = Path(__file__).with_name("PROTOCOL.md")
 DOUBLE = Arithmetic(numpy, float)
+# about the axis: without it a quaternion read in the wrong order would be one of the same axis
+TURNED = (0.8, 0.0, 0.0, 0.6)
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,8 @@ def job(
     start = InitialState.in_si(scene, DOUBLE)
     q: Motion = start.motion(numpy)
     body, half = start.body, start.euler.theta / 2
-    cosine, sine = float(numpy.cos(half)), float(numpy.sin(half))
+    leaning = (float(numpy.cos(half)), 0.0, float(numpy.sin(half)), 0.0)
+    w, x, y, z = flight.multiplied(leaning, TURNED)
     return {
         "schema": SCHEMA,
         "body": {
@@ -71,8 +75,8 @@ def job(
         "friction": friction.as_dict(),
         "start": {
             "position": [0.0, 0.0, float(body.R * (1 - body.alpha * q.k[2]))],
-            "quaternion_wxyz": [cosine, 0.0, sine, 0.0],
-            "quaternion_xyzw": [0.0, sine, 0.0, cosine],
+            "quaternion_wxyz": [w, x, y, z],
+            "quaternion_xyzw": [x, y, z, w],
             "velocity": [float(x) for x in q.s_dot],
             "angular_velocity": [float(x) for x in q.omega],
         },
