@@ -40,6 +40,13 @@ def test_the_package_knows_the_proofs_that_ship() -> None:
         assert stored.manifest[manifests.PROOF_KEY] == seal.proof_hash(store.home() / name)
 
 
+def test_the_hash_of_a_proof_is_put_in_and_taken_out() -> None:
+    known = {"schema": "s", manifests.SELF_HASH: "old"}
+    sealed = manifests.with_proof(known, "ab")
+    assert sealed == {"schema": "s", manifests.PROOF_KEY: "ab"}
+    assert manifests.with_proof(sealed, None) == {"schema": "s"}
+
+
 def reseal(place: Path) -> None:
     """What somebody does who edits golden data and makes the manifest agree with them."""
     stored = store.read(place.name, place.parent)

@@ -303,15 +303,16 @@ def omega_3_dot(q: Motion) -> Scalar:
     return dot(q.torque, q.k) / q.body.I3
 
 
+# The manifests of golden data quote what columns mean: new words need new seals.
 @quantity(SPEED, pole=False)
 def nu_x(q: Motion) -> Scalar:
-    """Gliding velocity in the direction of tilt, v_A.x; section 1."""
+    """Gliding velocity towards the lean, v_A.x; section 1."""
     return q.euler.nu_x
 
 
 @quantity(SPEED, pole=False)
 def nu_y(q: Motion) -> Scalar:
-    """Gliding velocity across the direction of tilt, v_A.y; section 1."""
+    """Gliding velocity across the lean, v_A.y; section 1."""
     return q.euler.nu_y
 
 
