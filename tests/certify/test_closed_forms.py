@@ -20,7 +20,6 @@ from tt_precise.certify.onset import Onset
 from tt_precise.certify.problem import body_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.quantities import Motion
 
 BITS = 120
 # A ball that is wide enough contains anything; one that has kept half of the digits does not.
@@ -118,21 +117,20 @@ def test_a_steady_precession_is_contained(seed: int) -> None:
         spin = (body.I1 * rate * cosine - body.alpha / rate) / body.I3
         euler = EulerState(None, arb(0), rate, spin, arb(0), arb(0))
         still = vectors_from_euler(body, euler, Balls, sine_cosine=(sine, cosine))
-        # the centre of mass rests, so the contact point moves with omega x a
-        vx, vy, _ = Motion(body, still, Balls).omega_cross_a
-        return list(still._replace(vx=vx, vy=vy))
+        # the centre of mass rests
+        return [*still[:6], arb(0), arb(0)]
 
     enclosure = enclose(replace(problem, start=start, until=lambda: arb(3)), BITS)
     assert enclosure.failure is None
     with flint.ctx.workprec(2 * BITS):
-        kx, ky, kz, Lx, Ly, Lz, vx, vy = start()
+        kx, ky, kz, Lx, Ly, Lz, *_ = start()
         for part in range(7):
             angle = ball(turning) * part / 2
             c, s = angle.cos(), angle.sin()
             exact = [
                 c * kx - s * ky, s * kx + c * ky, kz,
                 c * Lx - s * Ly, s * Lx + c * Ly, Lz,
-                c * vx - s * vy, s * vx + c * vy,
+                arb(0), arb(0),
             ]  # fmt: skip
             found = enclosure.at(arb(part) / 2)
             assert all(a.overlaps(b) for a, b in zip(found, exact, strict=True))

@@ -32,3 +32,12 @@ def test_arithmetic_with_numbers() -> None:
     assert (1 - t / 2).coefficients == (1, Fraction(-1, 2), 0)
     assert (t - t).coefficients == (0, 0, 0)
     assert ((3 + t) / (1 + t)).coefficients == (3, -2, 2)
+
+
+def test_the_square_root() -> None:
+    class Square(Fraction):
+        def sqrt(self) -> Fraction:
+            return Fraction(3)
+
+    root = Jet([Square(9), Fraction(6), Fraction(2), Fraction(5)]).sqrt()
+    assert (root * root).coefficients == (9, 6, 2, 5)

@@ -35,7 +35,7 @@ def short() -> tt.Scene:
 
 @pytest.fixture(scope="module")
 def proof(short: tt.Scene) -> Proof:
-    return prove(short)
+    return prove(short, bits=200)
 
 
 def test_the_proof_reaches_the_horizon(proof: Proof) -> None:

@@ -16,7 +16,7 @@ import pytest
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.integrity import inspect
-from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval, established
+from tt_precise.golden.proofs import ENCLOSURE, EVENTS_ENCLOSURE, PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.scene import Scene, load_scene
 
@@ -91,7 +91,11 @@ def test_events_hold_the_printed_ones(scene: Scene) -> None:
     rows = [row for row in listed.rows if row[0] == "equator"]
     assert len(found) == len(rows) > 0
     for event, row in zip(found, rows, strict=True):
-        assert event["t"].low < Fraction(Decimal(row[1])) < event["t"].high
+        # closer to the exact time than what is printed is
+        half = Fraction(5, 10**34)
+        printed = Fraction(Decimal(row[1]))
+        assert event["t"].low - half <= printed <= event["t"].high + half
+        assert event["t"].high - event["t"].low < half / 100
         assert event["direction"].low == event["direction"].high == int(row[2])
         # cos theta is zero there
         assert abs(event["kz"].low) < Fraction(1, 10**33)
@@ -155,7 +159,80 @@ def test_even_with_all_hashes_made_to_fit(folder: Path) -> None:
     edit(folder, TRAJECTORY, lambda text: flipped(text, 10, "vy", 34))
     sha256 = store.read(NAME, folder).trajectory.sha256
     edit_proof(folder, lambda told: told[TRAJECTORY].update(sha256=sha256), seal=True)
-    assert problems(folder) == [f"{TRAJECTORY}, line 10, vy: excluded by its enclosure"]
+    assert f"{TRAJECTORY}, line 10, vy: excluded by its enclosure" in problems(folder)
+
+
+def ulps(text: str, line: int, column: str, count: int) -> str:
+    """The CSV text with ``count`` units in the last place added to one cell."""
+    lines = [row.split(",") for row in text.splitlines()]
+    position = lines[0].index(column)
+    digits, power = lines[line - 1][position].split("e")
+    places = len(digits.split(".")[1])
+    value = int(digits.replace(".", "")) + count
+    lines[line - 1][position] = f"{str(value)[:-places]}.{str(value)[-places:]}e{power}"
+    return "".join(",".join(row) + "\n" for row in lines)
+
+
+@pytest.mark.parametrize(
+    ("file", "column", "count"),
+    [
+        (TRAJECTORY, "theta", 1),
+        (TRAJECTORY, "phi_dot", 1),
+        (TRAJECTORY, "nu_y", -1),
+        (EVENTS, "t", 99_999),
+        (EVENTS, "t", 1),
+        (EVENTS, "kz", -1),
+        (EVENTS, "theta", 1),
+        (EVENTS, "omega_3", 1),
+    ],
+)
+def test_every_printed_number_is_held_against_its_enclosure(
+    folder: Path, file: str, column: str, count: int
+) -> None:
+    edit(folder, file, lambda text: ulps(text, 12, column, count))
+    sha256 = store.read(NAME, folder).table(file).sha256
+    edit_proof(folder, lambda content: content[file].update(sha256=sha256), seal=True)
+    assert problems(folder) == [f"{file}, line 12, {column}: excluded by its enclosure"]
+
+
+def _moved(content: dict[str, Any]) -> None:
+    ball = content["inversion"]["A"]["t_init"]
+    ball["middle"] = str(Decimal(ball["middle"]) + Decimal("1e-32"))
+
+
+EDITS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
+    "contact": (lambda c: c["contact"].update(g_n_at_least_mg="0.9"), "contact force"),
+    "energy": (lambda c: c["contact"].update(energy_never_grows=False), "energy may grow"),
+    "lost": (
+        lambda c: c.update(contact={"g_n_positive": "x", "lost_at_s": c["inversion"]["equator"]}),
+        "contact is lost at another time",
+    ),
+    "times": (_moved, "A, t_init is not where"),
+    "no times": (lambda c: c["inversion"]["B"].update(t_end=None), "B, t_end is none"),
+    "event counts": (lambda c: c["proved_events"].update(theta_min=176), "176 events theta_min"),
+    "kinds of events": (lambda c: c["proved_events"].pop("equator"), "kinds of events"),
+    "digits": (lambda c: c.update(digits=99), "digits is not the least"),
+    "digits of a column": (lambda c: c[TRAJECTORY]["columns"]["kx"].update(digits=35), "35 digits"),
+    "entries": (lambda c: c[EVENTS]["columns"]["t"].update(entries=7), "other entries of t"),
+    "wrong ones": (lambda c: c[EVENTS]["columns"]["t"].update(wrong=1), "1 entries of t are"),
+    "rounded": (lambda c: c.update(rounded=7), "rounded is not the sum"),
+    "nonsense": (lambda c: c.update(inversion=7), "cannot be checked"),
+}
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_a_proof_edited_with_its_seal_renewed_is_found(folder: Path, name: str) -> None:
+    change, complaint = EDITS[name]
+    edit_proof(folder, change, seal=True)
+    found = problems(folder)
+    assert found
+    assert any(complaint in one for one in found), found
+
+
+def test_the_list_checks_what_it_says(folder: Path) -> None:
+    edit_proof(folder, lambda content: content.update(digits=99), seal=True)
+    told = proofs.summary(store.read(NAME, folder), folder)
+    assert told == {"problem": f"{PROOF}: digits is not the least over the columns"}
 
 
 def test_other_events_are_not_those_that_were_proved(folder: Path, scene: Scene) -> None:
@@ -178,13 +255,14 @@ def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
     with pytest.raises(InputError, match="golden certify"):
         proofs.read(NAME, folder)
     (folder / NAME / ENCLOSURE).unlink()
+    (folder / NAME / EVENTS_ENCLOSURE).unlink()
     assert proofs.read(NAME, folder) is None
     proof, why = established(scene, folder)
     assert proof is None
     assert "golden certify" in why
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"schema": "tt_precise.proof/1"}', '{"schema": 7}'])
+@pytest.mark.parametrize("text", ["", "[]", '{"schema": "tt_precise.proof/2"}', '{"schema": 7}'])
 def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) -> None:
     (folder / NAME / PROOF).write_text(text)
     with pytest.raises(InputError):

@@ -78,6 +78,7 @@ def flip_last_digit(place: Path) -> None:
 def no_proof(place: Path) -> None:
     (place / proofs.PROOF).unlink()
     (place / proofs.ENCLOSURE).unlink()
+    (place / proofs.EVENTS_ENCLOSURE).unlink()
 
 
 def flipped_and_resealed(place: Path) -> None:

@@ -31,14 +31,14 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_every_golden_scene_has_a_row() -> None:
     found = section()
-    digits, _ = _tables(found)
+    digits, *_ = _tables(found)
     assert [row[0] for row in digits.rows] == store.scenes()
     assert set(found.results) == set(store.scenes())
 
 
 def test_times_are_those_of_the_proof() -> None:
     found = section()
-    _, times = _tables(found)
+    _, times, _ = _tables(found)
     (row,) = (row for row in times.rows if row[:2] == ("reference", "B"))
     proved = found.results["reference"]["inversion"]["B"]
     for cell, which in zip(row[2:4], ("t_init", "t_end"), strict=True):
@@ -47,17 +47,26 @@ def test_times_are_those_of_the_proof() -> None:
     assert int(row[4]) >= 25
 
 
+def test_the_theorem_for_ever_has_its_constants() -> None:
+    found = section()
+    _, _, ends = _tables(found)
+    entered, final = (row for row in ends.rows if row[0] == "reference")
+    assert entered[1] == final[1] == "pi"
+    assert float(entered[2]) < float(final[2]) == 8
+    assert 0 < float(entered[4]) < float(final[4])
+
+
 def test_spoiled_and_missing_proofs_count_for_nothing(place: Path) -> None:
     path = place / "reference" / PROOF
     path.write_text(path.read_text().replace('"digits": 34', '"digits": 99', 1))
     shutil.rmtree(place / "upright")
     found = section()
-    digits, times = _tables(found)
+    digits, times, ends = _tables(found)
     assert digits.rows == [("reference", f"{PROOF}: edited after it was written", *["-"] * 7)]
-    assert times.rows == []
+    assert times.rows == ends.rows == []
     path.write_text("nonsense")
     assert "cannot be used" in _tables(section())[0].rows[0][1]
-    for file in (PROOF, proofs.ENCLOSURE):
+    for file in (PROOF, proofs.ENCLOSURE, proofs.EVENTS_ENCLOSURE):
         (place / "reference" / file).unlink()
     assert _tables(section())[0].rows[0][1] == "none"
 

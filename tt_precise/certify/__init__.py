@@ -1,9 +1,10 @@
 """Proven digits: enclosures of exact solutions, in ball arithmetic, rounding included.
 
 The problem is exact: y' = f(y), y(0) = y0 with the parameters and the start as the scene writes
-them (dimensionless vectors k, L, v of eq (1); irrational numbers such as mu sqrt(g R) are balls
-as tight as the precision). heyoka's Taylor polynomials serve as an approximate solution. Nothing
-is assumed about them: what is proved is proved about whatever polynomials are given.
+them (dimensionless vectors k, L and the velocity of the centre of mass; irrational numbers such as
+mu sqrt(g R) are balls as tight as the precision). heyoka's Taylor polynomials serve as an
+approximate solution. Nothing is assumed about them: what is proved is proved about whatever
+polynomials are given.
 
 **One step.** Let p be polynomials on 0 <= s <= S, time t = t0 + u s with an exact unit u; F = u f;
 w > 0 weights, |x| = max |x_i|/w_i and ||.|| the operator norm that belongs to it. All bounds
@@ -45,8 +46,10 @@ Hypotheses that are no bounds are verified as well: polynomials, ends and units 
 numbers (``Piece``), and the arithmetic rounds outward (``balls``, against rational arithmetic).
 
 On it stand proved signs (g_n > 0 throughout, so E' = -mu g_n v^2 <= 0: the energy never grows),
-proved zeros (``interval_newton``: existence, uniqueness, enclosure of time and state), hence proved
-initiation and ending times, and the count of printed digits that are proved (``printed``).
+proved zeros (``interval_newton``: existence, uniqueness, enclosure of time and state; at t = 0,
+where many functions vanish, ``onset`` decides exactly), hence proved initiation and ending times,
+and the count of printed digits that are proved (``printed``). What comes after the horizon is the
+subject of ``forever``; ``checker`` is a second opinion that shares nothing with all this.
 
     >>> import dataclasses
     >>> import tt_precise as tt

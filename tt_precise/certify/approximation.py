@@ -5,6 +5,7 @@ Nothing is assumed about them; a wrong one makes the proof fail, or the enclosur
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,21 +57,12 @@ class Steps:
     """
 
     def __init__(self, problem: Problem, bits: int):
-        import heyoka
-
-        variables = heyoka.make_vars(*problem.columns)
-        variables = [variables] if len(problem.columns) == 1 else list(variables)
         parameters = [_decimal(p) for p in problem.parameters()]
-        open_ones = [heyoka.par[i] for i in range(len(parameters))]
-        rates = problem.rates(open_ones, variables, heyoka)
-        self._real = lambda text: heyoka.real(text, bits)
-        self._adaptive = heyoka.taylor_adaptive(
-            list(zip(variables, rates, strict=True)),
-            [self._real(_decimal(x)) for x in problem.start()],
-            fp_type=heyoka.real,
-            prec=bits,
-            compact_mode=True,
-        )
+        self._real = _reals(bits)
+        self._adaptive = _lent(problem, bits)
+        self._adaptive.time = self._real("0")
+        for i, x in enumerate(problem.start()):
+            self._adaptive.state[i] = self._real(_decimal(x))
         # heyoka counts the parameters that the equations contain up to the last one
         for i in range(len(self._adaptive.pars)):
             self._adaptive.pars[i] = self._real(parameters[i])
@@ -101,6 +93,38 @@ class Steps:
         """Undo the last step, to make it again with a shorter limit."""
         for i, value in enumerate(self._before):
             self._adaptive.state[i] = value
+
+
+def _reals(bits: int) -> Callable[[str], Any]:
+    import heyoka
+
+    return lambda text: heyoka.real(text, bits)
+
+
+_compiled: dict[Hashable, Any] = {}
+
+
+def _lent(problem: Problem, bits: int) -> Any:
+    """heyoka's integrator for these equations, compiled once; one proof at a time may use it."""
+    key = (problem.columns, problem.tape.key, bits)
+    if key not in _compiled:
+        _compiled[key] = _compile(problem, bits)
+    return _compiled[key]
+
+
+def _compile(problem: Problem, bits: int) -> Any:
+    import heyoka
+
+    variables = heyoka.make_vars(*problem.columns)
+    variables = [variables] if len(problem.columns) == 1 else list(variables)
+    open_ones = [heyoka.par[i] for i in range(len(problem.parameters()))]
+    return heyoka.taylor_adaptive(
+        list(zip(variables, problem.rates(open_ones, variables, heyoka), strict=True)),
+        [heyoka.real("0", bits) for _ in variables],
+        fp_type=heyoka.real,
+        prec=bits,
+        compact_mode=True,
+    )
 
 
 def _decimal(number: arb) -> str:

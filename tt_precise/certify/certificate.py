@@ -1,15 +1,16 @@
 """``certify``: how many printed digits of a scene's golden data are proved, and the enclosure.
 
-Two files go beside the golden tables: ``enclosure.csv`` (at each sampled row midpoint and radius
-of each vector column, SI, decimal, rounded outward) and ``proof.json`` (what is proved, about the
-tables with the hashes that it names).
+Three files go beside the golden tables: ``enclosure.csv`` (at each sampled row midpoint and radius
+of each vector column, SI, decimal, rounded outward), ``events-enclosure.csv`` (at each event the
+last digits of the exact numbers) and ``proof.json`` (what is proved, about the tables with the
+hashes that it names).
 """
 
 from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -18,62 +19,70 @@ from typing import Any
 from flint import arb
 
 from tt_precise.certify.balls import bounds
+from tt_precise.certify.forever import forever
+from tt_precise.certify.matching import match_events, match_rows
+from tt_precise.certify.pieces import FILE, content_of, packed
 from tt_precise.certify.printed import Tally, outward, rounded, tally
 from tt_precise.certify.proof import BITS, Proof, prove
+from tt_precise.certify.tables import State, enclosure_table, events_table
 from tt_precise.certify.verdict import NotProved
 from tt_precise.files import atomic_write, locked
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import is_near_zero, scale_of
+from tt_precise.golden.enclosures import LABELS
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.seal import record_proof
 from tt_precise.golden.table import Table
-from tt_precise.mechanics.formulations import formulation
 from tt_precise.progress import Progress, silent
 
 MORE_BITS = 64
 MOST_BITS = 456
-ALL_BUT_T = slice(1, None)
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was proved about the golden data of one scene; ``content`` becomes proof.json.
+    """What was proved about the golden data of one scene: ``record`` becomes the three files.
 
-    ``enclosure`` becomes enclosure.csv; ``digits`` are the fewest proved in any column (None if
-    nothing is printed but zeros), ``wrong`` counts printed numbers that are proved not to be
-    correctly rounded.
+    ``wrong`` counts printed numbers that are proved not to be correctly rounded; ``settled`` says
+    that more bits would tell no more; ``pieces`` is the file for ``certify.checker``, if it is
+    wanted.
     """
 
-    scene: str
-    digits: int | None
-    rounded: int
-    entries: int
+    record: proofs.Record
     wrong: int
-    content: dict[str, Any]
-    enclosure: Table
     settled: bool
+    pieces: bytes | None = None
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """What becomes proof.json."""
+        return self.record.content
+
+    @property
+    def digits(self) -> int | None:
+        """The fewest digits proved in any column; None if nothing is printed but zeros."""
+        return self.record.digits
 
     @property
     def complete(self) -> bool:
-        """Whether every row is enclosed and no printed number is wrong."""
-        return self.content["failure"] is None and not self.wrong and self.content["same_events"]
+        """Whether every printed number, event and time is proved, and none is wrong."""
+        return self.record.complete and not self.wrong
 
     @property
     def summary(self) -> str:
         """One line for people."""
-        until = Decimal(self.content["proved_until_s"]["middle"])
+        content = self.content
+        until = Decimal(content["proved_until_s"]["middle"])
         parts = [
-            f"{self.scene}: {self.digits} digits proved",
-            f"{self.rounded} of {self.entries} numbers correctly rounded",
+            f"{content['scene']}: {content['digits']} digits proved",
+            f"{content['rounded']} of {content['entries']} numbers correctly rounded",
             f"to t = {until:.6g} s",
         ]
         if self.wrong:
             parts.append(f"{self.wrong} WRONG")
-        if not self.content["same_events"]:
-            parts.append("events.csv does not list what is proved to happen")
-        if self.content["failure"]:
-            parts.append(self.content["failure"])
+        if self.record.incomplete:
+            parts.append(self.record.incomplete)
         return ", ".join(parts)
 
 
@@ -82,9 +91,37 @@ def certify(
     *,
     folder: Path | None = None,
     bits: int = BITS,
+    pieces: bool = False,
     progress: Progress = silent,
 ) -> Certificate:
-    """Prove the golden data of ``scene``, as far as it goes, and write the two files.
+    """Prove the golden data of ``scene``, as far as it goes, and write the files.
+
+    With ``pieces`` the certificate for ``certify.checker`` is written as well.
+
+    Raises
+    ------
+    InputError
+        There are no golden data of that name.
+    NotProved
+        Nothing at all could be proved.
+    """
+    made = proved(scene, folder, bits, pieces, progress)
+    write(made, folder)
+    return made
+
+
+def attempted(scene: str, folder: Path | None, bits: int, pieces: bool) -> Certificate | str:
+    """What ``proved`` returns, or why nothing could be proved: for a worker process."""
+    try:
+        return proved(scene, folder, bits, pieces)
+    except NotProved as why:
+        return str(why)
+
+
+def proved(
+    scene: str, folder: Path | None, bits: int, pieces: bool, progress: Progress = silent
+) -> Certificate:
+    """What can be proved about golden data; nothing is written.
 
     The precision is raised until every printed digit is proved, or ``MOST_BITS`` are reached.
 
@@ -100,20 +137,32 @@ def certify(
         if certificate.settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
             break
         bits += MORE_BITS
+    if pieces:
+        return replace(certificate, pieces=packed(content_of(stored, proof)))
+    return certificate
+
+
+def write(certificate: Certificate, folder: Path | None = None) -> None:
+    """Put a certificate's files beside the golden tables that it is about."""
+    stored = store.read(certificate.content["scene"], folder)
     place = stored.folder / stored.name
     with locked(stored.folder, store.WORK):
         # in between, a reader finds the new enclosure beside the old proof, and says so
-        atomic_write(place / proofs.ENCLOSURE, certificate.enclosure.csv())
+        atomic_write(place / proofs.ENCLOSURE, certificate.record.enclosure.csv())
+        atomic_write(place / proofs.EVENTS_ENCLOSURE, certificate.record.events.csv())
         atomic_write(place / proofs.PROOF, proofs.text(certificate.content))
+        if certificate.pieces is not None:
+            atomic_write(place / FILE, certificate.pieces)
         record_proof(place)
-    return certificate
 
 
 def judged(stored: store.Stored, proof: Proof) -> Certificate:
     """What ``proof`` says of the golden tables ``stored``."""
     scales = {name: scale_of(stored.trajectory.column(name)) for name in stored.trajectory.columns}
-    trajectory = _trajectory(stored, proof, scales)
-    events, same_events, undecided = _events(stored, proof, scales)
+    rows = match_rows(stored, proof)
+    happened = match_events(stored, proof)
+    trajectory = _tallies(stored.trajectory, rows.states, scales)
+    events = _tallies(stored.events, happened.states, scales)
     failure, within = proof.enclosure.failure, {}
     try:
         for name, bound in proof.drift_bounds.items():
@@ -122,8 +171,8 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
         failure = why
     tallies = [*trajectory.values(), *events.values()]
     digits = min((t.digits for t in tallies if t.digits is not None), default=None)
-    correct, entries = sum(t.rounded for t in tallies), sum(t.entries for t in tallies)
-    enclosure = enclosure_table(proof, stored.trajectory.column("t"))
+    enclosure = enclosure_table(stored.scene, stored.trajectory.column("t"), rows.states)
+    tails, short = events_table(stored, happened.states, scales)
     content = {
         "schema": proofs.SCHEMA,
         "scene": stored.name,
@@ -134,16 +183,20 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
         "proved_until_s": _number(proof.finish_s, 12),
         "failure": str(failure) if failure else None,
         "digits": digits,
-        "entries": entries,
-        "rounded": correct,
+        "entries": sum(t.entries for t in tallies),
+        "rounded": sum(t.rounded for t in tallies),
+        "unproved": sum(t.entries - t.enclosed for t in tallies) + short,
+        "mismatches": [*rows.mismatches, *happened.mismatches],
         "contact": _contact(proof),
         "inversion": _inversion(proof),
+        "forever": _forever(stored, enclosure),
         "conserved_within": within,
         "proved_events": {
             name: len(found.zeros) for name, found in proof.all_events.items() if not found.failure
         },
-        "same_events": same_events,
-        "undecided_events": undecided,
+        "undecided_events": {
+            name: str(found.failure) for name, found in proof.all_events.items() if found.failure
+        },
         store.TRAJECTORY: {
             "sha256": stored.trajectory.sha256,
             "columns": {name: one.as_dict() for name, one in trajectory.items()},
@@ -153,85 +206,28 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
             "columns": {name: one.as_dict() for name, one in events.items()},
         },
         proofs.ENCLOSURE: {"sha256": enclosure.sha256, "row_marks": enclosure.row_marks},
+        proofs.EVENTS_ENCLOSURE: {"sha256": tails.sha256, "row_marks": tails.row_marks},
         "versions": {n: importlib.metadata.version(n) for n in ("heyoka", "python-flint")},
     }
     return Certificate(
-        scene=stored.name,
-        digits=digits,
-        rounded=correct,
-        entries=entries,
+        record=proofs.Record(content, enclosure, tails),
         wrong=sum(t.wrong for t in tallies),
-        content=content,
-        enclosure=enclosure,
-        settled=all(one.settled for one in tallies),
+        settled=all(one.settled for one in tallies) and not short,
     )
 
 
-def enclosure_table(proof: Proof, times: Sequence[str]) -> Table:
-    """The enclosure of the vector columns at each sampled row; ``times`` as they are printed."""
-    names = formulation(proof.scene.model, "newton").columns
-    header = ("t", *(text for name in names for text in (name, f"{name}_radius")))
-    rows = []
-    for printed, (_, state) in zip(times, proof.rows(), strict=False):
-        balls = [state[name] for name in names]
-        cells = [text for one in balls if one is not None for text in outward(one)]
-        rows.append((printed, *cells))
-    return Table(header, tuple(rows))
-
-
-def _trajectory(stored: store.Stored, proof: Proof, scales: dict[str, Decimal]) -> dict[str, Tally]:
-    table = stored.trajectory
-    states = [state for _, state in proof.rows()][: len(table.rows)]
-    if proof.lost and len(states) < len(table.rows):
-        time, state = proof.event_state(proof.lost)
-        states.append({"t": time, **state})
-    states += [{}] * (len(table.rows) - len(states))
+def _tallies(table: Table, states: Sequence[State], scales: dict[str, Decimal]) -> dict[str, Tally]:
+    """What is proved of each column of numbers; a trajectory's times are exact."""
+    skipped = LABELS if "name" in table.columns else ("t",)
     return {
-        name: _tally(table.column(name), [state.get(name) for state in states], scales[name])
-        for name in table.columns[ALL_BUT_T]
-    }
-
-
-def _events(
-    stored: store.Stored, proof: Proof, scales: dict[str, Decimal]
-) -> tuple[dict[str, Tally], bool, dict[str, str]]:
-    """Tallies of events.csv, whether it lists what is proved to happen, and what is undecided."""
-    table = stored.events
-    undecided: dict[str, str] = {}
-    matched: list[tuple[tuple[str, ...], dict[str, arb | None]]] = []
-    same = True
-    listed: dict[str, list[tuple[str, ...]]] = {}
-    for row in table.rows:
-        if proof.complete or Fraction(Decimal(row[1])) < bounds(proof.finish_s)[0]:
-            listed.setdefault(row[0], []).append(row)
-        else:
-            # where the proof ends early it says nothing about what comes later
-            matched.append((row, {}))
-    proved = {name: events.zeros for name, events in proof.all_events.items()}
-    if proof.lost:
-        proved["contact_lost"] = (proof.lost,)
-    for name, found in proved.items():
-        rows = listed.get(name, [])
-        events = proof.all_events.get(name)
-        if events and events.failure:
-            undecided[name] = str(events.failure)
-            matched += [(row, {}) for row in rows]
-            continue
-        states = [proof.event_state(zero) for zero in found]
-        directions = [f"{zero.direction}" for zero in found]
-        same &= len(rows) == len(states) and [row[2] for row in rows] == directions
-        pairs = zip(rows, states, strict=False)
-        matched += [(row, {"t": time, **state}) for row, (time, state) in pairs]
-    tallies = {
         name: _tally(
-            [row[position] for row, _ in matched],
-            [state.get(name) for _, state in matched],
-            scales.get(name, Decimal(0)),
+            table.column(name),
+            [state.get(name) for state in states],
+            scales.get(name, Decimal(0)) if name != "t" else Decimal(0),
         )
-        for position, name in enumerate(table.columns)
-        if name not in ("name", "direction")
+        for name in table.columns
+        if name not in skipped
     }
-    return tallies, bool(same), undecided
 
 
 def _tally(texts: Iterable[str], balls: Iterable[arb | None], scale: Decimal) -> Tally:
@@ -269,6 +265,14 @@ def _inversion(proof: Proof) -> dict[str, Any]:
             "t_end": _number(climb.t_end, 40),
         }
     return found
+
+
+def _forever(stored: store.Stored, enclosure: Table) -> dict[str, Any]:
+    try:
+        entered, final = forever(stored.scene, enclosure)
+    except NotProved as why:
+        return {"failure": str(why)}
+    return {"entered": entered.as_dict(), "at_the_end": final.as_dict()}
 
 
 def _number(exact: Any, digits: int) -> dict[str, str] | None:

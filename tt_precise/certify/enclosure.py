@@ -11,7 +11,7 @@ import flint
 from flint import arb, arb_poly
 
 from tt_precise.certify.approximation import Piece, Steps
-from tt_precise.certify.balls import Balls, between, require_outward_rounding
+from tt_precise.certify.balls import between, require_outward_rounding
 from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.invariant import exact_zeros, restored, without
@@ -20,7 +20,8 @@ from tt_precise.certify.step import Crossing, cross
 from tt_precise.certify.verdict import NotProved
 from tt_precise.progress import Progress, silent
 
-GUARD_BITS = 32  # balls are this much finer than heyoka's numbers
+GUARD_BITS = 16  # balls are this much finer than heyoka's numbers
+NEARLY, FORGETTING = 0.9, 1.01  # of the length of a step that failed; by which each step raises it
 MOST_HALVINGS = 12  # of a step that does not verify, before the proof ends there
 
 
@@ -53,7 +54,7 @@ class Stretch:
             frame = Frame(self.piece.end, max(p.degree() for p in self.piece.polynomials))
             radii = zip(self.piece.polynomials, self.radius, strict=True)
             tube = [Band(p, frame).widened(radius) for p, radius in radii]
-            rates = self.problem.rates(self.problem.parameters(), tube, Balls)
+            rates = self.problem.tape(self.problem.parameters(), tube)
             return tuple(tube), tuple(Band.of(rate, frame) * self.piece.unit for rate in rates)
 
     def state(self, s: arb) -> list[arb]:
@@ -139,7 +140,7 @@ def enclose(
         errors = ErrorSet.of([arb(0)] * len(reached))
         stretches: list[Stretch] = []
         longest = (until + 1).upper()
-        limit, halvings = longest, 0
+        limit, ceiling, halvings = longest, longest, 0
         failure: NotProved | None = None
         while not time > until:
             try:
@@ -152,9 +153,12 @@ def enclose(
                 if halvings > MOST_HALVINGS:
                     failure = why
                     break
+                # steps that failed stay in mind, for those to come are much alike
+                ceiling = min(ceiling, steps.length) * NEARLY
                 limit = min(limit, steps.length) / 2
                 continue
-            halvings, limit = 0, min(limit * 5 / 4, longest)
+            halvings, ceiling = 0, min(ceiling * FORGETTING, longest)
+            limit = min(limit * 5 / 4, ceiling)
             stretch = _stretch(problem, time, piece, crossing, zero)
             try:
                 ended = ends is not None and ends(stretch)

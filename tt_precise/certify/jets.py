@@ -57,6 +57,17 @@ class Jet:
             found.append(-(tail * first))
         return Jet(found) * other
 
+    def sqrt(self) -> Jet:
+        """The square root, from r r = a coefficient by coefficient."""
+        first = self.coefficients[0].sqrt()
+        found = [first]
+        for n in range(1, len(self.coefficients)):
+            rest = self.coefficients[n]
+            for i in range(1, n):
+                rest = rest - found[i] * found[n - i]
+            found.append(rest / (2 * first))
+        return Jet(found)
+
 
 def taylor(
     rates: Callable[[Sequence[Any]], Sequence[Any]], start: Sequence[Any], order: int

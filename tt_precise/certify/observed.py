@@ -9,11 +9,10 @@ from flint import arb
 
 from tt_precise.certify.balls import Balls
 from tt_precise.certify.interval_newton import Function
-from tt_precise.certify.problem import body_of, problem_of, units_of
+from tt_precise.certify.problem import body_of, form_of, problem_of, units_of
 from tt_precise.integrate.quadratures import QUADRATURE_SCALE
-from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, formulation
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene
@@ -24,11 +23,9 @@ def observed(scene: Scene, evaluate: Callable[[Motion], Any]) -> Function:
 
     The entries may be balls, bands or slopes of bands.
     """
-    form, parameters = formulation(scene.model, "newton"), problem_of(scene).parameters
 
     def function(state: Sequence[Any]) -> Any:
-        vectors = form.State(*state[: len(form.columns)])
-        return evaluate(form.motion(body_of(scene, parameters()), vectors, Balls))
+        return evaluate(_motion(scene, state))
 
     return function
 
@@ -38,15 +35,18 @@ def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
 
     None where a value is undefined, or not bounded (Euler angles at a pole).
     """
-    size = len(formulation(scene.model, "newton").columns)
-    vectors = NewtonState(*state[:size], *(0,) * (8 - size))
-    body = body_of(scene, problem_of(scene).parameters())
-    euler = euler_from_vectors(body, vectors, Balls)
+    motion = _motion(scene, state)
     names = [*NewtonState._fields, *EulerState._fields, *scene.record]
-    recorded = [value * QUADRATURE_SCALE for value in state[size:]]
+    recorded = [value * QUADRATURE_SCALE for value in state[len(form_of(scene).columns) :]]
     units = units_of(scene)
     found: dict[str, arb | None] = {}
-    for name, value in zip(names, [*vectors, *euler, *recorded], strict=True):
+    for name, value in zip(names, [*motion.state, *motion.euler, *recorded], strict=True):
         number = arb(value) * units.of_dimension(STATE_DIMENSIONS[name])
         found[name] = number if number.is_finite() else None
     return found
+
+
+def _motion(scene: Scene, state: Sequence[Any]) -> Motion:
+    form = form_of(scene)
+    body = body_of(scene, problem_of(scene).parameters())
+    return form.motion(body, form.State(*state[: len(form.columns)]), Balls)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from flint import arb
@@ -12,10 +13,11 @@ from flint import arb
 from tt_precise.arithmetic import Arithmetic
 from tt_precise.body import Parameters, Units
 from tt_precise.certify.balls import Balls, ball
+from tt_precise.certify.tape import Tape
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.quadratures import extended_rates
-from tt_precise.mechanics.formulations import formulation
+from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.scene import Scene
 
 BALLS = Arithmetic(Balls, ball)
@@ -37,18 +39,24 @@ class Problem:
     start: Callable[[], Sequence[arb]]
     until: Callable[[], arb]
 
+    @cached_property
+    def tape(self) -> Tape:
+        """``rates`` with each operation once, for arithmetics in which they are long."""
+        return Tape.of(self.rates, len(self.parameters()), len(self.columns))
+
 
 def problem_of(scene: Scene) -> Problem:
     """The scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0.
 
-    Recorded quadratures follow the vectors, scaled down as in ``integrate.quadratures``.
+    The state is that of ``form_of``; recorded quadratures follow, scaled down as in
+    ``integrate.quadratures``.
     """
     if scene.body.law != "viscous":
         raise InputError(
             f"{scene.name}: got {scene.body.law} friction, expected the viscous law: proofs cover "
             "equations without roots"
         )
-    form = formulation(scene.model, "newton")
+    form = form_of(scene)
 
     def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
         return extended_rates(form, scene.record, body_of(scene, parameters), tuple(state), fn)
@@ -66,9 +74,14 @@ def problem_of(scene: Scene) -> Problem:
     return Problem(scene.name, (*form.columns, *scene.record), rates, parameters, start, until)
 
 
+def form_of(scene: Scene) -> Formulation:
+    """The equations that are enclosed: those that heyoka integrates, in vectors."""
+    return integrated(scene.model, "newton")
+
+
 def body_of(scene: Scene, parameters: Sequence[Any]) -> Parameters:
     """The dimensionless body whose open parameters are given."""
-    return formulation(scene.model, "newton").body(parameters)
+    return form_of(scene).body(parameters)
 
 
 def units_of(scene: Scene) -> Units:

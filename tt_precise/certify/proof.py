@@ -81,12 +81,19 @@ class Proof:
             return columns_in_si(self.scene, self.enclosure.at(time))
 
     def rows(self) -> Iterator[tuple[Fraction, dict[str, arb | None]]]:
-        """Time in s and state at each sample of the scene that the proof reaches."""
+        """Time in s and state at each sample of the scene that the proof reaches.
+
+        Raises
+        ------
+        NotProved
+            Whether it reaches a sample is undecided.
+        """
+        end = self.lost.time if self.lost else self.enclosure.finish
         for seconds in self.scene.sample_times:
-            try:
-                yield seconds, self.state(seconds)
-            except NotProved:
-                return
+            with flint.ctx.workprec(self.enclosure.working_bits):
+                if dimensionless_time(self.scene, seconds) > end:
+                    return
+            yield seconds, self.state(seconds)
 
     def event_state(self, zero: Zero) -> tuple[arb, dict[str, arb | None]]:
         """Time in s and state at an event."""
@@ -216,7 +223,7 @@ class Proof:
         with flint.ctx.workprec(self.enclosure.working_bits):
             _require_certainty(rows)
             table = pandas.DataFrame(rows, columns=["name", "t", "direction", *EulerState._fields])
-            return from_events(table, arb.pi(), mirrored=self._spins_backwards)
+            return from_events(table, arb.pi(), mirrored=climbs and self._spins_backwards)
 
     @property
     def _spins_backwards(self) -> bool:

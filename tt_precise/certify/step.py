@@ -10,20 +10,22 @@ import numpy
 from flint import arb, arb_mat, arb_poly
 
 from tt_precise.certify.approximation import Piece
-from tt_precise.certify.balls import Balls, around, largest
+from tt_precise.certify.balls import around, largest
 from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.problem import Problem
 from tt_precise.certify.slopes import variables
 from tt_precise.certify.verdict import NotProved
 
-# The flow's derivative multiplies errors far below the working precision, so double precision
-# is plenty for it: 24 terms of a step that is e^-2 of the radius of convergence leave e^-48.
-FLOW_BITS = 80
-FLOW_DEGREE = 24
-TUBE = arb(2) ** -60  # relative to the state: no wider than what the low degree leaves anyway
+# A step is e^-2 of the radius of convergence, so 18 terms leave e^-36 of a function. The flow's
+# derivative multiplies errors far below the working precision: 11 terms are plenty for it.
+TUBE_BITS = 64
+TUBE_DEGREE = 18
+TUBE = arb(2) ** -52  # relative to the state: no wider than what the low degree leaves anyway
+FLOW_DEGREE = 10
 
 LONGEST_FLOW = 72  # terms; strong damping makes them large before they get small
+SMALL_TERM = 1e-10  # of the flow's polynomial, where it ends
 MOST_SPREAD = 1e-6  # of the flow's derivative, relative; wider ones add up over the steps
 MOST_GROWTH = 1e5  # of the norm in one step; five digits of what the step adds
 
@@ -55,12 +57,14 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
         A hypothesis did not verify; that of a shorter step may.
     """
     defects = _defects(problem, piece)
-    with flint.ctx.workprec(FLOW_BITS):
-        frame = Frame(piece.end, FLOW_DEGREE)
+    with flint.ctx.workprec(TUBE_BITS):
+        frame = Frame(piece.end, TUBE_DEGREE)
         centre = [Band.cut(p, frame) for p in piece.polynomials]
         sizes = _sizes(centre)
         tube = [b.widened(TUBE * size) for b, size in zip(centre, sizes, strict=True)]
-        rates, jacobian = _linearised(problem, piece, tube)
+        rates = problem.tape(problem.parameters(), tube)
+        frame = Frame(piece.end, FLOW_DEGREE)
+        jacobian = _jacobian(problem, piece, [Band.cut(b.polynomial, frame) for b in tube])
         bound = _upper(jacobian)
         weights = _weights(bound, sizes)
         if not all(w.is_finite() and w > 0 for w in weights):
@@ -91,7 +95,7 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
             radius=tuple((w * reached).upper() for w in weights),
             after=errors.moved(arb_mat(at_end), added),
             tube=tuple(tube),
-            rates=tuple(rates),
+            rates=tuple(Band.of(rate, tube[0].frame) * piece.unit for rate in rates),
         )
 
 
@@ -99,7 +103,7 @@ def _defects(problem: Problem, piece: Piece) -> list[arb]:
     """S1: bounds of |unit f(p) - dp/ds| on the step, in the working precision."""
     frame = Frame(piece.end, max(1, *(p.degree() for p in piece.polynomials)))
     bands = [Band(p, frame) for p in piece.polynomials]
-    rates = problem.rates(problem.parameters(), bands, Balls)
+    rates = problem.tape(problem.parameters(), bands)
     found = []
     for rate, p in zip(rates, piece.polynomials, strict=True):
         defect = Band(Band.of(rate, frame).polynomial * piece.unit - p.derivative(), frame).range
@@ -109,18 +113,15 @@ def _defects(problem: Problem, piece: Piece) -> list[arb]:
     return found
 
 
-def _linearised(
-    problem: Problem, piece: Piece, tube: list[Band]
-) -> tuple[list[Band], list[list[Band]]]:
-    """S2: bands of unit f and unit Df over the tube; that Df exists there proves f analytic."""
+def _jacobian(problem: Problem, piece: Piece, tube: list[Band]) -> list[list[Band]]:
+    """S2: bands of unit Df over the tube; that they exist there proves f analytic."""
     frame = tube[0].frame
     zero = arb_poly([])
-    values, rows = [], []
-    for rate in problem.rates(problem.parameters(), variables(tube), Balls):
+    rows = []
+    for rate in problem.tape(problem.parameters(), variables(tube)):
         partials = getattr(rate, "partials", {})
-        values.append(Band.of(getattr(rate, "value", rate), frame) * piece.unit)
         rows.append([Band.of(partials.get(j, zero), frame) * piece.unit for j in range(len(tube))])
-    return values, rows
+    return rows
 
 
 def _flow(
@@ -140,7 +141,7 @@ def _flow(
         terms = numpy.matmul(series[: k + 1], powers[k::-1][: len(series)])
         powers[k + 1] = terms.sum(axis=0) / (k + 1)
         # two small terms in a row, as even or odd ones may vanish
-        before, small = small, bool(numpy.abs(powers[k + 1]).max() * length ** (k + 1) < 1e-18)
+        before, small = small, bool(numpy.abs(powers[k + 1]).max() * length ** (k + 1) < SMALL_TERM)
         if k >= frame.degree and before and small:
             powers = powers[: k + 2]
             break

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
 SCHEMA = "tt_precise.golden.certify/1"
+CHECK_SCHEMA = "tt_precise.golden.certify.check/1"
 CHECK_FAILED = 1
 
 
@@ -19,18 +21,41 @@ CHECK_FAILED = 1
     help="Where golden data lie, instead of those of the package.",
 )
 @click.option("--bits", type=click.IntRange(min=64), default=200, help="Precision to begin with.")
+@click.option(
+    "--certificate", is_flag=True, help="Write certificate.json.xz, for --check, as well."
+)
+@click.option(
+    "--check",
+    "checked",
+    is_flag=True,
+    help="Check certificates instead, with code that shares nothing with the prover.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Scenes that are proved at once; by default one for each core.",
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: bool) -> int:
+def command(
+    scenes: tuple[str, ...],
+    folder: Path | None,
+    bits: int,
+    certificate: bool,
+    checked: bool,
+    workers: int | None,
+    as_json: bool,
+) -> int:
     """Prove the printed digits of SCENES, by default of all golden data, in ball arithmetic.
 
-    Writes enclosure.csv and proof.json beside the golden tables. Exit status 1 if a printed digit
-    is proved wrong, or the proof does not reach the end. Needs python-flint (extra `certify`).
+    Writes proof.json and the enclosures beside the golden tables. With --check it verifies the
+    certificates of SCENES (certificate.json.xz beside the tables, or one that is made first) and
+    writes nothing. Exit status 1 if a printed digit is proved wrong, the proof does not reach the
+    end, or a certificate is refused. Needs python-flint (extra `certify`).
     """
     from tt_precise.errors import InputError
 
     try:
-        from tt_precise.certify.certificate import certify
-        from tt_precise.certify.verdict import NotProved
+        from tt_precise.certify.certificate import attempted, write
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise
@@ -39,19 +64,65 @@ def command(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: bo
         ) from None
     from tt_precise.golden.store import scenes as golden_scenes
     from tt_precise.progress import progress_bar
+    from tt_precise.workers import Call, Failure, cores, local_pool
 
+    scenes = scenes or tuple(golden_scenes(folder))
+    if checked:
+        return _check(scenes, folder, bits, as_json)
     found, nothing = [], []
-    for name in scenes or golden_scenes(folder):
-        try:
-            with progress_bar(f"proving {name}") as progress:
-                found.append(certify(name, folder=folder, bits=bits, progress=progress))
-        except NotProved as why:
-            nothing.append(name)
-            click.echo(f"{name}: {why}", err=True)
-            continue
-        if not as_json:
-            click.echo(found[-1].summary)
+    calls = [Call(name, (name, folder, bits, certificate)) for name in dict.fromkeys(scenes)]
+    with (
+        local_pool(min(workers or cores(), len(calls))) as pool,
+        progress_bar("proving") as progress,
+    ):
+        for call, result in pool.perform(attempted, calls, progress):
+            if isinstance(result, Failure):
+                raise result.error
+            if isinstance(result, str):
+                nothing.append(call.key)
+                click.echo(f"{call.key}: {result}", err=True)
+                continue
+            write(result, folder)
+            found.append(result)
+            if not as_json:
+                click.echo(result.summary)
     if as_json:
         told = [{**one.content, "complete": one.complete, "digits": one.digits} for one in found]
         click.echo(json.dumps({"schema": SCHEMA, "scenes": told}))
     return 0 if all(one.complete for one in found) and not nothing else CHECK_FAILED
+
+
+def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: bool) -> int:
+    from dataclasses import asdict
+
+    from tt_precise.certify import pieces, prove
+    from tt_precise.certify.checker import check
+    from tt_precise.certify.verdict import NotProved
+    from tt_precise.golden import store
+    from tt_precise.progress import progress_bar
+
+    results: list[dict[str, Any]] = []
+    for name in scenes:
+        stored = store.read(name, folder)
+        path = (folder or store.home()) / name / pieces.FILE
+        try:
+            if path.is_file():
+                content = pieces.unpacked(path.read_bytes())
+            else:
+                with progress_bar(f"proving {name}") as progress:
+                    content = pieces.content_of(
+                        stored, prove(stored.scene, bits, progress=progress)
+                    )
+            with progress_bar(f"checking {name}") as progress:
+                found = check(stored, content, progress)
+        except (pieces.Refused, NotProved) as why:
+            results.append({"scene": name, "verdict": "refused", "reason": str(why)})
+            line = f"{name}: refused: {why}"
+        else:
+            results.append({**asdict(found), "verdict": "accepted"})
+            line = found.summary
+        if not as_json:
+            click.echo(line)
+    if as_json:
+        click.echo(json.dumps({"schema": CHECK_SCHEMA, "scenes": results}))
+    return 0 if all(one["verdict"] == "accepted" for one in results) else CHECK_FAILED

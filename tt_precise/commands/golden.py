@@ -109,8 +109,9 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     present = places.scenes(folder)
     told = []
     for name in present:
-        manifest = store.read(name, folder).manifest
-        proof = proofs.read(name, folder)
+        stored = store.read(name, folder)
+        manifest = stored.manifest
+        proof = proofs.summary(stored, folder)
         told.append(
             {
                 "scene": name,
@@ -118,7 +119,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
                 "rows": manifest["files"][store.TRAJECTORY]["rows"],
                 "events": manifest["files"][store.EVENTS]["rows"],
                 "agreement": manifest["evidence"]["agreement"],
-                "proof": proof.summary if proof else None,
+                "proof": proof,
             }
         )
     missing = [name for name in shipped() if name not in present]
@@ -139,6 +140,8 @@ def list_command(folder: Path | None, as_json: bool) -> int:
 def _proved(proof: dict[str, Any] | None) -> str:
     if proof is None:
         return "none proved"
+    if "problem" in proof:
+        return f"NONE ({proof['problem']})"
     until = "" if proof["complete"] else f" to {float(proof['until_s']):.3g} s"
     return f"{proof['digits']} proved{until}"
 

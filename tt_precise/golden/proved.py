@@ -4,8 +4,9 @@ from __future__ import annotations
 
 PROVED = frozenset(
     {
-        "beside-the-pole", "contact-lost", "frictionless", "from-initiation", "inverted",
-        "kicked", "phi-dot-195", "phi-dot-83", "phi-dot-minus-10", "reference", "rocking",
-        "rolling", "smoothest", "stays-upright", "steep", "tippetopsim", "upright"
+        "below-threshold", "beside-the-pole", "contact-lost", "frictionless", "from-initiation",
+        "inverted", "just-above-threshold", "just-below-threshold", "kicked", "phi-dot-195",
+        "phi-dot-83", "phi-dot-minus-10", "reference", "rocking", "rolling", "smoothest",
+        "stays-upright", "steep", "tippetopsim", "upright"
     }
 )  # fmt: skip

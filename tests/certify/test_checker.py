@@ -1,0 +1,184 @@
+"""The second checker: it accepts what is right, and nothing that was changed."""
+
+from __future__ import annotations
+
+import ast
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+from tt_precise.certify import checker, prove
+from tt_precise.certify.checker import check
+from tt_precise.certify.pieces import FILE, Accepted, Refused, content_of, packed, unpacked
+from tt_precise.golden import store
+from tt_precise.golden.store import Stored
+from tt_precise.golden.table import Table
+
+UNTIL = Fraction(1, 25)
+MOST_LINES = 400
+MOST_BYTES = 3_000_000
+
+
+def shortened(table: Table, time: int) -> Table:
+    rows = tuple(row for row in table.rows if Fraction(row[time]) <= UNTIL)
+    return Table(table.columns, rows)
+
+
+@pytest.fixture(scope="module")
+def stored() -> Stored:
+    """The reference's golden data of the first 0.04 s."""
+    whole = store.read("reference")
+    return replace(
+        whole, trajectory=shortened(whole.trajectory, 0), events=shortened(whole.events, 1)
+    )
+
+
+@pytest.fixture(scope="module")
+def content(stored: Stored) -> dict[str, Any]:
+    return content_of(stored, prove(replace(stored.scene, until=UNTIL)))
+
+
+def test_what_is_right_is_accepted(stored: Stored, content: dict[str, Any]) -> None:
+    found = check(stored, unpacked(packed(content)))
+    assert found == Accepted("reference", len(content["pieces"]), 5 * 14, len(stored.events.rows))
+    assert found.events > 3
+
+
+def test_it_shares_nothing_with_the_prover() -> None:
+    source = Path(checker.__file__).read_text("utf-8")
+    assert len(source.splitlines()) <= MOST_LINES
+    imported = {
+        node.module for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)
+    }
+    own = {name for name in imported if name and name.startswith("tt_precise.certify")}
+    assert own == {"tt_precise.certify.balls", "tt_precise.certify.pieces"}
+    assert "heyoka" not in source
+
+
+@pytest.mark.parametrize(
+    ("file", "row", "column"),
+    [("trajectory", 3, "kx"), ("trajectory", 4, "phi_dot"), ("trajectory", 2, "nu_y"),
+     ("events", 1, "t")],
+)  # fmt: skip
+def test_a_last_digit_is_noticed(
+    stored: Stored, content: dict[str, Any], file: str, row: int, column: str
+) -> None:
+    table: Table = getattr(stored, file)
+    cells = [list(one) for one in table.rows]
+    position = table.columns.index(column)
+    digits, power = cells[row][position].split("e")
+    cells[row][position] = f"{digits[:-1]}{(int(digits[-1]) + 1) % 10}e{power}"
+    changed = Table(table.columns, tuple(map(tuple, cells)))
+    with pytest.raises(Refused, match="not proved"):
+        check(replace(stored, **{file: changed}), content)  # type: ignore[arg-type]
+
+
+def another_mantissa(dice: random.Random, text: str) -> str:
+    """One of the leading 110 bits changed: the others are below the digits that are printed."""
+    mantissa, exponent = text.split("p")
+    value = int(mantissa, 16)
+    place = max(value.bit_length() - dice.randint(1, 110), 0)
+    return f"{value ^ (1 << place):x}p{exponent}"
+
+
+def _entry(dice: random.Random, pieces: list[Any]) -> None:
+    piece = dice.choice(pieces[:-1])
+    place = dice.choice([i for i in range(2, len(piece)) if not piece[i].startswith("0")])
+    piece[place] = another_mantissa(dice, piece[place])
+
+
+def _length(dice: random.Random, pieces: list[Any]) -> None:
+    piece = dice.choice(pieces[:-1])
+    piece[1] = another_mantissa(dice, piece[1])
+
+
+def _unit(dice: random.Random, pieces: list[Any]) -> None:
+    dice.choice(pieces[:-1])[0] += dice.choice((-2, -1, 1, 2))
+
+
+def _missing(dice: random.Random, pieces: list[Any]) -> None:
+    pieces.pop(dice.randrange(len(pieces)))
+
+
+def _doubled(dice: random.Random, pieces: list[Any]) -> None:
+    at = dice.randrange(len(pieces))
+    pieces.insert(at, list(pieces[at]))
+
+
+def _swapped(dice: random.Random, pieces: list[Any]) -> None:
+    i, j = dice.sample(range(len(pieces)), 2)
+    pieces[i], pieces[j] = pieces[j], pieces[i]
+
+
+def _nonsense(dice: random.Random, pieces: list[Any]) -> None:
+    piece = dice.choice(pieces[:-1])
+    piece[dice.randrange(1, len(piece))] = dice.choice(["", "nan", "1p", None, "-1p0", "1p400"])
+
+
+KINDS: list[Callable[[random.Random, list[Any]], None]] = [
+    _entry, _entry, _entry, _length, _unit, _missing, _doubled, _swapped, _nonsense,
+]  # fmt: skip
+
+
+def spoiled(content: dict[str, Any], seed: int) -> dict[str, Any]:
+    """The certificate with a change of its meaning, its hash made to fit."""
+    dice = random.Random(seed)
+    pieces = [list(piece) for piece in content["pieces"]]
+    KINDS[seed % len(KINDS)](dice, pieces)
+    assert pieces != content["pieces"]
+    return unpacked(packed({**content, "pieces": pieces}))
+
+
+@pytest.mark.parametrize("seed", range(9))
+def test_changed_pieces_are_refused(stored: Stored, content: dict[str, Any], seed: int) -> None:
+    with pytest.raises(Refused):
+        check(stored, spoiled(content, seed))
+
+
+@pytest.mark.proofs
+@pytest.mark.parametrize("seed", range(9, 200))
+def test_200_changed_certificates_are_refused(
+    stored: Stored, content: dict[str, Any], seed: int
+) -> None:
+    with pytest.raises(Refused):
+        check(stored, spoiled(content, seed))
+
+
+def test_200_damaged_files_are_refused(content: dict[str, Any]) -> None:
+    data = packed(content)
+    for seed in range(200):
+        dice = random.Random(seed)
+        at = dice.randrange(len(data))
+        if seed % 2:
+            damaged = data[:at]
+        else:
+            damaged = data[:at] + bytes([data[at] ^ (1 << dice.randrange(8))]) + data[at + 1 :]
+        with pytest.raises(Refused):
+            unpacked(damaged)
+
+
+def test_another_scene_is_refused(stored: Stored, content: dict[str, Any]) -> None:
+    text = stored.scene_text.replace('mu = "0.3"', 'mu = "0.300000000000000000000000000001"')
+    with pytest.raises(Refused, match="another scene"):
+        check(replace(stored, scene_text=text), content)
+
+
+def test_the_committed_certificate_is_small() -> None:
+    data = (store.home() / "reference" / FILE).read_bytes()
+    assert len(data) < MOST_BYTES
+    assert unpacked(data)["scene"] == "reference"
+
+
+@pytest.mark.proofs
+def test_the_committed_certificate_proves_the_reference() -> None:
+    content = unpacked((store.home() / "reference" / FILE).read_bytes())
+    found = check(store.read("reference"), content)
+    assert found.numbers == 801 * 14
+    assert found.events == len(store.read("reference").events.rows)

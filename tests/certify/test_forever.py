@@ -1,0 +1,121 @@
+"""The motion for all times: hypotheses on committed enclosures, and what denies them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import flint
+from flint import arb
+
+import tt_precise as tt
+from tt_precise.certify import NotProved
+from tt_precise.certify.forever import BITS, Block, Reduced, forever
+from tt_precise.golden import proofs, store
+from tt_precise.golden.table import Table
+
+STATE = ("0.003", "-0.007", "-0.004", "0.006", "0.0063", "-0.0041")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def precision() -> Iterator[None]:
+    with flint.ctx.workprec(BITS):
+        yield
+
+
+@pytest.fixture(scope="module")
+def enclosure() -> Table:
+    record = proofs.read("reference")
+    assert record is not None
+    return record.enclosure
+
+
+@pytest.fixture(scope="module")
+def blocks(enclosure: Table) -> tuple[Block, Block]:
+    return forever(tt.load_scene("reference"), enclosure)
+
+
+def test_the_reference_inverts_for_ever(blocks: tuple[Block, Block]) -> None:
+    entered, final = blocks
+    assert entered.pole == final.pole == -1
+    assert 7 < float(entered.since_s) < 8 == float(final.since_s)
+    assert 0 < entered.rate < final.rate
+    assert entered.force > 0.99
+
+
+def test_a_longer_integration_obeys_it(blocks: tuple[Block, Block]) -> None:
+    # heyoka in double, to 16 s: theta against the bound, D and E~ against their limits
+    trajectory = tt.integrate(replace(tt.load_scene("reference"), until=Fraction(16)))
+    frame = trajectory.frame("theta", "D", "E_tilde", "g_n", numbers="float")
+    later = frame[frame["t"] >= 8]
+    weight = float(trajectory.scene.body.m * trajectory.scene.body.g)
+    for block in blocks:
+        since, rate = float(block.since_s), float(block.rate)
+        bound = float(block.tilt * block.reached) * numpy.exp(-rate * (later["t"] - since))
+        assert (numpy.sin(later["theta"]) <= bound).all()
+        assert (later["g_n"] >= float(block.force) * weight).all()
+        for name in ("D", "E_tilde"):
+            limit = float(block.limits[name])
+            assert abs(later[name].iloc[-1] / limit - 1) < 1e-4
+            assert abs(later[name].iloc[-1] - limit) < abs(later[name].iloc[0] - limit)
+
+
+def test_the_reduced_equations_are_the_mechanics() -> None:
+    # a state of the golden data, whose rates are compared with differences of its neighbours
+    reduced = Reduced(tt.load_scene("reference"), -1)
+    x = [arb(text) for text in STATE]
+    state = reduced.state(x)
+    assert (state.kx * state.kx + state.ky * state.ky + state.kz * state.kz - 1).contains(0)
+    turned = reduced.rates([-one for one in x])
+    for a, b in zip(reduced.rates(x), turned, strict=True):
+        assert (a + b).contains(0)
+        assert not a.contains(0)
+
+
+@pytest.mark.parametrize("until", ["3", "7.5"])
+def test_too_early_nothing_is_proved(enclosure: Table, until: str) -> None:
+    # still upright; and too far from the inverted spin
+    rows = tuple(row for row in enclosure.rows if float(row[0]) <= float(until))
+    with pytest.raises(NotProved, match="F"):
+        forever(tt.load_scene("reference"), Table(enclosure.columns, rows))
+
+
+def test_a_slow_spin_is_not_held_up(enclosure: Table) -> None:
+    # below the threshold the inverted spin is unstable, wherever the state lies
+    scene = tt.load_scene("just-below-threshold")
+    with pytest.raises(NotProved, match="F2"):
+        forever(scene, enclosure)
+
+
+@pytest.mark.parametrize("name", ["frictionless", "rolling", "upright"])
+def test_what_tends_nowhere(name: str, enclosure: Table) -> None:
+    with pytest.raises(NotProved, match=r"friction|vertical from"):
+        forever(tt.load_scene(name), enclosure)
+
+
+def test_upright_the_other_way() -> None:
+    record = proofs.read("stays-upright")
+    assert record is not None
+    entered, _ = forever(tt.load_scene("stays-upright"), record.enclosure)
+    assert entered.pole == 1
+    assert entered.as_dict()["theta_tends_to"] == "0"
+
+
+def test_committed_proofs_say_the_same() -> None:
+    for name in store.scenes():
+        record = proofs.read(name)
+        if record is None:
+            continue
+        told = record.content["forever"]
+        if "failure" in told:
+            with pytest.raises(NotProved):
+                forever(tt.load_scene(name), record.enclosure)
+            continue
+        found = forever(tt.load_scene(name), record.enclosure)
+        assert [one.as_dict() for one in found] == [told["entered"], told["at_the_end"]]

@@ -1,0 +1,400 @@
+"""A second opinion that trusts nobody: checks a certificate of golden data on its own.
+
+It shares with the prover the mechanics, the start of a scene and the ball arithmetic, nothing else.
+A piece's polynomial is the Taylor series of the equations, in integers; S1 to S4 of the theorem in
+``tt_precise.certify`` are then verified for it, in the norm max |x_i|. Each printed number of
+trajectory.csv has to be the correctly rounded one, each printed event has to happen within half a
+unit of its printed time (its function changes sign there), and the contact force to be positive
+throughout. That there are no more events than printed is not checked.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from decimal import Decimal
+from fractions import Fraction
+from operator import mul
+from typing import Any
+
+import flint
+import numpy
+from flint import arb, arb_mat, arb_poly, arb_series, fmpz
+
+from tt_precise.arithmetic import Arithmetic
+from tt_precise.certify.balls import Balls, ball
+from tt_precise.certify.pieces import Accepted, Refused, exactly
+from tt_precise.errors import InputError
+from tt_precise.golden.digits import scale_of
+from tt_precise.golden.manifest import scene_sha256
+from tt_precise.golden.runs import DIGITS
+from tt_precise.golden.store import Stored
+from tt_precise.golden.tails import last_place
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.events import event_named
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, integrated
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.progress import Progress, silent
+
+GUARD = 40  # bits of the balls beyond those of the pieces
+LOW = 10  # degree of the polynomials that bound derivatives
+TERMS = 30  # of the flow's polynomial
+TUBE = arb(2) ** -70
+
+
+def check(stored: Stored, content: dict[str, Any], progress: Progress = silent) -> Accepted:
+    """Verify that a certificate proves the golden data ``stored``, or raise ``Refused``."""
+    try:
+        with flint.ctx.workprec(int(content["bits"]) + GUARD):
+            return _checked(stored, content, progress)
+    except Refused:
+        raise
+    except (ArithmeticError, InputError, LookupError, TypeError, ValueError) as error:
+        raise Refused(f"the certificate cannot be used ({type(error).__name__}: {error})") from None
+
+
+def _checked(stored: Stored, content: dict[str, Any], progress: Progress) -> Accepted:
+    checker = Checker(stored, content)
+    rows, events = deque(stored.trajectory.rows), deque(stored.events.rows)
+    counts = [0, 0]
+    pieces = content["pieces"]
+    for i, (power, *numbers) in enumerate(pieces):
+        length, *start = map(exactly, numbers)
+        checker.advance(int(power), length, start)
+        while rows and checker.moment(rows[0][0], 0) < checker.finish:
+            counts[0] += checker.row(rows.popleft())
+        while events and checker.moment(events[0][1], 1) < checker.finish:
+            counts[1] += checker.event(events.popleft())
+        progress((i + 1) / len(pieces))
+    if rows or events:
+        raise Refused(f"the pieces end at t = {float(checker.time):.6g}, before the data")
+    return Accepted(stored.name, len(pieces), *counts)
+
+
+class Ring:
+    """What follows from addition, negation and multiplication."""
+
+    def __radd__(self: Any, other: Any) -> Any:
+        return self + other
+
+    def __sub__(self: Any, other: Any) -> Any:
+        return self + (-other)
+
+    def __rsub__(self: Any, other: Any) -> Any:
+        return -self + other
+
+    def __rmul__(self: Any, other: Any) -> Any:
+        return self * other
+
+
+class Series(Ring):
+    """A power series with coefficients in units of 2^-bits, each computed when it is needed."""
+
+    def __init__(self, bits: int, coefficients: list[int], rule: Callable[[int], int]):
+        self.bits, self.c, self.rule = bits, coefficients, rule
+
+    def at(self, n: int) -> int:
+        """The n-th coefficient."""
+        while len(self.c) <= n:
+            self.c.append(self.rule(len(self.c)))
+        return self.c[n]
+
+    def _other(self, other: Any) -> Series:
+        if isinstance(other, Series):
+            return other
+        return Series(self.bits, [_fixed(arb(other), self.bits)], lambda n: 0)
+
+    def __add__(self, other: Any) -> Series:
+        y = self._other(other)
+        return Series(self.bits, [], lambda n: self.at(n) + y.at(n))
+
+    def __neg__(self) -> Series:
+        return Series(self.bits, [], lambda n: -self.at(n))
+
+    def __mul__(self, other: Any) -> Series:
+        if not isinstance(other, Series):
+            factor = self._other(other).at(0)
+            return Series(self.bits, [], lambda n: self.at(n) * factor >> self.bits)
+
+        def rule(n: int) -> int:
+            self.at(n), other.at(n)
+            return sum(map(mul, self.c[: n + 1], other.c[n::-1])) >> self.bits
+
+        return Series(self.bits, [], rule)
+
+    def __truediv__(self, other: Any) -> Series:
+        y = self._other(other)
+        found = Series(self.bits, [], lambda n: 0)
+
+        def rule(n: int) -> int:
+            y.at(n)
+            known = sum(map(mul, found.c[:n], y.c[n:0:-1]))
+            return ((self.at(n) << self.bits) - known) // y.at(0)
+
+        found.rule = rule
+        return found
+
+    def __rtruediv__(self, other: Any) -> Series:
+        return self._other(other) / self
+
+
+class Poly(Ring):
+    """All functions on [0, end] within polynomials with balls as coefficients."""
+
+    def __init__(self, p: arb_poly, room: Room):
+        self.p, self.room = p, room
+
+    def __add__(self, other: Any) -> Poly:
+        return Poly(self.p + (other.p if isinstance(other, Poly) else other), self.room)
+
+    def __neg__(self) -> Poly:
+        return Poly(-self.p, self.room)
+
+    def __mul__(self, other: Any) -> Poly:
+        if isinstance(other, Poly):
+            return self.room.cut(self.p * other.p)
+        return Poly(self.p * other, self.room)
+
+    def __truediv__(self, other: Any) -> Poly:
+        return self * (_inverse(other) if isinstance(other, Poly) else 1 / arb(other))
+
+    def __rtruediv__(self, other: Any) -> Poly:
+        return _inverse(self) * other
+
+
+def _inverse(g: Poly) -> Poly:
+    """1/g: r with |1 - g r| <= e < 1 is right within e/(1 - e), relatively."""
+    before, flint.ctx.cap = flint.ctx.cap, g.room.degree + 1
+    found = 1 / arb_series(arb_poly([c.mid() for c in g.p.coeffs()]), g.room.degree + 1)
+    flint.ctx.cap = before
+    close = Poly(arb_poly([c.mid() for c in found.coeffs()]), g.room)
+    error = (1 - g * close).p(g.room.interval).abs_upper()
+    if not error < 1:
+        raise Refused("a divisor may be zero")
+    return close * (1 + arb(0, error / (1 - error)))
+
+
+class Room:
+    """The interval [0, end] and the degree to which polynomials on it are kept."""
+
+    def __init__(self, end: arb, degree: int):
+        self.degree, self.interval = degree, arb(0).union(end)
+        self.beyond = arb(0).union(end ** (degree + 1))
+
+    def cut(self, p: arb_poly) -> Poly:
+        if p.degree() > self.degree:
+            tail = p.right_shift(self.degree + 1)(self.interval) * self.beyond
+            p = p.truncate(self.degree + 1) + tail
+        return Poly(p, self)
+
+
+class Dual(Ring):
+    """A value and its derivatives by the components of the state (None for zero)."""
+
+    def __init__(self, value: Any, by: Sequence[Any]):
+        self.value, self.by = value, by
+
+    def _map(self, value: Any, factor: Any) -> Dual:
+        return Dual(value, [None if d is None else d * factor for d in self.by])
+
+    def __add__(self, other: Any) -> Dual:
+        if not isinstance(other, Dual):
+            return Dual(self.value + other, self.by)
+        pairs = zip(self.by, other.by, strict=True)
+        by = [b if a is None else a if b is None else a + b for a, b in pairs]
+        return Dual(self.value + other.value, by)
+
+    def __neg__(self) -> Dual:
+        return self._map(-self.value, -1)
+
+    def __mul__(self, other: Any) -> Dual:
+        if not isinstance(other, Dual):
+            return self._map(self.value * other, other)
+        left, right = self._map(0, other.value), other._map(0, self.value)
+        return Dual(self.value * other.value, (left + right).by)
+
+    def __truediv__(self, other: Any) -> Dual:
+        if isinstance(other, Dual):
+            inverse = 1 / other.value
+            return self * other._map(inverse, -1 * (inverse * inverse))
+        return self * (1 / arb(other))
+
+    def __rtruediv__(self, other: Any) -> Dual:
+        inverse = 1 / self.value
+        return self._map(inverse, -1 * (inverse * inverse)) * other
+
+
+class Checker:
+    """Goes through the pieces of a certificate; the state is then proved within the present one."""
+
+    def __init__(self, stored: Stored, content: dict[str, Any]):
+        scene = stored.scene
+        if content["scene_sha256"] != scene_sha256(stored.scene_text):
+            raise Refused("the certificate is about another scene")
+        self.stored, self.scene = stored, scene
+        self.bits, self.order = int(content["bits"]), int(content["order"])
+        table = stored.trajectory
+        self.scales = {name: scale_of(table.column(name)) for name in table.columns}
+        self.form = integrated(scene.model, "newton")
+        self.start = InitialState.of(scene, Arithmetic(Balls, ball))
+        self.finish = arb(0)
+        n = len(self.form.columns)
+        self.basis = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        self.box = arb_mat(n, 1, [arb(0)] * n)
+        self.end = [*map(arb, self.start.state(self.form))]
+
+    def _rates(self, state: Sequence[Any]) -> list[Any]:
+        return list(self.form.rates(self.start.body, self.form.State(*state), None))
+
+    def advance(self, power: int, length: arb, start: Sequence[arb]) -> None:
+        """Verify S1 to S4 for the next piece, in units of time 2^power, from ``start`` on."""
+        if not (length > 0 and length.is_exact() and all(x.is_exact() for x in start)):
+            raise Refused("a piece that goes nowhere, or from no exact state")
+        self.time, self._unit = self.finish, arb(2) ** power
+        gap = arb_mat(len(start), 1, [x - y for x, y in zip(self.end, start, strict=True)])
+        self.box += self.basis.inv() * gap
+        self.length, self.finish = length, self.time + length * self._unit
+        self.p = self._taylor(start, power)
+        if not all(c.is_exact() for p in self.p for c in p.coeffs()):
+            raise Refused("a polynomial that is not exact")
+        before = _norm((self.basis * self.box).entries())
+        room = Room(length, self.order)
+        exact = self._rates([Poly(p, room) for p in self.p])
+        defect = _norm(
+            (f.p * self._unit - p.derivative())(room.interval)
+            for f, p in zip(exact, self.p, strict=True)
+        )
+        low = Room(length, LOW)
+        self.tube = [low.cut(p) + arb(0, TUBE) for p in self.p]
+        jacobian = self._jacobian(low)
+        norms = [[entry.p(low.interval) for entry in row] for row in jacobian]
+        sums = (
+            sum((abs(x) for j, x in enumerate(row) if j != i), row[i])
+            for i, row in enumerate(norms)
+        )
+        rate = _top([arb(0), *(one.upper() for one in sums)])
+        growth = (rate * length).exp().upper()
+        self.reach = ((before + defect * length) * growth).upper()
+        if not self.reach < TUBE:
+            raise Refused(f"S4 fails at t = {float(self.time):.6g}: the errors leave the tube")
+        flow, error = _flow(jacobian, low)
+        gain = ((growth - 1) / rate).upper() if rate > 0 else length
+        spread = arb(0, (error * gain).upper())
+        n = len(start)
+        image = arb_mat([[f(length) + spread for f in row] for row in flow]) * self.basis
+        self.basis = _orthogonal(image, self.box)
+        back = self.basis.inv()
+        added = arb_mat(n, 1, [arb(0, (defect * gain).upper())] * n)
+        self.box = (back * image) * self.box + back * added
+        self.end = [p(length) for p in self.p]
+        force = QUANTITIES["g_n"].evaluate(self._motion(self.tube)).p
+        if not force(low.interval) > 0:
+            raise Refused(f"the contact force may vanish near t = {float(self.time):.6g}")
+
+    def _state(self, time: arb) -> list[arb]:
+        s = (time - self.time) / self._unit
+        if not (s >= 0 and s <= self.length):
+            raise Refused(f"t = {float(time):.6g} is not in one piece")
+        return [p(s) + arb(0, self.reach) for p in self.p]
+
+    def _motion(self, state: Sequence[Any]) -> Motion:
+        return self.form.motion(self.start.body, self.form.State(*state), Balls)
+
+    def moment(self, t: str, units: int) -> arb:
+        """A printed time, moved by ``units`` halves in its last place."""
+        exact = Fraction(t) + Fraction(units, 2) * Fraction(10) ** last_place(t, Decimal(1))
+        return ball(exact) / self.start.units.time
+
+    def row(self, row: Sequence[str]) -> int:
+        """Verify the printed numbers of a row; how many they are."""
+        cells = dict(zip(self.stored.trajectory.columns, row, strict=True))
+        motion, count = self._motion(self._state(self.moment(cells["t"], 0))), 0
+        for name, x in {**motion.state._asdict(), **motion.euler._asdict()}.items():
+            text = cells[name]
+            number = arb(x) * self.start.units.of_dimension(STATE_DIMENSIONS[name])
+            scale = self.scales[name]
+            half = Decimal(5).scaleb(last_place(text or "0", scale) - 1)
+            half = scale.scaleb(-DIGITS) if text == "0" else half
+            apart = abs(number - ball(Fraction(text or 0)))
+            if bool(text) != bool(number.is_finite()) or (
+                text and not apart <= ball(Fraction(half))
+            ):
+                raise Refused(f"{name} at t = {cells['t']} is not proved: {text or 'empty'}")
+            count += bool(text)
+        return count
+
+    def event(self, row: Sequence[str]) -> int:
+        """Verify that an event happens within half a unit of its printed time."""
+        name, t, direction, *_ = row
+        function = event_named(name, self.scene.model).function
+        ends = (self._motion(self._state(self.moment(t, n))) for n in (-1, 1))
+        before, after = (arb(function(end)) * int(direction) for end in ends)
+        if not (before < 0 and after > 0):
+            raise Refused(f"{name} is not proved to happen at t = {t}")
+        return 1
+
+    def _taylor(self, start: Sequence[arb], power: int) -> list[arb_poly]:
+        bits = self.bits + 8
+        y = [Series(bits, [_fixed(x, bits)], lambda n: 0) for x in start]
+        rates = self._rates(y)
+        for n in range(self.order):
+            for one, rate in zip(y, rates, strict=True):
+                slope = rate.at(n)
+                one.c.append((slope << power if power >= 0 else slope >> -power) // (n + 1))
+        return [arb_poly([arb(fmpz(c)) * arb(2) ** -bits for c in one.c]) for one in y]
+
+    def _jacobian(self, low: Room) -> list[list[Poly]]:
+        one, zero, places = Poly(arb_poly([1]), low), Poly(arb_poly([]), low), range(len(self.tube))
+        state = [
+            Dual(y, [one if i == j else None for j in places]) for i, y in enumerate(self.tube)
+        ]
+        rows = (rate.by for rate in self._rates(state))
+        return [[zero if d is None else d * self._unit for d in row] for row in rows]
+
+
+def _fixed(x: arb, bits: int) -> int:
+    return int((x.mid() * arb(2) ** bits).mid().floor().unique_fmpz())
+
+
+def _top(numbers: list[arb]) -> arb:
+    if not all(x.is_finite() for x in numbers):
+        raise Refused("a bound is not finite")
+    return max(numbers)
+
+
+def _norm(numbers: Any) -> arb:
+    return _top([arb(x).abs_upper() for x in numbers])
+
+
+def _flow(jacobian: list[list[Poly]], low: Room) -> tuple[list[list[arb_poly]], arb]:
+    """S3: polynomials P, P(0) = 1, and a bound of the norm of J P - P'."""
+    n = len(jacobian)
+    a = numpy.zeros((low.degree + 1, n, n))
+    for i, row in enumerate(jacobian):
+        for j, entry in enumerate(row):
+            for k, c in enumerate(entry.p.coeffs()):
+                a[k, i, j] = float(c.mid())
+    terms = [numpy.eye(n)]
+    for k in range(1, TERMS):
+        terms.append(sum(a[i] @ terms[k - 1 - i] for i in range(min(k, len(a)))) / k)
+    flow = [[arb_poly([t[i, j] for t in terms]) for j in range(n)] for i in range(n)]
+    rows = []
+    for i, row in enumerate(jacobian):
+        found = arb(0)
+        for j in range(n):
+            total = -flow[i][j].derivative()
+            for k, entry in enumerate(row):
+                if entry.p.length():
+                    total += entry.p * flow[k][j]
+            found += total(low.interval).abs_upper()
+        rows.append(found.upper())
+    return flow, _top(rows)
+
+
+def _orthogonal(image: arb_mat, box: arb_mat) -> arb_mat:
+    """A basis for the next set of errors: any invertible matrix is right."""
+    edges = numpy.array([float(x.abs_upper()) for x in box.entries()])
+    columns = numpy.array([[float(x.mid()) for x in row] for row in image.tolist()])
+    lengths = numpy.linalg.norm(columns, axis=0) * (edges / (edges.max() or 1.0) + 1e-30)
+    factor, _ = numpy.linalg.qr(columns[:, numpy.argsort(-lengths, kind="stable")])
+    return arb_mat(factor.tolist())

@@ -1,0 +1,294 @@
+"""What a solution does for ever, once it has come near a vertical spin: a theorem.
+
+Near the inverted spin k = -z (or the upright one k = +z) the state is determined by lambda, which
+is constant, and x = (kx, ky, Lx, Ly, vx, vy): kz = -+ sqrt(1 - kx^2 - ky^2), and lambda is linear
+in Lz. So x' = f(x). A turn by pi about the vertical maps x to -x and solutions to solutions, hence
+f(-x) = -f(x): f has no constant and no quadratic term at x = 0, the vertical spin itself.
+
+In coordinates z = S^-1 x, with a matrix S of exact numbers near real and imaginary parts of the
+eigenvectors of Df(0), let |z_p| be the Euclidean length of the p-th of three pairs, F(z) =
+S^-1 f(S z), L = DF(0). Let w_p > 0, and Z = {z: |z_p| <= w_p for each p}. Verified in balls:
+
+- **F1** a_p bounds the logarithmic norm of the pair's own block of L, c_pq the norm of its blocks
+  beside it, and b_pq those of the matrices with the entries sum over k of H_ijk z_k/2, where z is
+  in Z and H_ijk contains the second derivatives of F_i on all of Z.
+- **F2** a_p w_p + sum over q of (c_pq + b_pq) w_q <= -rate w_p with rate > 0, for each p.
+- **F3** the contact force g_n is at least ``force`` > 0 on Z.
+- **F4** At some time t0 the solution is proved to lie in Z: |z_p| <= r w_p with r <= 1.
+
+**Theorem.** Under F1 to F4 the solution exists for all t >= t0, loses contact nowhere, and
+
+    |z_p(t)| <= r w_p exp(-rate (t - t0)).
+
+So theta -> pi (or 0), v -> 0 and L -> Lz z exponentially, where lambda determines the limit of Lz:
+D, the energy E and the modified energy E~ tend to their values at that vertical spin.
+
+*Proof.* By Taylor's theorem F(z) = L z + N(z), N_i = sum of (integral of (1 - h) H_ijk(h z) dh)
+z_j z_k over j and k, as F(0) = 0, and Z is convex and contains h z; 1 - h integrates to 1/2. So
+|N_p| <= sum over q of b_pq |z_q|, and |z_p|' <= a_p |z_p| + sum over q of (c_pq + b_pq) |z_q| as
+long as z stays in Z (upper right derivatives). With m = max |z_p|/w_p this is m' <= -rate m by F2,
+as the coefficients b and c are not negative. Then m falls, z never leaves Z, on which f is defined
+and bounded, and the solution goes on for ever with m(t) <= m(t0) exp(-rate (t - t0)). ∎
+
+(That H need only contain H(h z) - H(0) is not used; it is small because H(0) = 0 and Z is.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR
+from fractions import Fraction
+from typing import Any
+
+import flint
+import numpy
+from flint import arb, arb_mat
+
+from tt_precise.certify.balls import Balls, around, ball, bounds, largest
+from tt_precise.certify.printed import outward, rounded
+from tt_precise.certify.problem import BALLS
+from tt_precise.certify.slopes import Slope, variables
+from tt_precise.certify.verdict import NotProved
+from tt_precise.golden.table import Table
+from tt_precise.initial_state import InitialState
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.scene import Scene
+
+COLUMNS = ("kx", "ky", "Lx", "Ly", "vx", "vy")
+PAIRS = (slice(0, 2), slice(2, 4), slice(4, 6))
+BITS = 128
+ROOM = arb(1.01).mid()  # the block is this much larger than what has to lie in it
+# of the largest: a pair that has died out needs room for what the others drive it to
+SMALLEST = (0.0, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0)
+LIMITS = ("D", "E", "E_tilde", "omega_3")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A neighbourhood of the vertical spin, which the solution enters and never leaves.
+
+    ``pole`` is -1 (inverted) or 1 (upright), ``rate`` in 1/s, ``force`` a bound of g_n/(m g) in it.
+    ``tilt`` bounds sin theta in the block, and ``reached`` the part of it that the solution is in
+    at ``since_s``: from then on sin theta <= reached tilt exp(-rate (t - since)).
+    """
+
+    pole: int
+    since_s: str
+    rate: arb
+    force: arb
+    tilt: arb
+    reached: arb
+    limits: dict[str, arb]
+
+    def as_dict(self) -> dict[str, Any]:
+        """For proof.json."""
+        return {
+            "theta_tends_to": "pi" if self.pole < 0 else "0",
+            "since_s": self.since_s,
+            "rate_per_s": rounded(bounds(self.rate)[0], ROUND_FLOOR, 4),
+            "g_n_at_least_mg": rounded(bounds(self.force)[0], ROUND_FLOOR, 4),
+            "sin_theta_at_most": rounded(bounds(self.tilt * self.reached)[1], ROUND_CEILING, 4),
+            "limits": {
+                name: dict(zip(("middle", "radius"), outward(one, 30), strict=True))
+                for name, one in self.limits.items()
+            },
+        }
+
+
+class Reduced:
+    """The motion near a vertical spin, as a function of ``COLUMNS`` for the lambda of a scene."""
+
+    def __init__(self, scene: Scene, pole: int):
+        start = InitialState.of(scene, BALLS)
+        self.body, self.units, self.pole = start.body, start.units, pole
+        self.lambda_ = arb(jellett(start.motion(Balls)))
+
+    def state(self, x: Sequence[Any]) -> NewtonState:
+        """The whole state that belongs to x."""
+        kx, ky, Lx, Ly, vx, vy = x
+        kz = self.pole * (1 - (kx * kx + ky * ky)).sqrt()
+        # lambda is linear in Lz
+        without, one = (
+            jellett(Motion(self.body, NewtonState(kx, ky, kz, Lx * n, Ly * n, Lz, 0, 0), Balls))
+            for n, Lz in ((1, 0), (0, 1))
+        )
+        return NewtonState(kx, ky, kz, Lx, Ly, (self.lambda_ - without) / one, vx, vy)
+
+    def rates(self, x: Sequence[Any]) -> list[Any]:
+        """f(x)."""
+        found = newton.rates(self.body, self.state(x))
+        return [getattr(found, name) for name in COLUMNS]
+
+    def force(self, x: Sequence[Any]) -> Any:
+        """g_n/(m g)."""
+        return newton.normal_force(self.body, self.state(x))
+
+    def limits(self) -> dict[str, arb]:
+        """Values of conserved and other quantities at the vertical spin, SI."""
+        motion = Motion(self.body, self.state([arb(0)] * 6), Balls)
+        return {
+            name: arb(QUANTITIES[name].evaluate(motion))
+            * self.units.of_dimension(QUANTITIES[name].dimension)
+            for name in LIMITS
+        }
+
+
+def forever(scene: Scene, enclosure: Table) -> tuple[Block, Block]:
+    """The first block that the solution is in at a row of its enclosure, and that of the last row.
+
+    The first is the largest, and contracts slowly; the last one comes close to the linear rates.
+
+    Raises
+    ------
+    NotProved
+        No row is in such a block; the scene may have to be proved for longer.
+    """
+    if scene.model != "gliding" or not scene.body.mu:
+        raise NotProved("F2", "without friction nothing tends to a vertical spin")
+    if scene.start.theta.at_pole:
+        raise NotProved("F4", "the axis is vertical from the start")
+    if not enclosure.rows:
+        raise NotProved("F4", "no row is enclosed")
+    with flint.ctx.workprec(BITS):
+        last = _entries(scene, enclosure, len(enclosure.rows) - 1)
+        reduced = Reduced(scene, 1 if last["kz"] > 0 else -1)
+        frame = _Frame(reduced)
+        found = final = frame.entered(scene, enclosure, len(enclosure.rows) - 1)
+        low, high = 0, len(enclosure.rows) - 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            try:
+                found, high = frame.entered(scene, enclosure, middle), middle
+            except NotProved:
+                low = middle
+        return found, final
+
+
+class _Frame:
+    """Coordinates near the eigenvectors of Df(0)."""
+
+    def __init__(self, reduced: Reduced):
+        self.reduced = reduced
+        linear = _jacobian(reduced.rates([*variables([arb(0)] * 6)]))
+        floats = numpy.array([[float(x.mid()) for x in row] for row in linear])
+        values, vectors = numpy.linalg.eig(floats)
+        upper = [i for i in numpy.argsort(values.real) if values[i].imag > 0]
+        if len(upper) != len(PAIRS):
+            raise NotProved("F1", "the linear motion is not one of three oscillations")
+        columns = [part for i in upper for part in (vectors[:, i].real, -vectors[:, i].imag)]
+        self.basis = arb_mat(numpy.array(columns).T.tolist())
+        try:
+            self.inverse = self.basis.inv()
+        except ZeroDivisionError:
+            raise NotProved("F1", "no basis could be found") from None
+        self.linear = self.inverse * arb_mat(linear) * self.basis
+
+    def entered(self, scene: Scene, enclosure: Table, row: int) -> Block:
+        entries = _entries(scene, enclosure, row)
+        if not entries["kz"] * self.reduced.pole > 0:
+            raise NotProved("F4", "the axis is nearer to the other pole")
+        x = arb_mat(6, 1, [entries[name] for name in COLUMNS])
+        z = (self.inverse * x).entries()
+        lengths = [_length(z[pair]) for pair in PAIRS]
+        longest = largest(lengths)
+        why = NotProved("F2", "nothing was tried")
+        for smallest in SMALLEST:
+            weights = [(largest([one, longest * smallest]) * ROOM).upper().mid() for one in lengths]
+            try:
+                rate, force = self._contraction(weights)
+            except NotProved as error:
+                why = error
+                continue
+            reached = largest(one / w for one, w in zip(lengths, weights, strict=True))
+            box = self._box(weights)
+            tilt = _length([box[0].abs_upper(), box[1].abs_upper()])
+            return Block(
+                self.reduced.pole,
+                enclosure.rows[row][0],
+                rate / self.reduced.units.time,
+                force,
+                tilt,
+                reached,
+                self.reduced.limits(),
+            )
+        raise why
+
+    def _box(self, weights: Sequence[arb]) -> list[arb]:
+        each = [around(w) for w in weights for _ in range(2)]
+        found: list[arb] = (self.basis * arb_mat(6, 1, each)).entries()
+        return found
+
+    def _contraction(self, weights: Sequence[arb]) -> tuple[arb, arb]:
+        """F1 to F3: the rate at which all that is within the weights contracts, and a force."""
+        force = self.reduced.force(self._box(weights))
+        if not force > 0:
+            raise NotProved("F3", "the contact force is not proved to be positive")
+        bends = self._second(weights)
+        rates = []
+        for p, pair in enumerate(PAIRS):
+            total = arb(0)
+            for q, other in enumerate(PAIRS):
+                block = [[self.linear[i, j] for j in _indices(other)] for i in _indices(pair)]
+                if p == q:
+                    (a, b), (c, d) = block
+                    total += (largest([a, d]) + abs(b + c) / 2) * weights[p]
+                else:
+                    total += _length([x for line in block for x in line]) * weights[q]
+                bent = [
+                    sum(
+                        (bends[i][j][k].abs_upper() * weights[k // 2] for k in range(6)),
+                        start=arb(0),
+                    )
+                    / 2
+                    for i in _indices(pair)
+                    for j in _indices(other)
+                ]
+                total += _length(bent) * weights[q]
+            rates.append(-total / weights[p])
+        rate = -largest(-one for one in rates)
+        if not rate > 0:
+            raise NotProved("F2", "the block is not proved to contract")
+        return rate, force.lower()
+
+    def _second(self, weights: Sequence[arb]) -> list[list[list[arb]]]:
+        """Balls around the second derivatives of F on the block."""
+        inner = variables([around(w) for w in weights for _ in range(2)])
+        outer = [Slope(one, {i: arb(1)}) for i, one in enumerate(inner)]
+        zero = Slope(Slope(arb(0), {}), {})
+        x = [sum((outer[j] * self.basis[i, j] for j in range(6)), start=zero) for i in range(6)]
+        rates = self.reduced.rates(x)
+        bends = [[[arb(0)] * 6 for _ in range(6)] for _ in range(6)]
+        for n, rate in enumerate(rates):
+            for j, slope in rate.partials.items():
+                for k, bend in getattr(slope, "partials", {}).items():
+                    for i in range(6):
+                        bends[i][j][k] += self.inverse[i, n] * bend
+        return bends
+
+
+def _jacobian(rates: Sequence[Any]) -> list[list[arb]]:
+    return [[arb(rate.partials.get(j, 0)) for j in range(6)] for rate in rates]
+
+
+def _indices(pair: slice) -> range:
+    return range(pair.start, pair.stop)
+
+
+def _length(numbers: Sequence[arb]) -> arb:
+    return sum((x * x for x in numbers), start=arb(0)).sqrt().upper()
+
+
+def _entries(scene: Scene, enclosure: Table, row: int) -> dict[str, arb]:
+    """Balls around the vectors in a row of enclosure.csv, dimensionless."""
+    units = InitialState.of(scene, BALLS).units
+    cells = dict(zip(enclosure.columns, enclosure.rows[row], strict=True))
+    found = {}
+    for name in NewtonState._fields:
+        middle, radius = (ball(Fraction(cells[key])) for key in (name, f"{name}_radius"))
+        si = middle + around(radius.upper())
+        found[name] = si / units.of_dimension(STATE_DIMENSIONS[name])
+    return found

@@ -1,0 +1,113 @@
+"""A certificate: where the pieces of an approximate solution begin, and how long they are.
+
+Of each piece: its unit of time as a power of two, its length in that unit, and the state at its
+beginning, exact (mantissa, hexadecimal, and exponent of two). ``checker`` makes all else from them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import lzma
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from flint import arb, fmpz
+
+from tt_precise.golden.manifest import scene_sha256
+from tt_precise.golden.store import Stored
+
+if TYPE_CHECKING:
+    from tt_precise.certify.proof import Proof
+
+SCHEMA = "tt_precise.certificate/1"
+FILE = "certificate.json.xz"
+
+
+class Refused(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
+    """The certificate does not prove the golden data; the message says where it fails."""
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """What a certificate proves: so many pieces, printed numbers and events."""
+
+    scene: str
+    pieces: int
+    numbers: int
+    events: int
+
+    @property
+    def summary(self) -> str:
+        """One line for people."""
+        return (
+            f"{self.scene}: accepted: {self.pieces} pieces prove {self.numbers} printed numbers, "
+            f"{self.events} events at their times, and that contact is kept"
+        )
+
+
+def content_of(stored: Stored, proof: Proof) -> dict[str, Any]:
+    """The certificate of a proof: the pieces that it went through."""
+    size = len(proof.enclosure.problem.columns) - len(stored.scene.record)
+    stretches = proof.enclosure.stretches
+    return {
+        "schema": SCHEMA,
+        "scene": stored.name,
+        "scene_sha256": scene_sha256(stored.scene_text),
+        "bits": proof.enclosure.bits,
+        "order": max(p.degree() for p in stretches[0].piece.polynomials),
+        "pieces": [
+            [
+                int(one.piece.unit.man_exp()[1]),
+                *(_dyadic(x) for x in (one.piece.end, *one.piece.first[:size])),
+            ]
+            for one in stretches
+        ],
+    }
+
+
+def packed(content: dict[str, Any]) -> bytes:
+    """The certificate's file: JSON with its own hash, compressed."""
+    text = json.dumps(content, separators=(",", ":"))
+    sealed = hashlib.sha256(text.encode()).hexdigest() + text
+    return lzma.compress(sealed.encode(), preset=6)
+
+
+def unpacked(data: bytes) -> dict[str, Any]:
+    """The content of a certificate's file.
+
+    Raises
+    ------
+    Refused
+        It is not what was written.
+    """
+    try:
+        sealed = lzma.decompress(data).decode()
+        content = json.loads(sealed[64:])
+    except (lzma.LZMAError, EOFError, UnicodeDecodeError, ValueError) as error:
+        raise Refused(f"the certificate cannot be read ({type(error).__name__})") from None
+    if hashlib.sha256(sealed[64:].encode()).hexdigest() != sealed[:64]:
+        raise Refused("the certificate was changed after it was written")
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+        raise Refused(f"the certificate has another schema, expected {SCHEMA}")
+    return content
+
+
+def _dyadic(number: arb) -> str:
+    mantissa, exponent = number.man_exp()
+    return f"{int(mantissa):x}p{int(exponent)}"
+
+
+def exactly(text: str) -> arb:
+    """The number that is written in this way.
+
+    Raises
+    ------
+    Refused
+        It is none.
+    """
+    try:
+        mantissa, exponent = text.split("p")
+        return arb(fmpz(int(mantissa, 16))) * arb(2) ** int(exponent)
+    except (ValueError, AttributeError):
+        raise Refused(f"got {str(text)[:50]!r}, expected a mantissa and an exponent") from None
