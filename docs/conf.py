@@ -46,7 +46,10 @@ nitpicky = True
 # objects of other projects, whose inventories are not on this machine
 nitpick_ignore_regex = [
     (r"py:.*", r"(numpy|pandas|matplotlib|mpmath|flint|click|collections|fractions|pathlib)\..*"),
-    (r"py:.*", r"(Any|Callable|Fraction|Iterable|Mapping|Path|Sequence|optional|array_like)"),
+    (
+        r"py:.*",
+        r"(Any|Array|Scalar|Callable|Fraction|Iterable|Mapping|Path|Sequence|optional|array_like)",
+    ),
 ]
 
 html_theme = "furo"

@@ -19,6 +19,7 @@ def shortened(name: str, rows: int) -> tuple[Scene, Table]:
     return whole.scene.varied(until=whole.scene.sample_every * (rows - 1)), table
 
 
+@pytest.mark.slow  # compiling the quadratures in wide arithmetic takes most of it
 def test_digits_of_the_pose() -> None:
     """34 digits at 0.04 s, against the published phi, psi, x and y of the scene that has them."""
     scene, table = shortened("track", 5)
