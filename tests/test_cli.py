@@ -169,7 +169,14 @@ def test_a_bug_is_neither_bad_input_nor_a_failed_check(
     assert type(error).__name__ in line
 
 
-@pytest.mark.parametrize("error", [MemoryError(), RuntimeError("can't start new thread")])
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError(),
+        RuntimeError("can't start new thread"),
+        ImportError("libx.so: failed to map segment from shared object"),
+    ],
+)
 def test_a_limit_of_the_system_is_one_line(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
@@ -177,7 +184,7 @@ def test_a_limit_of_the_system_is_one_line(
         raise error
 
     monkeypatch.setattr(cli.group, "main", fail)
-    assert "expected a" in refused(capsys)
+    assert "expected " in refused(capsys)
 
 
 # what is no number, or none that anybody means

@@ -92,6 +92,10 @@ def _main(argv: list[str] | None) -> int:
         return _complain(f"{place}{reason}; expected a system that lets it go on", BAD_INPUT)
     except MemoryError:
         return _complain("out of memory; expected a smaller problem, or more memory", BAD_INPUT)
+    except ImportError as error:
+        if "failed to map segment" in str(error):  # the dynamic linker's words for it
+            return _complain("out of memory; expected more of it", BAD_INPUT)
+        return _bug(error)
     except RuntimeError as error:
         if "can't start new thread" in str(error):
             return _complain(f"{error}; expected a system that lets it go on", BAD_INPUT)
