@@ -6,7 +6,7 @@ from typing import Any
 import pandas
 import pytest
 
-from tt_precise.bench.evaluators import Entry
+from tt_precise.bench.evaluators import TableEntry
 from tt_precise.bench.findings import TradeoffComparison, comparisons, findings
 from tt_precise.bench.tables import GROWTH, TABLE, TradeoffTables, read
 
@@ -77,7 +77,7 @@ def test_aims_are_met_or_not() -> None:
     assert met["full accuracy over 1e-6"] is False
     assert met["any peer at 1e-03, newton"] is None
     with pytest.raises(ValueError, match="at least"):
-        TradeoffComparison("x", Entry("seconds", {}), None, "", aim=("above", 1.0))
+        TradeoffComparison("x", TableEntry("seconds", {}), None, "", aim=("above", 1.0))
 
 
 def test_what_is_on_top_is_measured_against_what_is_below() -> None:

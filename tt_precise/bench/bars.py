@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.bench import calls, plan, processes
-from tt_precise.bench.evaluators import CostTo, Entry
+from tt_precise.bench.evaluators import CostTo, TableEntry
 from tt_precise.bench.findings import TradeoffComparison, met
 from tt_precise.bench.tables import TradeoffTables
 from tt_precise.bench.timing import Turn, interleaved
@@ -92,7 +92,7 @@ def engine() -> list[TradeoffComparison]:
     full = {"method": "heyoka", "precision": "double", "formulation": "newton", "tolerance": 0.0}
     found.append(
         TradeoffComparison(
-            "full double over 1e-6", Entry("ratio", full), CostTo(1e-6, heyoka),
+            "full double over 1e-6", TableEntry("ratio", full), CostTo(1e-6, heyoka),
             "bare heyoka loop", aim=("at most", 3.0),
         )
     )  # fmt: skip
@@ -101,7 +101,7 @@ def engine() -> list[TradeoffComparison]:
         found.append(
             TradeoffComparison(
                 f"digits={-plan.exponent(error)} beside the fastest peer",
-                Entry("ratio", digits), CostTo(error),
+                TableEntry("ratio", digits), CostTo(error),
                 "integrate(), its estimate included, over one run of {below.which}",
                 aim=("at most", 2.0),
             )

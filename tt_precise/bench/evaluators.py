@@ -77,7 +77,7 @@ def _beginning(names: Any, prefixes: tuple[str, ...]) -> Collection[str]:
 
 
 @dataclass(frozen=True)
-class Entry:
+class TableEntry:
     """The smallest number in a column of the rows that have the given values.
 
     ``among`` are several values of one column, such as settings of which the fastest counts.

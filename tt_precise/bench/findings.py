@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from tt_precise.bench import error_growth, plan, statistics
-from tt_precise.bench.evaluators import CostTo, Entry, Evaluator, Statistic
+from tt_precise.bench.evaluators import CostTo, Evaluator, Statistic, TableEntry
 from tt_precise.bench.tables import ACCURACIES, WHOLE_S, TradeoffTables
 
 AIMS = ("at least", "at most", "below")
@@ -141,9 +141,9 @@ def _peers() -> Iterator[TradeoffComparison]:
     )
 
 
-def _at_best(variant: str, formulation: str) -> Entry:
+def _at_best(variant: str, formulation: str) -> TableEntry:
     """heyoka at its best double tolerance, beside the bare loop."""
-    return Entry("ratio", _row(variant, formulation))
+    return TableEntry("ratio", _row(variant, formulation))
 
 
 def _row(variant: str, formulation: str, **others: Any) -> dict[str, Any]:
@@ -169,7 +169,7 @@ def _variants() -> Iterator[TradeoffComparison]:
     yield TradeoffComparison(
         "SIMD",
         _at_best("", "newton"),
-        Entry("ratio", row, {"method": lanes}),
+        TableEntry("ratio", row, {"method": lanes}),
         "trajectories per second of {below.which} over those of the scalar loop, one core",
         aim=("at least", 4.0),
     )
@@ -201,20 +201,22 @@ def _digits() -> Iterator[TradeoffComparison]:
         short = partial(_row, formulation="newton", precision=precision, bits=bits)
         at = short("", horizon_s=float(plan.SHORT))
         yield TradeoffComparison(
-            f"{bits} bits", Entry("seconds", at), None,
+            f"{bits} bits", TableEntry("seconds", at), None,
             f"0 to {plan.SHORT} s in {precision}, error {{above.error:.1g}}", "s",
         )  # fmt: skip
         yield TradeoffComparison(
-            f"compiling, {bits} bits", Entry("setup_s", at), None, "for the run above", "s"
+            f"compiling, {bits} bits", TableEntry("setup_s", at), None, "for the run above", "s"
         )
         yield TradeoffComparison(
             f"parallel_mode, {bits} bits",
-            Entry("seconds", short("parallel_mode", horizon_s=float(plan.SHORT))),
-            Entry("seconds", at),
+            TableEntry("seconds", short("parallel_mode", horizon_s=float(plan.SHORT))),
+            TableEntry("seconds", at),
             "time with over without",
         )
     quad, real = (
-        Entry("seconds", _row("", "newton", precision=name, bits=113, horizon_s=float(plan.SHORT)))
+        TableEntry(
+            "seconds", _row("", "newton", precision=name, bits=113, horizon_s=float(plan.SHORT))
+        )
         for name in ("quad", "mp")
     )
     yield TradeoffComparison("113 bits as mp over quad", real, quad, "the same accuracy")
@@ -222,7 +224,7 @@ def _digits() -> Iterator[TradeoffComparison]:
 
 def _tables_as_a_whole() -> Iterator[TradeoffComparison]:
     end, start = (
-        Entry("seconds", {"scene": None, "method": "reference workload", "setting": when})
+        TableEntry("seconds", {"scene": None, "method": "reference workload", "setting": when})
         for when in ("end", "start")
     )
     yield TradeoffComparison(
