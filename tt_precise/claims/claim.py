@@ -110,7 +110,7 @@ def claim(
     definition: str = "",
     slow: bool = False,
 ) -> Callable[[Callable[..., Finding]], Callable[..., Finding]]:
-    """Register the decorated function as the judge of a claim; see ``Claim``."""
+    """Register the decorated function, which judges a claim; see ``Claim``."""
 
     def register(function: Callable[..., Finding]) -> Callable[..., Finding]:
         statement = " ".join(docstring(function).split())

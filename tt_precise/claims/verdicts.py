@@ -151,7 +151,7 @@ def in_range(low: str, high: str, measured: Measured, unit: str = "") -> Check:
 def approximate(printed: str, error: Measured, scale: Measured, what: str = "off by") -> Check:
     """Whether "approximately", without a number, fits: the error is at most a tenth of the scale.
 
-    A tenth is what still leaves the leading digit; ``what`` introduces the ratio that is told.
+    A tenth is what still leaves the leading digit; ``what`` introduces the ratio.
     """
     ratio = abs(fraction_of(error) / fraction_of(scale))
     return Check(10 * ratio <= 1, printed, f"{what} {decimal(ratio, 3)}")
@@ -160,8 +160,8 @@ def approximate(printed: str, error: Measured, scale: Measured, what: str = "off
 def agrees(printed: str, value: Measured, independent: Measured, digits: int) -> Check:
     """Whether a printed formula's value has ``digits`` digits of an independent determination."""
     found = Settled.of(value, independent, most=digits)
-    told = decimal(independent, min(found.digits, MOST_DIGITS))
-    measured = f"{told} ({found.digits} digits agree)"
+    agreed = decimal(independent, min(found.digits, MOST_DIGITS))
+    measured = f"{agreed} ({found.digits} digits agree)"
     return Check(found.digits >= digits, printed, measured)
 
 
@@ -179,7 +179,7 @@ def judged(check: Check, note: str, *, proved: bool = False) -> Finding:
 
 
 def all_of(checks: Mapping[str, Check], note: str, *, proved: bool = False) -> Finding:
-    """A claim of several parts: refuted if one fails, and the note is told which."""
+    """A claim of several parts: refuted if one fails, and the note says which."""
     failed = [name for name, check in checks.items() if not check.holds]
     if failed and len(failed) < len(checks):
         note = f"{note} What fails: {'; '.join(failed)}."
@@ -252,10 +252,10 @@ def _parts(checks: Mapping[str, Check]) -> tuple[tuple[str, Verdict, str, str], 
 
 def _joined(checks: Mapping[str, Check], side: str) -> str:
     texts = {name: getattr(check, side) for name, check in checks.items()}
-    told = {name: text for name, text in texts.items() if text}
-    if len(set(told.values())) <= 1:
-        return next(iter(told.values()), "")
-    return "; ".join(f"{name}: {text}" for name, text in told.items())
+    given = {name: text for name, text in texts.items() if text}
+    if len(set(given.values())) <= 1:
+        return next(iter(given.values()), "")
+    return "; ".join(f"{name}: {text}" for name, text in given.items())
 
 
 _NUMBER = re.compile(

@@ -103,13 +103,15 @@ def assemble(
     judgements: list[Judgement], measurements: Sequence[Section], command: str, seconds: float
 ) -> Report:
     """The report as a document; ``seconds`` is how long judging took."""
-    told = provenance(command)
+    facts = provenance(command)
     sections = [
         claims.errata(judgements),
         *measurements,
-        claims.all_claims(judgements, run_record(seconds, WORKERS, dict(told))),
+        claims.all_claims(judgements, run_record(seconds, WORKERS, dict(facts))),
     ]
-    return Report("The Tippe Top, verified", OPENING, overview.overview(judgements), sections, told)
+    return Report(
+        "The Tippe Top, verified", OPENING, overview.overview(judgements), sections, facts
+    )
 
 
 def provenance(command: str) -> list[tuple[str, str]]:

@@ -19,7 +19,9 @@ class PrecisionRun:
     """The reference scene in one precision, and how far its end is from the finest run's."""
 
     trajectory: Trajectory
-    state_error: Any  # largest of the vector entries, dimensionless; None for the judge itself
+    state_error: (
+        Any  # largest of the vector entries, dimensionless; None for the reference run itself
+    )
 
     @property
     def label(self) -> str:
@@ -42,19 +44,19 @@ def precision_runs() -> tuple[PrecisionRun, ...]:
             runs.append(integrate(SCENE, name))
         except InputError:  # a machine without 80-bit floats
             continue
-    judge = runs[-1]
+    reference = runs[-1]
     return (
-        *(PrecisionRun(run, state_distance(run, judge)) for run in runs[:-1]),
-        PrecisionRun(judge, None),
+        *(PrecisionRun(run, state_distance(run, reference)) for run in runs[:-1]),
+        PrecisionRun(reference, None),
     )
 
 
-def state_distance(run: Trajectory, judge: Trajectory) -> Any:
+def state_distance(run: Trajectory, reference: Trajectory) -> Any:
     """Largest difference of the vector entries of two final states, in dimensionless units."""
-    context, units = judge.precision.context, judge.start.units
+    context, units = reference.precision.context, reference.start.units
     differences = []
     for name in VECTOR_COLUMNS:
-        scale = units.of_dimension(judge.dimension(name))
-        mine, better = (context.mpf(t.state.values[name]) for t in (run, judge))
+        scale = units.of_dimension(reference.dimension(name))
+        mine, better = (context.mpf(t.state.values[name]) for t in (run, reference))
         differences.append(abs(mine - better) / scale)
     return max(differences)

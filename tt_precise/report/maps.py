@@ -82,8 +82,8 @@ def definition() -> dict[str, Any]:
     """What the rows are made from."""
     scene = _scene()
     sides = {name: repr(pair) for name, pair in MAPS.items()}
-    told = {"body": repr(scene.body), "start": repr(scene.start), "sides": sides}
-    return {**told, "version": VERSION, "until": UNTIL, "count": COUNT, "record": RECORD}
+    made_from = {"body": repr(scene.body), "start": repr(scene.start), "sides": sides}
+    return {**made_from, "version": VERSION, "until": UNTIL, "count": COUNT, "record": RECORD}
 
 
 def _scene() -> Scene:

@@ -164,5 +164,5 @@ def test_counts_and_digits() -> None:
 
 def test_what_is_not_settled_is_told() -> None:
     unknown = Proved(None, "no proof")
-    assert unknown.told(True, "that") == " Proved (rigorous enclosure): that."
-    assert unknown.told(False, "that") == " Not proved: no proof."
+    assert unknown.sentence(True, "that") == " Proved (rigorous enclosure): that."
+    assert unknown.sentence(False, "that") == " Not proved: no proof."

@@ -112,7 +112,7 @@ def evaluate(text: str, body: Parameters, fn: Any, **values: Any) -> Any:
 def equal(printed: Any, truth: Any, shown: str = "") -> Check:
     """Whether a printed formula (text or symbols) equals ``truth`` for every body and state.
 
-    A difference is told as a fraction of the larger side at ``POINT``.
+    A difference is given as a fraction of the larger side at ``POINT``.
     """
     element = read(printed) if isinstance(printed, str) else printed
     shown = (shown or str(printed)).replace("lambda_", "lambda")

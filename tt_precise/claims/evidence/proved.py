@@ -34,7 +34,7 @@ class Proved:
     proof: Established | None
     why: str
 
-    def told(self, settled: bool, theorem: str) -> str:
+    def sentence(self, settled: bool, theorem: str) -> str:
         """A sentence for the note of a claim: what is proved, or that nothing is, and why."""
         if settled:
             return f" Proved (rigorous enclosure): {theorem}."
@@ -113,7 +113,7 @@ def proofs_of(scene: SceneLike) -> Proved:
     """What is proved about ``scene``, from the files beside its golden data."""
     try:
         return Proved(*proofs.established(load_scene(scene)))
-    except InputError as error:  # unusable golden data are told in the note, like missing ones
+    except InputError as error:  # unusable golden data are named in the note, like missing ones
         return Proved(None, str(error))
 
 

@@ -4,7 +4,7 @@ Every sweep varies the reference scene. Rows that lose contact are integrated tw
 where the trajectory ends when g_n reaches 0, and "bilateral", where it goes on with g_n < 0, as
 the paper's own equations do. Conclusions can so be drawn with and without them.
 
-The rows are kept in ``reports/``; after a change of the definition they are computed anew, which
+The rows are cached in ``reports/``; after a change of the definition they are computed anew, which
 takes some three minutes of one core.
 """
 

@@ -97,8 +97,8 @@ def _energy(printed: str, t: str, note: str, scene: str) -> Finding:
 
     found, known = check(evidence.at("E_pot", t, scene)), proofs_of(scene)
     proved = settles(found, check, known.potential_energy(t))
-    told = known.told(proved, f"this energy {digits([known.potential_energy(t)])}")
-    return judged(found, note + told, proved=proved)
+    shown = known.sentence(proved, f"this energy {digits([known.potential_energy(t)])}")
+    return judged(found, note + shown, proved=proved)
 
 
 def _proved_ratio(scene: str) -> Interval | None:
@@ -108,7 +108,7 @@ def _proved_ratio(scene: str) -> Interval | None:
 
 def _told_ratio(proved: bool, scene: str) -> str:
     theorem = f"the ratio of the solution's energies {digits([_proved_ratio(scene)])}"
-    return proofs_of(scene).told(proved, theorem)
+    return proofs_of(scene).sentence(proved, theorem)
 
 
 def _ratio(run: Trajectory) -> Any:

@@ -114,8 +114,8 @@ def _found(
 
     checks = {reading: check(time) for reading, time in times.items()}
     proved = all(settles(checks[one], check, intervals[one]) for one in checks)
-    told = proofs_of(scene).told(proved, f"each of these times {digits(intervals.values())}")
-    return readings(checks, note + told, proved=proved)
+    shown = proofs_of(scene).sentence(proved, f"each of these times {digits(intervals.values())}")
+    return readings(checks, note + shown, proved=proved)
 
 
 def _highest(scene: str) -> Interval | None:

@@ -124,8 +124,8 @@ def _distances(scene: evidence.SceneLike) -> dict[str, list[float]]:
 
 def _falling(away: list[float]) -> Check:
     holds = all(10 * later < earlier for earlier, later in pairwise(away))
-    told = ", ".join(decimal(one, 2) for one in away)
-    return statement(holds, printed="tends to its limit", measured=f"distances {told}")
+    shown = ", ".join(decimal(one, 2) for one in away)
+    return statement(holds, printed="tends to its limit", measured=f"distances {shown}")
 
 
 def _with_the_same_lambda(phi_dot: str) -> Scene:

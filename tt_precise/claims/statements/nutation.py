@@ -62,7 +62,9 @@ def oscillation(scene: SceneLike = "reference") -> Finding:
         ),
         f"The longest time without a turning point is {decimal(gap, 3)} s, from "
         f"{decimal(begin, 4)} s on."
-        + known.told(proved, "there are exactly these turning points, all of them simple zeros"),
+        + known.sentence(
+            proved, "there are exactly these turning points, all of them simple zeros"
+        ),
         proved=proved,
     )
 

@@ -66,8 +66,10 @@ def toy_satisfies_the_condition(printed: str = PRINTED, scene: str = "reference"
 
     def satisfied(text: str) -> Check:
         value = f.read(text, {"gamma": gamma, "alpha": alpha})
-        told = f"m R^2/I3 = {decimal(sigma, 6)}, {text} = {decimal(value, 6)}"
-        return statement(between and sigma == value, printed=f"m R^2/I3 = {text}", measured=told)
+        both = f"m R^2/I3 = {decimal(sigma, 6)}, {text} = {decimal(value, 6)}"
+        return statement(
+            between and sigma == value, printed=f"m R^2/I3 = {text}", measured=measured_as
+        )
 
     return misprint(
         satisfied(printed),
@@ -88,11 +90,11 @@ def _square(text: str, shown: str = "") -> Check:
     discriminant = sympy.discriminant(d(body, z), z)
     toy = load_scene("reference").body
     at_toy = discriminant.subs({alpha: _rational(toy.alpha), gamma: _rational(toy.gamma)})
-    told = decimal(Fraction(str(at_toy)), 4)
+    value = decimal(Fraction(str(at_toy)), 4)
     return statement(
         sympy.simplify(discriminant) == 0,
         printed=shown or f"sigma = {text}",
-        measured=f"discriminant of d(z): {told} for the toy's alpha and gamma",
+        measured=f"discriminant of d(z): {value} for the toy's alpha and gamma",
     )
 
 

@@ -56,7 +56,7 @@ def final_spin(printed: str = "-85", scene: SceneLike = "reference") -> Finding:
     return readings(
         {"to the last printed digit": exact, "to the nearest multiple of 5": near},
         f"It ends at {decimal(found.value, 5)} rad/s."
-        + known.told(proved, f"this value {digits([interval])}"),
+        + known.sentence(proved, f"this value {digits([interval])}"),
         proved=proved,
     )
 
@@ -216,7 +216,7 @@ def spin_changes_sign(name: str = "omega_3", scene: SceneLike = "reference") -> 
     return judged(
         check,
         "Shortly after theta first passes pi/2."
-        + known.told(proved, "this one, and that there is no other"),
+        + known.sentence(proved, "this one, and that there is no other"),
         proved=proved,
     )
 

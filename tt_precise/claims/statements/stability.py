@@ -139,12 +139,12 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
 def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding:
     """M contains one solution only, and every solution with g_n > 0 approaches it."""
     found = [_NAMES[side] for side in candidates if _stays(_spin(side))]
-    told = "in M, with g_n = m g, for ever: " + " and ".join(found)
+    steady = "in M, with g_n = m g, for ever: " + " and ".join(found)
     return all_of(
         {
-            "one solution in M": statement(len(found) == 1, printed="only one", measured=told),
+            "one solution in M": statement(len(found) == 1, printed="only one", measured=steady),
             "every solution approaches it": statement(
-                "the upright spin" not in found, printed="every solution", measured=told
+                "the upright spin" not in found, printed="every solution", measured=steady
             ),
         },
         "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
@@ -231,7 +231,7 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
         ),
         f"At lambda = {decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
         "continue with g_n < 0, where a real top has left the table."
-        + known.told(proved, f"in scene {LEAVES} g_n falls through a simple zero at {when} s"),
+        + known.sentence(proved, f"in scene {LEAVES} g_n falls through a simple zero at {when} s"),
         proved=proved,
     )
 

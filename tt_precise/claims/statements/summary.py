@@ -108,14 +108,14 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
     power = f.read(torque, known)
     rotation = f.equal(power, f.rate_of("E_rot"), "E_rot_dot = omega.(a x F)")
     potential = f.equal("0", f.rate_of("E_pot"), "E_pot_dot without a torque = 0")
-    told = "" if potential.holds else ": m g s_dot.z is the work of the weight"
+    work = "" if potential.holds else ": m g s_dot.z is the work of the weight"
     return readings(
         {
             "between translation and rotation": rotation,
             "between all three modes": statement(
                 rotation.holds and potential.holds,
                 printed="due to the torque",
-                measured=f"E_pot changes without a torque{told}",
+                measured=f"E_pot changes without a torque{work}",
             ),
         },
         "E_trans and E_rot exchange omega.(a x F), E_trans and E_pot exchange m g s_dot.z, in "

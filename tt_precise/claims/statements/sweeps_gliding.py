@@ -202,11 +202,11 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
         larger = {
             name: float((width(rows, name) > width(known, name)).mean()) for name in AMPLITUDES
         }
-        told = ", ".join(f"{name} {share(part)}" for name, part in larger.items())
+        shown = ", ".join(f"{name} {share(part)}" for name, part in larger.items())
         return statement(
             all(part > float(usually) for part in larger.values()),
             printed="usually increase",
-            measured=told,
+            measured=shown,
         )
 
     return readings(

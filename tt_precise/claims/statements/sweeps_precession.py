@@ -159,11 +159,11 @@ def longest_at_zero(zero: str = "0") -> Finding:
     checks = {}
     for one in DEFINITIONS:
         peak = greatest(rows, f"t_init_{one}")
-        told = f"{number(peak[f't_init_{one}'])} s at {number(peak['phi_dot'])} rad/s"
+        shown = f"{number(peak[f't_init_{one}'])} s at {number(peak['phi_dot'])} rad/s"
         distance = abs(peak["phi_dot"] - float(zero))
-        checks[f"near zero, {one}"] = statement(distance <= 5, printed="at about 0", measured=told)
+        checks[f"near zero, {one}"] = statement(distance <= 5, printed="at about 0", measured=shown)
         checks[f"at zero itself, {one}"] = statement(
-            distance == 0, printed="at about 0", measured=told
+            distance == 0, printed="at about 0", measured=shown
         )
     return readings(
         checks,

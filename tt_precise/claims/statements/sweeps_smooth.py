@@ -44,7 +44,7 @@ def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
         )
     turns = {phi_dot: _last_turn(phi_dot, theta) for phi_dot in ENDS}
     turn = max(turns.values())
-    told = ", ".join(f"{number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
+    shown = ", ".join(f"{number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
     checks["theta monotonous"] = statement(
         turn <= float(monotonous_from),
         printed=f"from {monotonous_from} rad",
@@ -52,7 +52,7 @@ def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
     )
     return all_of(
         checks,
-        f"The last turning points lie at {told}: theta rises monotonously even earlier.",
+        f"The last turning points lie at {shown}: theta rises monotonously even earlier.",
     )
 
 

@@ -69,7 +69,7 @@ def climbing_phase(
         checks,
         "Each printed time counts as right within one unit of its last digit. The same section "
         "gives the ending time as 7.87 s and as 7.86 s."
-        + known.told(proved, f"each of these times {digits(moments.values())}"),
+        + known.sentence(proved, f"each of these times {digits(moments.values())}"),
         proved=proved,
     )
 
@@ -106,7 +106,7 @@ def precession_at_initiation(printed: str = "80", scene: SceneLike = "reference"
         checks,
         "At the maxima of theta phi_dot has a smooth course, which rises through 80 rad/s there "
         "and goes on rising in the climb."
-        + proofs_of(scene).told(proved, f"these three values {digits(intervals)}"),
+        + proofs_of(scene).sentence(proved, f"these three values {digits(intervals)}"),
         proved=proved,
     )
 
@@ -147,7 +147,7 @@ def reversals(
         "from large negative to large positive values at the first moment, and from large "
         "positive to large negative values at the second",
         "The heights of these peaks are ill conditioned, their signs are not."
-        + proofs_of(scene).told(proved, f"the four peaks {digits(peaks)}"),
+        + proofs_of(scene).sentence(proved, f"the four peaks {digits(peaks)}"),
         proved=proved,
     )
 
@@ -278,7 +278,7 @@ def quotient_after(
         },
         "The last change of sign comes behind the last large negative peak, one nutation before "
         "the axis passes nearest to the pole."
-        + known.told(proved, "its last zero before the climb, and that there is none within"),
+        + known.sentence(proved, "its last zero before the climb, and that there is none within"),
         proved=proved,
     )
 

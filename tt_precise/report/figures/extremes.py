@@ -121,7 +121,7 @@ def threshold(cases: Sequence[Case]) -> Figure | None:
         return style.finished(
             "extremes-threshold",
             drawing,
-            caption="The inverted spin beside its threshold: growth and decay of a lean of 1e-200 "
+            caption="The inverted spin beside its threshold: growth and decay of a tilt of 1e-200 "
             "rad, as integrated in double over 100 s (marks), and the real part of the eigenvalue "
             "(lines). Twelve decades of distance from lambda_thres on either side.",
             alt="Rates against the distance from the threshold, both logarithmic: marks on "

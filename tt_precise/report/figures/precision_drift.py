@@ -1,4 +1,4 @@
-"""How well Jellett's integral is kept, by precision: the measure of the integrations themselves."""
+"""How well the integrations conserve Jellett's integral, by precision."""
 
 from __future__ import annotations
 

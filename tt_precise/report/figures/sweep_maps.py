@@ -54,7 +54,7 @@ def map_of_inclination_and_lambda() -> Figure:
         PANELS,
         caption=f"{_counted(rows)} {STARTS}, theta(0) against lambda/lambda_thres, within "
         f"{maps.UNTIL} s. Bears on TH-01, NUM-01, SWP-17: lambda above lambda_thres (dashed) is "
-        f"necessary ({_least(rows)}) but does not suffice: a top that leans too far or spins too "
+        f"necessary ({_least(rows)}) but does not suffice: a top tilted too far or spins too "
         "fast loses contact (g_n reaches 0), and just above the threshold some have not inverted "
         "by then.",
         alt="Three maps with theta(0) to the right and lambda/lambda_thres upwards: the outcome, "
@@ -119,8 +119,8 @@ def _threshold_spin(rows: pandas.DataFrame) -> float:
 
 def _counted(rows: pandas.DataFrame) -> str:
     counts = rows["outcome"].value_counts()
-    told = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in counts.index)
-    return f"{len(rows)} starts ({told})"
+    listed = ", ".join(f"{counts[name]} {name.replace('_', ' ')}" for name in counts.index)
+    return f"{len(rows)} starts ({listed})"
 
 
 def _least(rows: pandas.DataFrame) -> str:

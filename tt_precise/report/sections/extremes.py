@@ -25,17 +25,17 @@ def section(folder: Path) -> Section:
     cases = json.loads(file.read_text("utf-8"))["cases"]
     counts = Counter(case["verdict"] for case in cases)
     by_topic = Counter(case["topic"] for case in cases)
-    told = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
+    listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
     blocks: list[Block] = [
         Text(
-            f"{len(cases)} cases drive everything to its edges ({told}): {counts['pass']} came out "
-            f"as expected, {counts['fail']} did not. What is expected comes from theory or from a "
+            f"{len(cases)} cases drive everything to its edges ({listed}): {counts['pass']} came "
+            f"out as expected, {counts['fail']} did not. What is expected comes from theory or from a "
             f"higher precision. Measured by `{COMMAND}`, not by the run that wrote this page."
         ),
         Table(
             ("topic", "case", "expected", "from", "found", "verdict"),
             [row for members in _families(cases) for row in _rows(members)],
-            "Families of cases have one row, which tells the worst of them; a case that failed "
+            "Families of cases have one row, which shows the worst of them; a case that failed "
             "has its own. The file has every case.",
             filters=("topic", "verdict"),
             verdict="verdict",
