@@ -67,9 +67,7 @@ def toy_satisfies_the_condition(printed: str = PRINTED, scene: str = "reference"
     def satisfied(text: str) -> Check:
         value = f.read(text, {"gamma": gamma, "alpha": alpha})
         both = f"m R^2/I3 = {decimal(sigma, 6)}, {text} = {decimal(value, 6)}"
-        return statement(
-            between and sigma == value, printed=f"m R^2/I3 = {text}", measured=measured_as
-        )
+        return statement(between and sigma == value, printed=f"m R^2/I3 = {text}", measured=both)
 
     return misprint(
         satisfied(printed),

@@ -29,8 +29,8 @@ def section(folder: Path) -> Section:
     blocks: list[Block] = [
         Text(
             f"{len(cases)} cases drive everything to its edges ({listed}): {counts['pass']} came "
-            f"out as expected, {counts['fail']} did not. What is expected comes from theory or from a "
-            f"higher precision. Measured by `{COMMAND}`, not by the run that wrote this page."
+            f"out as expected, {counts['fail']} did not. What is expected comes from theory or "
+            f"from a higher precision. Measured by `{COMMAND}`, not by the run that wrote this page."
         ),
         Table(
             ("topic", "case", "expected", "from", "found", "verdict"),
