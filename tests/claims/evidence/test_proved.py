@@ -15,7 +15,7 @@ from tt_precise.claims import evidence, judge
 from tt_precise.claims.evidence.proved import Proved, count, digits, proofs_of, settles
 from tt_precise.claims.evidence.proved_climb import precession, reversal, sign_of_precession
 from tt_precise.claims.verdicts import Verdict, about, rounds_to
-from tt_precise.golden import proofs, store
+from tt_precise.golden import places, proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval
 
 CHEAP = ("NUM-04", "NUM-05", "NUM-07", "NUM-20", "NUM-21", "NUM-22", "NUM-24", "QUAL-01")
@@ -30,7 +30,8 @@ def _all() -> list[Any]:
 def spoilable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of the reference scene's golden data, which the claims read instead."""
     place = shutil.copytree(store.home() / "reference", tmp_path / "reference")
-    monkeypatch.setattr(store, "home", lambda: tmp_path)
+    for module in (store, places):
+        monkeypatch.setattr(module, "home", lambda: tmp_path)
     proofs_of.cache_clear()
     yield place
     proofs_of.cache_clear()

@@ -30,7 +30,8 @@ def section(folder: Path) -> Section:
         Text(
             f"{len(cases)} cases drive everything to its edges ({listed}): {counts['pass']} came "
             f"out as expected, {counts['fail']} did not. What is expected comes from theory or "
-            f"from a higher precision. Measured by `{COMMAND}`, not by the run that wrote this page."
+            f"from a higher precision. Measured by `{COMMAND}`, not by the run that wrote this "
+            "page."
         ),
         Table(
             ("topic", "case", "expected", "from", "found", "verdict"),
