@@ -67,23 +67,22 @@ def test_the_scoreboard_is_the_same_when_it_is_measured_again() -> None:
     assert boards[0] == boards[1]
 
 
-@pytest.fixture(scope="module")
-def mujoco_rolls() -> tuple[Rung, States]:
-    """MuJoCo on the rung that rolls, and what it wrote."""
+def mujoco_on(name: str) -> tuple[Rung, States]:
+    """What MuJoCo wrote on a rung."""
     engine = next(one for one in ENGINES if one.name == "MuJoCo")
     if engine.version is None:
         pytest.skip(engine.missing)
-    rung = next(one for one in rungs() if one.name == "rolling")
+    rung = next(one for one in rungs() if one.name == name)
     found = run(engine.command, rung.job(STEPS[-1]))
     assert found.states is not None, found.message
     return rung, found.states
 
 
 @pytest.mark.clients
-def test_what_an_engine_wrote_goes_through_the_check(mujoco_rolls: tuple[Rung, States]) -> None:
-    rung, states = mujoco_rolls
+def test_what_an_engine_wrote_goes_through_the_check() -> None:
+    rung, states = mujoco_on("gliding")
     frame = as_frame(rung, states)
-    limits = {"jellett": 1e-6, "energy": 1e-4, "contact_velocity": 0.1}
+    limits = {"jellett": 5e-6, "energy": 1e-4, "contact_velocity": 0.1}
     assert tt.check.conservation(frame, rung.scene, friction="other", limits=limits).passed
     # a centre of mass that lies 1e-3 of its offset elsewhere
     spoiled = rung.scene.perturbed(alpha="1e-3")
@@ -92,10 +91,8 @@ def test_what_an_engine_wrote_goes_through_the_check(mujoco_rolls: tuple[Rung, S
 
 
 @pytest.mark.clients
-def test_the_angular_velocity_in_the_body_frame_is_recognised(
-    mujoco_rolls: tuple[Rung, States],
-) -> None:
-    rung, states = mujoco_rolls
+def test_the_angular_velocity_in_the_body_frame_is_recognised() -> None:
+    rung, states = mujoco_on("rolling")
     frame = as_frame(rung, states)
     turned = [
         rotated(row[:4] * [1, -1, -1, -1], row[4:])
