@@ -79,14 +79,14 @@ def test_the_estimate_follows_a_coarser_tolerance(
 def test_a_coarse_run_is_compared_in_its_own_arithmetic(short: Scene) -> None:
     options = {"compact_mode": True}
     coarse = integrate(short, tolerance=1e-8, options=options)
-    finest, twin = coarse.reference_runs()
+    finest, twin = coarse.reference_runs
     assert finest.precision == twin.precision == coarse.precision
     assert finest.tolerance < 1e-16 < twin.tolerance == coarse.tolerance
     for one in (finest, twin):
         # k and L are exact in no double, so that the reference run starts on the other side of each
         assert one.start.body.alpha != coarse.start.body.alpha
         assert one.start.vectors.ky == coarse.start.vectors.ky == 0
-    (wider,) = integrate(short, tolerance=1e-14, options=options).reference_runs()
+    (wider,) = integrate(short, tolerance=1e-14, options=options).reference_runs
     assert wider.precision.name == "extended"
 
 
@@ -160,7 +160,7 @@ def test_digits_that_are_not_reached_are_refused(
     short: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(to_digits, "settings", lambda *_: [])
-    monkeypatch.setattr(Trajectory, "digits", 29.96)
+    monkeypatch.setattr(Trajectory, "digits_throughout", 29.96)
     with pytest.raises(InputError, match=r"digits: got 30, but mp with \d+ bits reaches 30\.0"):
         integrate(short, digits=30)
 

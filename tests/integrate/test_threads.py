@@ -98,5 +98,5 @@ def test_a_pickle_holds_names_and_exact_numbers_only(half: Scene) -> None:
 
 def test_a_reference_run_is_pickled_with_its_rounding(half: Scene) -> None:
     coarse = integrate(half, tolerance=1e-8, options={"compact_mode": True})
-    for run in coarse.reference_runs():
+    for run in coarse.reference_runs:
         assert pickle.loads(pickle.dumps(run)).start == run.start

@@ -176,6 +176,12 @@ class LeaningVectorChart(VectorChart):
     leaning = True
 
 
+class FrameChart(VectorChart):
+    """The vector state, and the rate Omega of a frame that turns about z."""
+
+    more: ClassVar = ("Omega",)
+
+
 class ForceChart(VectorChart):
     """Vectors with any force F at the contact point, which may also move vertically."""
 

@@ -18,6 +18,7 @@ from typing import Any
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.exact import friction as friction  # registers its identities
+from tt_precise.exact import turning as turning  # registers its identity
 from tt_precise.exact.chart import EulerChart, LeaningEulerChart, LeaningVectorChart, VectorChart
 from tt_precise.exact.proof import (
     IDENTITIES,

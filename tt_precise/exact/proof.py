@@ -13,6 +13,7 @@ from tt_precise.exact.chart import (
     Chart,
     EulerChart,
     ForceChart,
+    FrameChart,
     LeaningEulerChart,
     LeaningVectorChart,
     VectorChart,
@@ -26,7 +27,14 @@ LARGEST = 10**6  # numerators: a false identity of degree n survives a point wit
 
 CHARTS: dict[str, Callable[[], Chart]] = {
     chart.__name__: chart
-    for chart in (EulerChart, VectorChart, LeaningEulerChart, LeaningVectorChart, ForceChart)
+    for chart in (
+        EulerChart,
+        VectorChart,
+        LeaningEulerChart,
+        LeaningVectorChart,
+        ForceChart,
+        FrameChart,
+    )
 }
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.body import Units
 from tt_precise.integrate.columns import State
 from tt_precise.integrate.precision import finer
@@ -58,6 +59,28 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
             for tolerance in (0.0, setup.tolerance)
         ]
     return [{"events": (), "tolerance": 0.0, "precision": finer(setup.precision)}]
+
+
+def digits_over_rows(
+    columns: Mapping[str, Array], errors: Mapping[str, Array], units: Units, bits: int
+) -> Array:
+    """``worst_digits`` of many states at once: float64 arrays over rows in, one out."""
+    import numpy
+
+    digits = numpy.full(len(next(iter(columns.values()))), bits * math.log10(2))
+    with numpy.errstate(all="ignore"):
+        for kind in KINDS:
+            present = [name for name in kind if name in errors]
+            if not present:
+                continue
+            scale = numpy.max([numpy.abs(columns[name]) for name in present], axis=0)
+            unit = float(units.of_dimension(STATE_DIMENSIONS[present[0]]))
+            scale = numpy.where(scale > 0, scale, unit)
+            for name in present:
+                # what is undefined in both, at a pole, has no error either
+                found = -numpy.log10(errors[name] / scale)
+                digits = numpy.fmin(digits, found)
+    return numpy.maximum(digits, 0.0)
 
 
 def worst_digits(state: State, errors: Mapping[str, Scalar], units: Units) -> float:

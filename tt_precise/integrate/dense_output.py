@@ -68,11 +68,13 @@ class DenseOutput:
         start: InitialState,
         propagation: Propagation,
         pieces: tuple[Any, ...] | None = None,
+        again: Callable[[Pieces, Progress | None], Propagation] | None = None,
     ):
         self.setup, self.start, self.propagation = setup, start, propagation
         self.precision = setup.precision
         self._pieces, self._too_long = pieces, False
         self._lock = threading.RLock()
+        self._propagate = again or self._propagate_alone
 
     @cached_property
     def end_time(self) -> Scalar:
@@ -178,7 +180,7 @@ class DenseOutput:
         number: Callable[[Scalar], Any] = float,
         progress: Progress | None = None,
     ) -> tuple[Array, ...]:
-        """The rows of a run in double at all ``times`` at once: an array for each entry.
+        """The rows of a run in double or extended at all ``times``: an array for each entry.
 
         ``number`` makes the arrays' numbers of guarded ones: ``float``, or ``long_double``, in
         which an entry keeps what a delay of less than an ulp of time adds to it.
@@ -186,6 +188,7 @@ class DenseOutput:
         import numpy
 
         state, rounded = self.propagation.state, times.rounded
+        given = self.precision.fp_type  # double, or extended's long double
         kind = type(number(self.precision.context.mpf(0)))
         entries = [numpy.full(len(rounded), x, dtype=kind) for x in state]
 
@@ -193,7 +196,7 @@ class DenseOutput:
             chosen = numpy.ones(len(rounded), dtype=bool) if low is None else rounded > low
             if high is not None:
                 chosen &= rounded <= high
-            for entry, values in zip(entries, output(rounded[chosen]).T, strict=True):
+            for entry, values in zip(entries, output(rounded[chosen].astype(given)).T, strict=True):
                 entry[chosen] = values
 
         self._read(read, progress)
@@ -222,10 +225,13 @@ class DenseOutput:
                     reader.append(piece)
 
     def _again(self, pieces: Pieces, progress: Progress | None) -> None:
-        until = self.propagation.time if self.propagation.status == "failed" else None
-        again = propagate(self.setup, self.start, until=until, dense=pieces, progress=progress)
+        again = self._propagate(pieces, progress)
         if again.state != self.propagation.state:
             raise RuntimeError("the same integration gave another result when it was repeated")
+
+    def _propagate_alone(self, pieces: Pieces, progress: Progress | None) -> Propagation:
+        until = self.propagation.time if self.propagation.status == "failed" else None
+        return propagate(self.setup, self.start, until=until, dense=pieces, progress=progress)
 
     def _moved(self, row: Row, delay: Scalar) -> Row:
         # heyoka takes times rounded to its precision, which costs up to t eps of state at late

@@ -6,7 +6,8 @@ event is one new entry here. Any quantity has ``extremum:QUANTITY`` and ``zero:Q
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from tt_precise.arithmetic import Scalar
@@ -140,4 +141,23 @@ def event_named(name: str, model: str) -> Event:
     raise InputError(
         f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "
         f"or {EXTREMUM}QUANTITY or {ZERO}QUANTITY such as {EXTREMUM}g_n"
+    )
+
+
+def not_alternating(found: Iterable[tuple[str, int]], recorded: Iterable[str]) -> tuple[str, ...]:
+    """Events, of those ``found`` (name and direction, in order), that rise or fall twice in a row.
+
+    Minima and maxima of theta alternate with each other, where both are ``recorded``.
+    """
+    turning = "turning points"
+    directions: dict[str, list[int]] = {}
+    for name, direction in found:
+        kind = turning if name in ("theta_min", "theta_max") else name
+        directions.setdefault(kind, []).append(int(direction))
+    if not {"theta_min", "theta_max"} <= set(recorded):
+        directions.pop(turning, None)
+    return tuple(
+        name
+        for name, signs in directions.items()
+        if any(a * b != -1 for a, b in itertools.pairwise(signs))
     )

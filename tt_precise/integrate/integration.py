@@ -80,6 +80,7 @@ def integrate(
             formulation=formulation or "newton",
             tolerance=tolerance,
             options=options,
+            paired=False,
             **asked,
         )
     if precision is not None or bits is not None:
@@ -93,6 +94,7 @@ def integrate(
             formulation=setting.formulation,
             tolerance=setting.tolerance,
             options=None,
+            paired=True,
             **asked,
         )
 

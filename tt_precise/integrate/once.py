@@ -28,6 +28,7 @@ def integrate_once(
     contact: str,
     tolerance: float,
     options: dict[str, Any] | None,
+    paired: bool,
     progress: Progress | None,
 ) -> Trajectory:
     """Integrate a scene in one precision; arguments as of ``integrate``.
@@ -57,6 +58,7 @@ def integrate_once(
         tolerance=float(tolerance),
         options=tuple(sorted((options or {}).items())),
         contact=contact,
+        paired=paired,
     )
     return Trajectory(scene, setup, progress)
 

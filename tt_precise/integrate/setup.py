@@ -16,6 +16,7 @@ class Setup:
     ``events`` and ``record`` are names of the catalogue and of quadratures. ``tolerance`` is
     heyoka's, 0 for the full accuracy of the precision. ``options`` are further keyword arguments
     of ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral".
+    ``paired`` runs are made together with their reference run where ``paired`` can do that.
     """
 
     formulation: Formulation
@@ -25,6 +26,7 @@ class Setup:
     tolerance: float = 0.0
     options: tuple[tuple[str, Any], ...] = ()
     contact: str = "unilateral"
+    paired: bool = False
 
     def but(self, **changes: Any) -> Setup:
         """The same setup with some of its fields replaced."""

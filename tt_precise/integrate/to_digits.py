@@ -41,9 +41,9 @@ def integrate_to_digits(
         trajectory = run(setting)
         if trajectory.status == "failed":
             continue
-        if trajectory.digits >= wanted + SPARE:
+        if trajectory.digits_throughout >= wanted + SPARE:
             return trajectory
-        loss = max(loss, setting.digits - trajectory.digits)
+        loss = max(loss, setting.digits - trajectory.digits_throughout)
     if trajectory.status == "failed":
         raise InputError(
             f"digits: got {wanted}, but the integration of {trajectory.scene.name} fails after "
@@ -51,6 +51,6 @@ def integrate_to_digits(
         )
     raise InputError(
         f"digits: got {wanted}, but {trajectory.precision.name} with "
-        f"{trajectory.precision.bits} bits reaches {trajectory.digits:.1f}; expected fewer digits, "
-        "or give precision mp and bits"
+        f"{trajectory.precision.bits} bits reaches {trajectory.digits_throughout:.1f}; "
+        "expected fewer digits, or give precision mp and bits"
     )

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Dimension
 from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
-from tt_precise.integrate.accuracy import End, error_estimate, reference_runs, worst_digits
+from tt_precise.integrate.accuracy import (
+    End,
+    error_estimate,
+    reference_runs,
+    worst_digits,
+)
 from tt_precise.integrate.columns import Columns, State
-from tt_precise.integrate.contact import require_contact
-from tt_precise.integrate.dense_output import DenseOutput, Kept
+from tt_precise.integrate.error_over_time import Reference, error_columns
+from tt_precise.integrate.events import not_alternating
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.integrate.paired import RATIO
 from tt_precise.integrate.pose import POSE, POSE_NAMES, expanded
 from tt_precise.integrate.precision import Precision
-from tt_precise.integrate.propagate import ARRIVED, Status, propagate
+from tt_precise.integrate.propagate import ARRIVED, Status
 from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.solution import Solution, solve
 from tt_precise.integrate.system import full_tolerance
 from tt_precise.integrate.tables import Numbers, Tables
 from tt_precise.mechanics.conserved import conserved
@@ -69,20 +74,15 @@ class Trajectory:
         progress: Progress | None = None,
         *,
         rounded_otherwise: bool = False,
+        solution: Solution | None = None,
     ):
-        precision = setup.precision
-        start = InitialState.of(scene, precision.arithmetic)
-        require_contact(scene.name, start, precision.context, setup.contact)
-        if rounded_otherwise:
-            start = start.map(precision.other_side)
-        # wide arithmetics take seconds, so there the dense output is kept at once, not made again
-        kept = Kept(setup) if precision.name in ("quad", "mp") else None
-        propagation = propagate(setup, start, dense=kept, progress=progress)
-        self.scene, self.setup, self.start = scene, setup, start
+        solution = solution or solve(scene, setup, progress, rounded_otherwise=rounded_otherwise)
+        propagation = solution.output.propagation
+        self.scene, self.setup, self.start = scene, setup, solution.start
         self._rounded_otherwise = rounded_otherwise
-        self._dense_output = DenseOutput(setup, start, propagation, kept.pieces if kept else None)
-        self._columns = Columns(setup, start)
-        self._tables = Tables(self._dense_output, self._columns)
+        self._pair, self._dense_output = solution.pair, solution.output
+        self._columns = Columns(setup, solution.start)
+        self._tables = Tables(solution.output, self._columns)
         self.status: Status = propagation.status
         self.steps, self.order = propagation.steps, propagation.order
 
@@ -97,7 +97,8 @@ class Trajectory:
 
     def __reduce__(self) -> Any:
         # made again where it is unpickled: heyoka's own pickles are machine code
-        return _made, (self.scene, self.setup, self._rounded_otherwise)
+        make = partial(Trajectory, rounded_otherwise=self._rounded_otherwise)
+        return make, (self.scene, self.setup)
 
     def __repr__(self) -> str:
         return (
@@ -118,8 +119,7 @@ class Trajectory:
     @property
     def tolerance(self) -> Scalar:
         """heyoka's relative tolerance that was integrated with, an mpmath number."""
-        given = self.precision.context.mpf(self.setup.tolerance)
-        return given or full_tolerance(self.precision)
+        return self.precision.context.mpf(self.setup.tolerance) or full_tolerance(self.precision)
 
     @cached_property
     def t_end(self) -> Scalar:
@@ -272,17 +272,8 @@ class Trajectory:
         heyoka can miss two roots in one step; then the directions still alternate, but a missed
         single root breaks the pattern. Minima and maxima of theta are looked at together.
         """
-        directions: dict[str, list[int]] = {}
-        for name, direction in zip(self.events["name"], self.events["direction"], strict=True):
-            kind = "turning points" if name in ("theta_min", "theta_max") else name
-            directions.setdefault(kind, []).append(int(direction))
-        if not {"theta_min", "theta_max"} <= set(self.setup.events):
-            directions.pop("turning points", None)
-        return tuple(
-            name
-            for name, signs in directions.items()
-            if any(a * b != -1 for a, b in itertools.pairwise(signs))
-        )
+        found = zip(self.events["name"], self.events["direction"], strict=True)
+        return not_alternating(found, self.setup.events)
 
     @cached_property
     def drift(self) -> dict[str, Scalar]:
@@ -329,16 +320,9 @@ class Trajectory:
     ) -> Path:
         """Write a moving picture of the top and its track on the table.
 
-        Parameters
-        ----------
-        path
-            Ends in .gif, .html, or .mp4 (which needs ffmpeg).
-        seconds, fps
-            How long it plays, and frames in a second; equally spaced in the trajectory's time.
-        begin, end
-            Which part of the trajectory, in s; by default all of it.
-        progress
-            Called with the fraction done, now and then.
+        ``path`` ends in .gif, .html, or .mp4 (which needs ffmpeg). The picture plays ``seconds``
+        with ``fps`` frames in each, equally spaced in the trajectory's time from ``begin`` to
+        ``end`` (s; by default all of it). ``progress`` is called with the fraction done.
         """
         from tt_precise.integrate.animation import animate
 
@@ -359,17 +343,51 @@ class Trajectory:
     def error_estimate(self) -> dict[str, Scalar]:
         """Estimated absolute error of each entry of ``state`` (SI) and of ``t_end`` (s).
 
-        The largest distance from reference runs, which are made when this is first asked for:
-        see ``accuracy.reference_runs``.
+        The largest distance from ``reference_runs``.
         """
         return error_estimate(
-            self.end, (run.end for run in self.reference_runs()), self.precision.context
+            self.end, (run.end for run in self.reference_runs), self.precision.context
         )
 
-    def reference_runs(self) -> Iterator[Trajectory]:
-        """The runs that ``error_estimate`` compares this one with, one after the other."""
-        for changes in reference_runs(self.setup):
-            yield self.again(**changes)
+    @cached_property
+    def reference_runs(self) -> tuple[Trajectory, ...]:
+        """The runs that errors are estimated from, made when they are first asked for.
+
+        See ``accuracy.reference_runs``; a paired run has the one that was made with it.
+        """
+        if self._pair:
+            setup = self.setup.but(tolerance=self.setup.tolerance / RATIO, paired=False)
+            solution = Solution(self._pair.start, self._pair.reference)
+            return (Trajectory(self.scene, setup, rounded_otherwise=True, solution=solution),)
+        alone = self.setup.but(paired=False)
+        return tuple(self.again(paired=False, **changes) for changes in reference_runs(alone))
+
+    def error_over_time(self, *names: str) -> pandas.DataFrame:
+        """Estimated absolute errors (SI) at ``sample_times``: columns t, names, and "digits".
+
+        ``names`` are columns of ``frame``, by default all entries of the state. "digits" are the
+        significant ones of the worst entry of the state, each beside the largest of its kind.
+        The largest distances from ``reference_runs``; where one of these has ended they are
+        infinite, and no digits are left.
+        """
+        import pandas
+
+        return pandas.DataFrame(self._errors(names or self._columns.names))
+
+    @cached_property
+    def digits_throughout(self) -> float:
+        """The least of the digits of ``error_over_time``: what holds at every sample."""
+        if self._pair:
+            return float(self._pair.digits(self._columns).min())
+        return float(min(self._errors(())["digits"]))
+
+    def _errors(self, names: Sequence[str]) -> dict[str, Array]:
+        references = [
+            Reference(run._tables, as_fraction(run._dense_output.end), run.status == self.status)
+            for run in self.reference_runs
+        ]
+        end_errors = None if self.status in ARRIVED else self.error_estimate
+        return error_columns(self._tables, names, self.sample_times, references, end_errors)
 
     @cached_property
     def digits(self) -> float:
@@ -390,7 +408,3 @@ class Trajectory:
             math.pi if double else +self.precision.context.pi,
             mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
         )
-
-
-def _made(scene: Scene, setup: Setup, rounded_otherwise: bool) -> Trajectory:
-    return Trajectory(scene, setup, rounded_otherwise=rounded_otherwise)

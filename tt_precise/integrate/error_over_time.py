@@ -1,0 +1,114 @@
+"""Errors all along a run: how far it is from its reference runs at every sample."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from tt_precise.arithmetic import Array, Functions, Scalar
+from tt_precise.integrate.accuracy import digits_over_rows
+from tt_precise.integrate.tables import Tables
+from tt_precise.integrate.times import has_long_double, long_double
+
+
+class Reference(NamedTuple):
+    """A reference run: its tables, where it ends (s), and whether it ends in the same way."""
+
+    tables: Tables
+    end: Fraction
+    ends_alike: bool
+
+
+def error_columns(
+    tables: Tables,
+    names: Sequence[str],
+    times: Sequence[Fraction],
+    references: Sequence[Reference],
+    end_errors: Mapping[str, Scalar] | None,
+) -> dict[str, Array]:
+    """``errors_over_time`` of ``names``, with t, and "digits": those of the state's worst entry."""
+    state, precision = tables.of.names, tables.of.precision
+    every = tuple(dict.fromkeys([*state, *names]))
+    errors = errors_over_time(tables, every, times, references, end_errors)
+    values = tables.columns(state, times, "float")
+    own = {name: errors[name] for name in state}
+    digits = digits_over_rows(values, own, tables.of.start.units, precision.bits)
+    return {"t": values["t"], **{name: errors[name] for name in names}, "digits": digits}
+
+
+def errors_over_time(
+    tables: Tables,
+    names: Sequence[str],
+    times: Sequence[Fraction],
+    references: Iterable[Reference],
+    end_errors: Mapping[str, Scalar] | None = None,
+) -> dict[str, Array]:
+    """Largest absolute distance (SI) of each column from those of ``references`` at ``times``.
+
+    NaN where a value is undefined; infinite where a reference has ended in another way.
+    ``end_errors`` are given where the model ends before its horizon, at the last of the times:
+    each run has an end of its own there.
+    """
+    import numpy
+
+    references = list(references)
+    names_of_all = {one.of.precision.name for one in (tables, *(r.tables for r in references))}
+    fast = names_of_all <= {"double", "extended"} and has_long_double()
+    read = _in_long_double if fast else _native
+    own = read(tables, names, times)
+    found = {name: numpy.zeros(len(times)) for name in names}
+    for reference in references:
+        inner = list(times if end_errors is None else times[:-1])
+        while inner and inner[-1] > reference.end and not _same(inner[-1], reference.end):
+            inner.pop()
+        others = read(reference.tables, names, inner)
+        for name in names:
+            apart = numpy.full(len(times), math.inf)
+            own_values = own[name][: len(inner)]
+            apart[: len(inner)] = _distance(
+                own_values, others[name], reference.tables.of.precision.context
+            )
+            if reference.ends_alike:
+                rest = math.nan if end_errors is None else end_errors.get(name, math.nan)
+                apart[len(inner) :] = float(rest)
+            found[name] = numpy.fmax(found[name], apart)
+    return found
+
+
+def _native(tables: Tables, names: Sequence[str], times: Sequence[Fraction]) -> dict[str, Any]:
+    return tables.columns(names, times, "native")
+
+
+def _in_long_double(
+    tables: Tables, names: Sequence[str], times: Sequence[Fraction]
+) -> dict[str, Any]:
+    dense_output = tables.dense_output
+    entries = dense_output.arrays(dense_output.times(times), long_double)
+    return tables.of.of_arrays(names, entries, long_double)
+
+
+def _same(time: Fraction, end: Fraction) -> bool:
+    return abs(time - end) <= end / 10**15
+
+
+def _distance(values: Any, others: Any, fn: Functions) -> Array:
+    import numpy
+
+    if all(getattr(one, "dtype", None) in (float, numpy.longdouble) for one in (values, others)):
+        with numpy.errstate(invalid="ignore"):
+            apart: Array = numpy.abs(values - others).astype(float)
+        return numpy.where(numpy.isfinite(apart), apart, math.nan)
+    pairs = zip(values, others, strict=True)
+    return numpy.array(
+        [
+            math.nan if _missing(a) or _missing(b) else float(abs(fn.mpf(a) - fn.mpf(b)))
+            for a, b in pairs
+        ],
+        dtype=float,
+    )
+
+
+def _missing(value: Any) -> bool:
+    return value is None or value != value

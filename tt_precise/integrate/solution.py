@@ -1,0 +1,51 @@
+"""``solve``: a scene integrated once, as a set-up says, with a reference run where it is free."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.contact import require_contact
+from tt_precise.integrate.dense_output import DenseOutput, Kept
+from tt_precise.integrate.paired import Pair, can_be_paired, propagate_pair
+from tt_precise.integrate.propagate import propagate
+from tt_precise.integrate.setup import Setup
+from tt_precise.progress import Progress
+from tt_precise.scene import Scene
+
+
+class Solution(NamedTuple):
+    """An initial state and what became of it; ``pair`` where a reference run was made with it."""
+
+    start: InitialState
+    output: DenseOutput
+    pair: Pair | None = None
+
+
+def solve(
+    scene: Scene,
+    setup: Setup,
+    progress: Progress | None = None,
+    *,
+    rounded_otherwise: bool = False,
+) -> Solution:
+    """Integrate ``scene`` from its start; arguments as of ``Trajectory``.
+
+    Raises
+    ------
+    InputError
+        The top is not on the table at t = 0, or more events happened than are taken.
+    """
+    precision = setup.precision
+    start = InitialState.of(scene, precision.arithmetic)
+    require_contact(scene.name, start, precision.context, setup.contact)
+    if rounded_otherwise:
+        start = start.map(precision.other_side)
+    if setup.paired and can_be_paired(setup):
+        pair = propagate_pair(setup, start, scene.sample_every)
+        if pair:
+            return Solution(start, pair.run, pair)
+    # wide arithmetics take seconds, so there the dense output is kept at once, not made again
+    kept = Kept(setup) if precision.name in ("quad", "mp") else None
+    propagation = propagate(setup, start, dense=kept, progress=progress)
+    return Solution(start, DenseOutput(setup, start, propagation, kept.pieces if kept else None))
