@@ -38,4 +38,4 @@ def test_another_ending_has_no_right_digits() -> None:
 def test_digits_are_delivered_on_every_golden_scene(name: str, wanted: int) -> None:
     trajectory = integrate(name, digits=wanted, events=(), record=())
     assert settings_table.right_digits(trajectory) >= wanted
-    assert trajectory.digits - settings_table.right_digits(trajectory) < 1
+    assert trajectory.digits_throughout - settings_table.right_digits(trajectory) < 1

@@ -24,7 +24,9 @@ class Runs:
         digits = max(setting.digits + self.change, self.least)
         scene = SimpleNamespace(name="a scene")
         precision = SimpleNamespace(name=setting.precision, bits=setting.bits)
-        return SimpleNamespace(status="complete", digits=digits, scene=scene, precision=precision)
+        return SimpleNamespace(
+            status="complete", digits_throughout=digits, scene=scene, precision=precision
+        )
 
 
 @pytest.mark.parametrize(
@@ -34,7 +36,7 @@ def test_the_spare_digits_are_on_top_of_those_requested(beyond: float, enough: b
     """The estimate errs by a tenth of a digit, so one that just says 9 is no promise of 9."""
     runs = Runs()
     first = integrate_to_digits(9, None, runs)
-    assert first.digits >= 9 + SPARE
+    assert first.digits_throughout >= 9 + SPARE
     short = Runs(9 + beyond - runs.settings[0].digits)
     integrate_to_digits(9, None, short)
     assert (len(short.settings) == 1) == enough
@@ -51,7 +53,7 @@ def test_the_first_setting_has_the_spare_digits_by_the_table() -> None:
 def test_what_a_scene_loses_is_added_to_the_next_setting() -> None:
     runs = Runs(change=-3.0)
     found = integrate_to_digits(9, None, runs)
-    assert found.digits >= 9 + SPARE
+    assert found.digits_throughout >= 9 + SPARE
     assert len(runs.settings) == 2
     assert runs.settings[1].digits >= 9 + SPARE + 3
 

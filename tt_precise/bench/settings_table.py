@@ -180,9 +180,6 @@ def _row(setting: MeasuredSetting, found: list[Performance]) -> dict[str, Any]:
         "tolerance": f"{setting.tolerance:g}",
         "order": found[0].order,
         "digits_worst": round(min(digits), 1),
-        "digits_tenth": round(
-            statistics.quantiles(digits, n=10)[0] if len(digits) > 1 else digits[0], 1
-        ),
         "digits_median": round(statistics.median(digits), 1),
         "cost": float(f"{cost:.3g}"),
         "scenes": len(found),

@@ -82,6 +82,7 @@ class Columns:
     def __init__(self, setup: Setup, start: InitialState):
         self.form, self.record, self.precision = setup.formulation, setup.record, setup.precision
         self.start = start
+        self._factors: dict[Any, Any] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -136,9 +137,15 @@ class Columns:
         columns = {}
         with numpy.errstate(all="ignore"):
             for name in names:
-                factor = number(self.start.units.of_dimension(self.dimension(name)))
+                factor = self._factor(self.dimension(name), number)
                 columns[name] = self._entry(name, entries, q) * factor * numpy.ones(len(entries[0]))
         return columns
+
+    def _factor(self, dimension: Dimension, number: Callable[[Scalar], Any]) -> Any:
+        key = dimension, number
+        if key not in self._factors:
+            self._factors[key] = number(self.start.units.of_dimension(dimension))
+        return self._factors[key]
 
     def array_motion(self, entries: tuple[Array, ...], number: Callable[[Scalar], Any]) -> Motion:
         """The ``Motion`` of rows that are given as an array for each entry."""

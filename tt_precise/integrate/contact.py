@@ -48,16 +48,17 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
             "direction there; give nu_x or nu_y, or take the law regularised"
         )
     ended = ended_at_start(start, contact, fn)
+    if not ended:
+        return
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
     if ended == "singular_contact":
         raise InputError(
             f"{name}: the denominator of g_n is {fn.nstr(denominator / start.body.I1, 6)} I1 "
             "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
         )
-    if ended:
-        weight = numerator / denominator
-        raise InputError(
-            f"{name}: g_n is {fn.nstr(weight, 6)} m g at t = 0, expected above 0: "
-            "the top is not on the table; lower the start's rates, or run the equations beyond "
-            "their meaning with contact bilateral"
-        )
+    weight = numerator / denominator
+    raise InputError(
+        f"{name}: g_n is {fn.nstr(weight, 6)} m g at t = 0, expected above 0: "
+        "the top is not on the table; lower the start's rates, or run the equations beyond "
+        "their meaning with contact bilateral"
+    )

@@ -37,10 +37,11 @@ def integrate(
     precision
         ``double`` (the default), ``extended``, ``quad`` or ``mp`` (with ``bits``).
     digits
-        Instead of a precision: correct significant digits wanted in every component at the end.
-        The cheapest precision, tolerance and formulation whose own error estimate delivers them
-        are used; the trajectory names them. The estimate costs another run: a trajectory of 9
-        digits takes about as long as two in double.
+        Instead of a precision: correct significant digits wanted in every component, at every
+        sample and at the end (``Trajectory.digits_throughout``). The cheapest precision,
+        tolerance and formulation whose own error estimate delivers them are used; the trajectory
+        names them. Up to ten digits or so the estimate is made in the same run, in a second lane
+        of its batch; recorded events and quadratures, or another form, make it a run of its own.
     formulation
         ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
         pole).

@@ -212,7 +212,7 @@ class _Piece:
 
 _idle: dict[float, list[Any]] = {}
 _idle_lock = threading.Lock()
-MOST_IDLE = 16
+MOST_IDLE = 32  # more than there are tolerances to choose from
 
 
 @contextmanager

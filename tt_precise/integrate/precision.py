@@ -6,6 +6,7 @@ decimal string for the types wider than double; on its way out it is exact.
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 from dataclasses import dataclass
@@ -93,6 +94,12 @@ class Precision:
 
         The exact value lies between the two. A value that this precision holds stays as it is.
         """
+        if self.name == "double":
+            nearest = float(value)
+            if nearest == value:
+                return value
+            towards = math.inf if nearest < value else -math.inf
+            return self.context.mpf(math.nextafter(nearest, towards))
         rounded = self.guarded(self.number(value))
         if rounded == value:
             return value

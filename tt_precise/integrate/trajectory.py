@@ -152,13 +152,7 @@ class Trajectory:
         return State.joined(states, self.precision) if several else states[0]
 
     def motion(self, t: str | int | float | Fraction | Any) -> Motion:
-        """What every quantity is computed from at time ``t`` (s), dimensionless (m = R = g = 1).
-
-        Raises
-        ------
-        InputError
-            ``t`` lies outside [0, t_end].
-        """
+        """What quantities are computed from at ``t`` (s), dimensionless; refused as by ``at``."""
         time = self._dense_output.dimensionless_time(t)
         return self._columns.motion(self._dense_output.rows([time])[0])
 
@@ -236,10 +230,7 @@ class Trajectory:
     def with_quadratures(self) -> Trajectory:
         """The same run with phi, psi, x and y recorded; made now where they were not.
 
-        Raises
-        ------
-        InputError
-            The axis is exactly vertical at the start or on the way.
+        Refused where the axis is exactly vertical at the start or on the way.
         """
         if set(RECORDABLE) <= set(self.setup.record):
             return self
@@ -367,8 +358,7 @@ class Trajectory:
 
         ``names`` are columns of ``frame``, by default all entries of the state. "digits" are the
         significant ones of the worst entry of the state, each beside the largest of its kind.
-        The largest distances from ``reference_runs``; where one of these has ended they are
-        infinite, and no digits are left.
+        The largest distances from ``reference_runs``, infinite where one of these has ended.
         """
         import pandas
 
