@@ -1,7 +1,7 @@
 """The table behind ``integrate(digits=...)``: ``python -m tt_precise.bench.settings_table``.
 
 Every setting integrates every golden scene. Recorded is how many digits are right in the worst
-entry at the end, and, on the reference scene, what the run costs beside double at full accuracy in
+entry at the worst time, and, on the reference scene, what the run costs beside double at full accuracy in
 the same minute. ``tt-precise tradeoff`` calls ``write`` in its full form, which takes some minutes.
 Writes ``tt_precise/integrate/cost_table.csv``.
 """
@@ -102,7 +102,7 @@ def outcomes(name: str) -> Iterator[tuple[MeasuredSetting, Performance]]:
         yield setting, Performance(right_digits(trajectory), trajectory.order, costs.get(setting))
 
 
-def integrated(scene: Scene, setting: Setting, record: tuple[str, ...]) -> Trajectory:
+def integrated(scene: Scene, setting: MeasuredSetting, record: tuple[str, ...]) -> Trajectory:
     """The run that ``integrate(digits=...)`` makes of a setting: with its reference run."""
     from tt_precise.integrate.once import integrate_once
 
