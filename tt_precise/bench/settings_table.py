@@ -1,9 +1,9 @@
 """The table behind ``integrate(digits=...)``: ``python -m tt_precise.bench.settings_table``.
 
 Every setting integrates every golden scene. Recorded is how many digits are right in the worst
-entry at the worst time, and, on the reference scene, what the run costs beside double at full accuracy in
-the same minute. ``tt-precise tradeoff`` calls ``write`` in its full form, which takes some minutes.
-Writes ``tt_precise/integrate/cost_table.csv``.
+entry at the worst time, and, on the reference scene, what the run costs beside double at full
+accuracy in the same minute. ``tt-precise tradeoff`` calls ``write`` in its full form, which takes
+some minutes. Writes ``tt_precise/integrate/cost_table.csv``.
 """
 
 from __future__ import annotations
