@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy
 import pandas
@@ -209,3 +210,29 @@ def test_rigid_bodies_are_compared_as_vectors(healthy: Healthy, rigid_body: Heal
     assert set(found.parts) == {"kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"}
     assert found.value is not None
     assert found.value > 8
+
+
+def test_digits_over_time_say_where_to_stop(healthy: Healthy) -> None:
+    """Errors that grow as those of a coarse integrator."""
+    frame = healthy()
+    growing = frame.assign(omega_3=frame["omega_3"] * (1 + 1e-10 * 10 ** (1.2 * frame["t"])))
+    result = tt.check.conservation(growing, "reference")
+    assert result.verdict == "pass"
+    assert "BUT ONLY 0.4 CORRECT DIGITS of golden data" in str(result).replace("\n", " ")
+    assert result["golden"].history == (
+        "8 digits until 1.66 s, 4 digits until 5 s, 2 digits until 6.66 s, none from 7.51 s"
+    )
+    assert result.as_dict()["checks"][-1]["digits_over_time"] == result["golden"].history
+    with pytest.raises(AssertionError, match=r"over time: 8 digits until 1\.66 s"):
+        tt.check.assert_matches_golden(growing, "reference", digits=8)
+    assert tt.check.assert_matches_golden(growing, "reference", digits=8, until=1.6).passed
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), "8", True, 0, -3])
+def test_thresholds_are_finite(healthy: Healthy, number: Any) -> None:
+    with pytest.raises(tt.InputError, match=r"digits: got .*, expected a"):
+        tt.check.assert_matches_golden(healthy(), "reference", digits=number)
+    if not isinstance(number, int) or isinstance(number, bool):
+        for keywords in ({"until": number}, {"limits": {"jellett": number}}):
+            with pytest.raises(tt.InputError, match="expected a finite number"):
+                tt.check.conservation(healthy(), "reference", **keywords)

@@ -13,6 +13,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.check.checks import CHECKS
 from tt_precise.check.worst import MOST_POINTS, RunningWorst
+from tt_precise.cli import main
 
 Healthy = Callable[..., pandas.DataFrame]
 
@@ -114,3 +115,12 @@ def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
     nothing = RunningWorst(largest_is_worst=False)
     nothing.add(numpy.array([0.0, 1.0]), numpy.array([1.0, numpy.nan]))
     assert (nothing.worst, nothing.at) == (-numpy.inf, 1)
+
+
+def test_a_limit_of_one_check_alone_is_drawn(failing: tt.check.Result, tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    pandas.DataFrame(tt.golden.load("contact-lost")).to_csv(path, index=False)
+    picture = tmp_path / "drift.svg"
+    arguments = ["check", str(path), "--scene", "contact-lost", "--limit", "jellett=1e-5"]
+    assert main([*arguments, "--plot", str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"<?xml")

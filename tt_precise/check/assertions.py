@@ -52,14 +52,16 @@ def assert_conserves(
         columns=columns,
         folder=folder,
     )
-    told = [finding.sentence() for finding in result.failures]
-    told += [
+    lines = [finding.sentence() for finding in result.failures]
+    lines += [
         f"{name}: a limit was given, but the check was skipped: {result[name].reason}"
         for name in demanded
         if result[name].verdict == "skipped"
     ]
-    if told:
-        raise AssertionError(f"{result.trajectory} against {result.scene}:\n  " + "\n  ".join(told))
+    if lines:
+        raise AssertionError(
+            f"{result.trajectory} against {result.scene}:\n  " + "\n  ".join(lines)
+        )
     return result
 
 
@@ -102,9 +104,9 @@ def assert_matches_golden(
     golden = result["golden"]
     if golden.verdict != "pass":
         few = {name: found for name, found in golden.parts.items() if found < digits}
-        columns_told = ", ".join(f"{name} {found:.1f}" for name, found in few.items())
+        listed = ", ".join(f"{name} {found:.1f}" for name, found in few.items())
         raise AssertionError(
             f"{result.trajectory} against {result.scene}:\n  {golden.sentence()}\n"
-            f"  correct digits: {columns_told}"
+            f"  correct digits: {listed}\n  over time: {golden.history or 'nothing to compare'}"
         )
     return result

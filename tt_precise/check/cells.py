@@ -76,7 +76,8 @@ def column_of(values: Any, name: str, where: str) -> Any:
     InputError
         It has another shape, or a mask, or holds dates or complex numbers.
     """
-    if isinstance(values, numpy.ma.MaskedArray) and numpy.ma.getmaskarray(values).any():
+    # naming numpy.ma would import it
+    if type(values).__name__ == "MaskedArray" and numpy.any(values.mask):
         raise InputError(f"{where}: column {name}: got masked entries, expected numbers")
     try:
         array = numpy.asarray(values)

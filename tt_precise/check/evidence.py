@@ -49,7 +49,8 @@ class Evidence:
         if not len(intervals):
             return
         if not self._usual:
-            self._usual = float(numpy.median(intervals))
+            # numpy.median would import numpy.ma
+            self._usual = float(numpy.sort(intervals)[len(intervals) // 2])
         self._intervals += len(intervals)
         self._alike += int((abs(intervals - self._usual) <= ALIKE * self._usual).sum())
         widest = int(numpy.argmax(intervals))

@@ -42,9 +42,9 @@ def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) ->
         lines += [" " * margin + note for note in notes[1:]]
     for finding in done:
         if finding.parts:
-            told = "  ".join(f"{name} {digits:.1f}" for name, digits in finding.parts.items())
+            listed = "  ".join(f"{name} {digits:.1f}" for name, digits in finding.parts.items())
             lines += textwrap.wrap(
-                f"{finding.name}, correct digits of each column: {told}", width,
+                f"{finding.name}, correct digits of each column: {listed}", width,
                 subsequent_indent="  ",
             )  # fmt: skip
     reasons: dict[str, list[str]] = {}

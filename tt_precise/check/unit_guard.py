@@ -147,7 +147,8 @@ def _part(change: numpy.ndarray, mismatch: numpy.ndarray) -> float:
     parts = parts[abs(change).max(axis=0) > STILL]
     if len(parts) < FEWEST:
         return 0.0
-    return float(numpy.median(numpy.where(numpy.isfinite(parts), parts, numpy.inf)))
+    # numpy.median would import numpy.ma
+    return float(numpy.sort(numpy.where(numpy.isfinite(parts), parts, numpy.inf))[len(parts) // 2])
 
 
 def _lift(setup: CheckSetup, given: Columns) -> float:

@@ -5,12 +5,9 @@ It names no times of day, hosts or durations: two builds on one machine are equa
 
 from __future__ import annotations
 
-import hashlib
 import importlib.metadata
-import json
 import math
 import platform
-import tomllib
 from collections import Counter
 from collections.abc import Sequence
 from decimal import Decimal
@@ -18,6 +15,12 @@ from typing import Any
 
 from tt_precise.golden.consensus import Consensus
 from tt_precise.golden.digits import RULE, column_digits, scale_of
+from tt_precise.golden.hashes import PROOF_KEY as PROOF_KEY
+from tt_precise.golden.hashes import SELF_HASH as SELF_HASH
+from tt_precise.golden.hashes import dump as dump
+from tt_precise.golden.hashes import scene_sha256 as scene_sha256
+from tt_precise.golden.hashes import self_hash as self_hash
+from tt_precise.golden.hashes import with_proof as with_proof
 from tt_precise.golden.invariants import Constancy
 from tt_precise.golden.runs import DIGITS, Run
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
@@ -28,8 +31,6 @@ from tt_precise.mechanics.columns import described
 from tt_precise.scene import Scene
 
 SCHEMA = "tt_precise.golden/1"
-SELF_HASH = "sha256_of_manifest"
-PROOF_KEY = "sha256_of_proof"
 
 # what an event table has besides the columns of a trajectory
 _EVENT_COLUMNS = {
@@ -99,32 +100,6 @@ def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Any]:
             for name in dict.fromkeys(events.column("name"))
         },
     }
-
-
-def dump(manifest: dict[str, Any]) -> str:
-    """The text of manifest.json, with the manifest's own hash added."""
-    sealed = {**manifest, SELF_HASH: self_hash(manifest)}
-    return json.dumps(sealed, indent=1, ensure_ascii=False) + "\n"
-
-
-def with_proof(manifest: dict[str, Any], sha256: str | None) -> dict[str, Any]:
-    """The manifest (without its own hash) of data whose proof has that hash, or that have none."""
-    content = {k: v for k, v in manifest.items() if k not in (SELF_HASH, PROOF_KEY)}
-    return content if sha256 is None else {**content, PROOF_KEY: sha256}
-
-
-def self_hash(manifest: dict[str, Any], name: str = SELF_HASH) -> str:
-    """SHA-256 of a manifest's content, without this hash itself, which it has under ``name``."""
-    content = {key: value for key, value in manifest.items() if key != name}
-    text = json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def scene_sha256(text: str) -> str:
-    """SHA-256 of what a scene's TOML says, comments and layout apart."""
-    parsed = tomllib.loads(text, parse_float=str)
-    canonical = json.dumps(parsed, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
-    return hashlib.sha256(canonical.encode()).hexdigest()
 
 
 def versions() -> dict[str, str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
 from tt_precise.golden import places, proofs, store
-from tt_precise.golden.manifest import (
+from tt_precise.golden.hashes import (
     PROOF_KEY,
     SELF_HASH,
     dump,

@@ -92,23 +92,123 @@ class SeriesFunctions:
         return value.sqrt()
 
 
+class _Growing:
+    """A series that gets its coefficients one after the other, each from those of its parts.
+
+    ``step(c, k)`` gives coefficient k; all parts stand before it on the tape.
+    """
+
+    __slots__ = ("c", "step", "tape")
+    __array_ufunc__ = None
+
+    def __init__(self, tape: _Tape, step: Callable[[numpy.ndarray, int], Any]):
+        self.c = numpy.zeros(tape.shape)
+        self.tape, self.step = tape, step
+        tape.nodes.append(self)
+
+    def __add__(self, other: Any) -> _Growing:
+        a = self.c
+        if isinstance(other, _Growing):
+            b = other.c
+            return _Growing(self.tape, lambda c, k: a[k] + b[k])
+        return _Growing(self.tape, lambda c, k: a[k] + other if k == 0 else a[k])
+
+    __radd__ = __add__
+
+    def __neg__(self) -> _Growing:
+        a = self.c
+        return _Growing(self.tape, lambda c, k: -a[k])
+
+    def __sub__(self, other: Any) -> _Growing:
+        a = self.c
+        if isinstance(other, _Growing):
+            b = other.c
+            return _Growing(self.tape, lambda c, k: a[k] - b[k])
+        return self + -other
+
+    def __rsub__(self, other: Any) -> _Growing:
+        return -self + other
+
+    def __mul__(self, other: Any) -> _Growing:
+        a = self.c
+        if not isinstance(other, _Growing):
+            return _Growing(self.tape, lambda c, k: a[k] * other)
+        b = other.c
+        return _Growing(self.tape, lambda c, k: _product(a[: k + 1], b[k::-1]))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> _Growing:
+        a = self.c
+        if not isinstance(other, _Growing):
+            return _Growing(self.tape, lambda c, k: a[k] / other)
+        b = other.c
+        return _Growing(self.tape, lambda c, k: (a[k] - _product(c[:k], b[k:0:-1])) / b[0])
+
+    def __rtruediv__(self, other: Any) -> _Growing:
+        b = self.c
+        return _Growing(
+            self.tape,
+            lambda c, k: ((other if k == 0 else 0.0) - _product(c[:k], b[k:0:-1])) / b[0],
+        )
+
+    def sqrt(self) -> _Growing:
+        """The positive root; its first coefficient is not zero."""
+        a = self.c
+        return _Growing(
+            self.tape,
+            lambda c, k: (
+                (a[k] - _product(c[1:k], c[k - 1 : 0 : -1])) / (2 * c[0]) if k else numpy.sqrt(a[0])
+            ),
+        )
+
+
+class _Tape:
+    """Series in the order in which their coefficients can be computed."""
+
+    def __init__(self, terms: int, rows: int):
+        self.shape = (terms + 1, rows)
+        self.nodes: list[_Growing] = []
+
+
+def _product(a: numpy.ndarray, b: numpy.ndarray) -> numpy.ndarray:
+    found: numpy.ndarray = numpy.einsum("kr,kr->r", a, b)
+    return found
+
+
+PIECE = 2048  # rows at a time, so that all intermediate series stay in the cache
+
+
 def solution(
-    rates: Callable[[tuple[TaylorSeries, ...]], Sequence[Any]],
+    rates: Callable[[tuple[Any, ...]], Sequence[Any]],
     start: Sequence[numpy.ndarray],
     terms: int,
 ) -> tuple[TaylorSeries, ...]:
     """Taylor series, with ``terms`` + 1 coefficients, of the solution through every row.
 
-    ``rates`` is an autonomous right-hand side; ``start`` holds one array for each entry of the
-    state.
+    ``rates`` is an autonomous right-hand side that holds for every row alike; ``start`` holds one
+    array for each entry of the state.
     """
     rows = len(start[0])
-    c = numpy.zeros((len(start), terms + 1, rows))
-    c[:, 0] = start
-    for k in range(terms):
-        truncated = tuple(TaylorSeries(entry[: k + 1]) for entry in c)
-        for entry, rate in zip(c, rates(truncated), strict=True):
-            entry[k + 1] = rate.c[k] / (k + 1) if isinstance(rate, TaylorSeries) else 0
+    c = numpy.empty((len(start), terms + 1, rows))
+    for first in range(0, rows, PIECE):
+        piece = slice(first, min(first + PIECE, rows))
+        tape = _Tape(terms, piece.stop - piece.start)
+        entries = [_Growing(tape, lambda c, k: c[k]) for _ in start]
+        slopes = rates(tuple(entries))
+        for entry, value in zip(entries, start, strict=True):
+            entry.c[0] = value[piece]
+        operations = tape.nodes[len(entries) :]
+        for k in range(terms):
+            for node in operations:
+                node.c[k] = node.step(node.c, k)
+            for entry, slope in zip(entries, slopes, strict=True):
+                if isinstance(slope, _Growing):
+                    entry.c[k + 1] = slope.c[k] / (k + 1)
+                else:
+                    entry.c[1] = slope
+        for whole, entry in zip(c, entries, strict=True):
+            whole[:, piece] = entry.c
     return tuple(map(TaylorSeries, c))
 
 
