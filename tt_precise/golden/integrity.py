@@ -26,6 +26,7 @@ _FORMS = {
     "t": re.compile(rf"{PRINTED.pattern}|\d+(?:\.\d+)?", re.ASCII),
     "direction": re.compile(r"[+-]?1|0", re.ASCII),
 }
+WORDS = ("meaning", "event_meanings")  # their wording may change from version to version
 FEW = 3  # of many equal problems so many are told
 
 
@@ -151,6 +152,8 @@ def _differences(derived: Any, told: Any, where: str) -> Iterator[str]:
     """Where the manifest tells something else than follows from the data."""
     if isinstance(derived, dict) and isinstance(told, dict):
         for key, value in derived.items():
+            if key in WORDS:
+                continue
             yield from _differences(value, told.get(key), f"{where}: {key}" if key else where)
     elif derived != told:
         yield f"{where} is {str(told)[:50]!r}, the data say {str(derived)[:50]!r}"

@@ -17,7 +17,7 @@ from typing import Any
 from tt_precise.golden import store
 from tt_precise.golden.digits import ZERO, column_digits
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, LABELS, Enclosures
-from tt_precise.golden.manifest import scene_sha256, self_hash
+from tt_precise.golden.hashes import scene_sha256, self_hash
 from tt_precise.golden.outward import Outward, pi
 from tt_precise.golden.proof_record import PROOF, SELF_HASH, Record
 from tt_precise.golden.runs import DIGITS

@@ -10,7 +10,7 @@ from typing import Any
 from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, Enclosures
-from tt_precise.golden.manifest import self_hash
+from tt_precise.golden.hashes import self_hash
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 
