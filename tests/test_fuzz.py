@@ -94,7 +94,10 @@ def test_the_fuzzer_meets_both_outcomes() -> None:
     assert scene_or_error(TEXT.replace("0.3", "1/0")) is None
 
 
-@pytest.mark.parametrize("line", ['alpha = "0.3"', 'until = "8"', 'sample_every = "0.01"'])
+@pytest.mark.parametrize(
+    "line",
+    ['I1 = "131/350"', 'm = "0.02"', 'alpha = "0.3"', 'until = "8"', 'sample_every = "0.01"'],
+)
 @pytest.mark.parametrize("value", ["1e999", "-1e999", "-1/7" + "3" * 1500])
 def test_astronomical_numbers_are_told_briefly(line: str, value: str) -> None:
     assert line in TEXT

@@ -123,7 +123,7 @@ def require_si(body: TippeTop) -> None:
             _refuse_units(
                 f"body.{name}", ratio,
                 f"{float(low):g} to {high} in units of m R^2; if it is in kg m^2, write "
-                f"{float(ratio / unit):.6g}, which is {_short(ratio)}/(m R^2)",
+                f"{_rounded(ratio / unit)}, which is {_short(ratio)}/(m R^2)",
             )  # fmt: skip
     low, high = PLAUSIBLE_GRAVITY
     if not low <= body.g <= high:
@@ -134,7 +134,7 @@ def require_si(body: TippeTop) -> None:
         _refuse_units(
             "body.m, body.R", body.m,
             f"m in kg and R in m: with R = {_short(body.R)} the sphere has a density of "
-            f"{float(density):.3g} kg/m^3 (is it in g, cm or mm?)",
+            f"{_rounded(density, 3)} kg/m^3 (is it in g, cm or mm?)",
         )  # fmt: skip
 
 
@@ -183,6 +183,13 @@ class Units(NamedTuple):
 def _require(holds: bool, name: str, got: Fraction, expected: str) -> None:
     if not holds:
         raise InputError(f"{name}: got {_short(got)}, expected {expected}")
+
+
+def _rounded(value: Fraction, digits: int = 6) -> str:
+    try:
+        return f"{float(value):.{digits}g}"
+    except OverflowError:
+        return "more than 1e308"
 
 
 def _short(value: Fraction) -> str:
