@@ -14,6 +14,7 @@ from typing import Any
 from tt_precise.body import TippeTop, require_si
 from tt_precise.dry_friction import top_with_friction
 from tt_precise.errors import InputError
+from tt_precise.notebook import table
 from tt_precise.numerals import exact, written
 from tt_precise.start import START_KEYS, Inclination, Start, is_derived
 from tt_precise.toml import parse, read_text, shown
@@ -153,9 +154,25 @@ class Scene:
         return replace(self, body=replace(self.body, **body), start=replace(self.start, **start))
 
     def _repr_html_(self) -> str:
-        from tt_precise.notebook import scene_html
-
-        return scene_html(self)
+        parts = [("body", self.body), ("start", self.start)]
+        numbers = [
+            (f"{name}.{one.name}", getattr(part, one.name))
+            for name, part in parts
+            for one in fields(part)  # type: ignore[arg-type]
+        ]
+        return table(
+            f"Scene {self.name}",
+            [
+                ("title", self.title),
+                ("source", self.source),
+                ("model", self.model),
+                *numbers,
+                ("until", f"{self.until} s"),
+                ("sample_every", f"{self.sample_every} s"),
+                ("record", ", ".join(self.record) or "nothing more"),
+                ("events", ", ".join(self.events) or "none"),
+            ],
+        )
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:

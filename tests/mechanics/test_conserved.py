@@ -27,7 +27,8 @@ from tt_precise.scene import load_scene
     ],
 )  # fmt: skip
 def test_conserved_by_the_scene(scene: str, names: set[str]) -> None:
-    assert {integral.name for integral in conserved(load_scene(scene))} == names
+    loaded = load_scene(scene)
+    assert {integral.name for integral in conserved(loaded.model, loaded.body)} == names
 
 
 def test_drift_is_relative_to_the_start(body: TippeTop, mp: Any, rounded: Any) -> None:

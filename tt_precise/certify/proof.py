@@ -125,7 +125,7 @@ class Proof:
         with flint.ctx.workprec(self.enclosure.working_bits):
             times = [dimensionless_time(self.scene, seconds) for seconds, _ in self.rows()]
             states = [self.enclosure.at(time) for time in times]
-            for integral in conserved(self.scene):
+            for integral in conserved(self.scene.model, self.scene.body):
                 scale = arb(observed(self.scene, integral.scale)(states[0]))
                 evaluate = observed(self.scene, integral.evaluate)
                 first, *others = (arb(evaluate(state)) for state in states)

@@ -47,7 +47,7 @@ class RowCheck:
 
 def _integral(integral: Integral) -> RowCheck:
     def skipped(setup: CheckSetup, first: Samples) -> str:
-        if not integral.holds(setup.scene):
+        if not integral.holds(setup.scene.model, setup.scene.body):
             return _why_not(integral.name)
         if integral.azimuth and not setup.columns.azimuth:
             return "needs the direction of the axis, which Euler angles without phi leave open"
@@ -82,7 +82,7 @@ def _energy(integral: Integral) -> RowCheck:
         return "" if setup.velocity_known else _no_velocity(setup)
 
     def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-        if integral.holds(setup.scene) and setup.own_force:
+        if integral.holds(setup.scene.model, setup.scene.body) and setup.own_force:
             return conserved.watch(setup, first, limit)
         scale = float(integral.scale(first.first)) or 1.0
         lowest = numpy.inf

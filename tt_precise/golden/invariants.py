@@ -47,7 +47,7 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
         for row in trajectory.rows
     ]
     found = []
-    for integral in conserved(scene):
+    for integral in conserved(scene.model, scene.body):
         drifts = drift(integral, motions)
         worst = max(range(len(drifts)), key=drifts.__getitem__)
         digits = -context.log10(drifts[worst]) if drifts[worst] else context.mpf(DIGITS)

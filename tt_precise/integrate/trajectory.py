@@ -32,6 +32,7 @@ from tt_precise.integrate.system import full_tolerance
 from tt_precise.integrate.tables import Numbers, Tables
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
+from tt_precise.notebook import table
 from tt_precise.numerals import as_fraction
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene
@@ -283,7 +284,7 @@ class Trajectory:
         """
         integrals = [
             integral
-            for integral in conserved(self.scene)
+            for integral in conserved(self.scene.model, self.scene.body)
             if self._columns.has_azimuth or not integral.azimuth
             if self.formulation == "newton" or integral.name != "axis_norm"
         ]
@@ -322,9 +323,19 @@ class Trajectory:
         )
 
     def _repr_html_(self) -> str:
-        from tt_precise.notebook import trajectory_html
-
-        return trajectory_html(self)
+        # how it ended, and nothing that would cost another integration
+        return table(
+            f"Trajectory of {self.scene.name}",
+            [
+                ("status", self.status),
+                ("t_end", f"{self.t_end} s"),
+                ("precision", f"{self.precision.name}, {self.precision.bits} bits"),
+                ("formulation", self.formulation),
+                ("steps", self.steps),
+                *((name, value or "undefined") for name, value in self.state.as_text().items()),
+                *((f"event {name}", f"{n} times") for name, n in self.event_counts.most_common()),
+            ],
+        )
 
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses names that ``frame`` does not know."""

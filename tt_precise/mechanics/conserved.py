@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from tt_precise.arithmetic import Scalar
+from tt_precise.body import TippeTop
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot
-from tt_precise.scene import Scene
 
 
 @dataclass(frozen=True)
 class Integral:
-    """A conserved value: its name, function, scale, in which scenes it holds, and its source.
+    """A conserved value: its name, function, scale, for which model and body it holds, and its source.
 
     ``azimuth`` marks those that need the direction of the axis, which an Euler state leaves open.
     """
@@ -27,21 +27,21 @@ class Integral:
     name: str
     evaluate: Callable[[Motion], Scalar]
     scale: Callable[[Motion], Scalar]
-    holds: Callable[[Scene], bool]
+    holds: Callable[[str, TippeTop], bool]
     meaning: str
     azimuth: bool = False
 
 
-def _always(scene: Scene) -> bool:
+def _always(model: str, body: TippeTop) -> bool:
     return True
 
 
-def _rolling(scene: Scene) -> bool:
-    return scene.model == "rolling"
+def _rolling(model: str, body: TippeTop) -> bool:
+    return model == "rolling"
 
 
-def _frictionless(scene: Scene) -> bool:
-    return scene.model == "gliding" and scene.body.mu == 0
+def _frictionless(model: str, body: TippeTop) -> bool:
+    return model == "gliding" and body.mu == 0
 
 
 def _own_size(function: Callable[[Motion], Scalar]) -> Callable[[Motion], Scalar]:
@@ -56,8 +56,8 @@ def _momentum(q: Motion) -> Scalar:
     return q.body.m * q.body.R * q.fn.sqrt(dot(q.omega, q.omega))
 
 
-def _energy_holds(scene: Scene) -> bool:
-    return _frictionless(scene) or _rolling(scene)
+def _energy_holds(model: str, body: TippeTop) -> bool:
+    return _frictionless(model, body) or _rolling(model, body)
 
 
 _ALL = (
@@ -100,9 +100,9 @@ _ALL = (
 INTEGRALS = {integral.name: integral for integral in _ALL}
 
 
-def conserved(scene: Scene) -> tuple[Integral, ...]:
-    """The integrals that a correct solution of ``scene`` keeps."""
-    return tuple(integral for integral in _ALL if integral.holds(scene))
+def conserved(model: str, body: TippeTop) -> tuple[Integral, ...]:
+    """The integrals that a correct motion of ``body`` keeps, gliding or rolling."""
+    return tuple(integral for integral in _ALL if integral.holds(model, body))
 
 
 def drift(integral: Integral, motions: list[Motion]) -> list[Any]:
