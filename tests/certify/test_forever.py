@@ -16,7 +16,7 @@ from flint import arb
 
 import tt_precise as tt
 from tt_precise.certify import NotProved
-from tt_precise.certify.forever import BITS, Block, Reduced, forever
+from tt_precise.certify.forever import BITS, Reduced, TrappingBlock, forever
 from tt_precise.golden import proofs, store
 from tt_precise.golden.table import Table
 
@@ -37,11 +37,11 @@ def enclosure() -> Table:
 
 
 @pytest.fixture(scope="module")
-def blocks(enclosure: Table) -> tuple[Block, Block]:
+def blocks(enclosure: Table) -> tuple[TrappingBlock, TrappingBlock]:
     return forever(tt.load_scene("reference"), enclosure)
 
 
-def test_the_reference_inverts_for_ever(blocks: tuple[Block, Block]) -> None:
+def test_the_reference_inverts_for_ever(blocks: tuple[TrappingBlock, TrappingBlock]) -> None:
     entered, final = blocks
     assert entered.pole == final.pole == -1
     assert 7 < float(entered.since_s) < 8 == float(final.since_s)
@@ -49,7 +49,7 @@ def test_the_reference_inverts_for_ever(blocks: tuple[Block, Block]) -> None:
     assert entered.force > 0.99
 
 
-def test_a_longer_integration_obeys_it(blocks: tuple[Block, Block]) -> None:
+def test_a_longer_integration_obeys_it(blocks: tuple[TrappingBlock, TrappingBlock]) -> None:
     # heyoka in double, to 16 s: theta against the bound, D and E~ against their limits
     trajectory = tt.integrate(replace(tt.load_scene("reference"), until=Fraction(16)))
     frame = trajectory.frame("theta", "D", "E_tilde", "g_n", numbers="float")

@@ -100,7 +100,7 @@ def test_one_that_only_one_way_finds_is_a_failure(
 ) -> None:
     from tt_precise.exact import thresholds as exact
 
-    nothing = exact.Crossing(False, reason="spoiled")
+    nothing = exact.MarginalMomentum(False, reason="spoiled")
     monkeypatch.setattr(exact, "marginal_spin", lambda *_, **__: nothing)
     found = told(capsys, "reference", "--digits", "10", status=1)["quantities"]
     assert found["lambda_thres"]["independent"] is None

@@ -9,7 +9,7 @@ import numpy
 import pytest
 
 from tt_precise.engines.ladder import VERDICTS, measured
-from tt_precise.engines.run import Run
+from tt_precise.engines.run import ProgramRun
 from tt_precise.engines.rungs import STEPS, Rung, States, rungs
 
 
@@ -18,12 +18,12 @@ def flight() -> Rung:
     return rungs()[0]
 
 
-def off(rung: Rung, error: float) -> Run:
+def off(rung: Rung, error: float) -> ProgramRun:
     """The reference with an angular velocity that is off by this share of the spin."""
     truth = rung.truth
     assert truth is not None
     t = numpy.linspace(0, 1, len(truth.k))[:, None]
-    return Run("done", "", States(truth.k, truth.omega + error * rung.spin * t, truth.s_dot))
+    return ProgramRun("done", "", States(truth.k, truth.omega + error * rung.spin * t, truth.s_dot))
 
 
 def judged(rung: Rung, error: Any) -> Any:
@@ -60,7 +60,7 @@ def test_rounding(flight: Rung) -> None:
 def test_a_run_that_was_no_run_is_no_pass(flight: Rung) -> None:
     good = off(flight, 1e-9)
     for status, verdict in (("refused", "refused"), ("timeout", "failed"), ("diverged", "failed")):
-        found = measured("mine", flight, STEPS, [good, good, Run(status, "why")])
+        found = measured("mine", flight, STEPS, [good, good, ProgramRun(status, "why")])
         assert found.verdict == verdict
         assert found.message.endswith("why")
         assert not found.digits
@@ -72,7 +72,7 @@ def test_every_rung_has_a_reference_that_conserves(flight: Rung) -> None:
         if rung.truth is None:
             assert rung.name == "inversion"
             continue
-        run = Run("done", "", rung.truth)
+        run = ProgramRun("done", "", rung.truth)
         found = measured("truth", rung, STEPS, [run, run, run])
         assert found.verdict == "rounding"
         assert set(found.drift) == set(rung.conserved)

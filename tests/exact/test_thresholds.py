@@ -14,7 +14,7 @@ import pytest
 from tt_precise.body import TippeTop
 from tt_precise.errors import InputError
 from tt_precise.exact import thresholds as module
-from tt_precise.exact.stability import Crossing
+from tt_precise.exact.stability import MarginalMomentum
 from tt_precise.exact.thresholds import Thresholds, thresholds
 from tt_precise.mechanics import euler, quantities
 from tt_precise.mechanics import thresholds as formulas
@@ -224,7 +224,7 @@ def test_a_difference_in_the_30th_digit_is_seen(
     spoil: Spoil, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not name.startswith("lambda_"):  # the search takes time and is not what is spoiled
-        monkeypatch.setattr(module, "marginal_spin", lambda *given: Crossing(None))
+        monkeypatch.setattr(module, "marginal_spin", lambda *given: MarginalMomentum(None))
     assert thresholds(load_scene("reference"), 40).quantities[name].digits_agreed == 40
     spoil(monkeypatch)
     found = thresholds(load_scene("reference"), 40).quantities[name].digits_agreed

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.exact.verdict import Verdict, inversion
+from tt_precise.exact.verdict import InversionVerdict, inversion
 from tt_precise.scene import Scene, load_scene
 
 
@@ -15,7 +15,7 @@ def verdict(
     up: float | None = 1,
     scene: str | Scene = "reference",
     on_table: bool = True,
-) -> Verdict:
+) -> InversionVerdict:
     return inversion(load_scene(scene), size, thres, up, on_table, 1e-12)
 
 

@@ -16,7 +16,16 @@ from tt_precise.claims.verdicts import (
     wording,
 )
 from tt_precise.report.animation import motion
-from tt_precise.report.document import Block, Card, Figure, Overview, Report, Section, Table, Text
+from tt_precise.report.document import (
+    Block,
+    Card,
+    Figure,
+    Overview,
+    PageTable,
+    Report,
+    Section,
+    Text,
+)
 from tt_precise.report.sections import claims
 
 PRINTED = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))"
@@ -51,7 +60,7 @@ def judgements() -> list[Judgement]:
 @pytest.fixture
 def small_report(judgements: list[Judgement]) -> Report:
     """Every kind of block once, and the real animation."""
-    table = Table(
+    table = PageTable(
         ("case", "topic", "verdict", "a", "b"),
         [
             ("one", "geometry", "pass", "alpha", "<script>alert(1)</script>"),
@@ -77,7 +86,7 @@ def small_report(judgements: list[Judgement]) -> Report:
         Text("Look here.", emphasis=True),
         *figures,
         table,
-        Table(("a", "b"), [("1", "2")], "A short one."),
+        PageTable(("a", "b"), [("1", "2")], "A short one."),
     ]
     cards = [
         Card("lambda", "1e-15", "order 1e-6", "holds", good=True),

@@ -10,23 +10,23 @@ from typing import Any
 import pytest
 
 from tt_precise.engines.catalogue import ENGINES
-from tt_precise.engines.ladder import Result
+from tt_precise.engines.ladder import RungResult
 from tt_precise.engines.rungs import STEPS, rungs
 from tt_precise.engines.scoreboard import as_dict
 from tt_precise.report import render
-from tt_precise.report.document import Figure, Report, Table
+from tt_precise.report.document import Figure, PageTable, Report
 from tt_precise.report.sections import engines
 
 
 @pytest.fixture
 def board() -> dict[str, Any]:
     rows = [
-        Result("MuJoCo", "flight", "converges", digits=(7.0, 8.2, 9.5), order=4.0, floor=1e-12,
+        RungResult("MuJoCo", "flight", "converges", digits=(7.0, 8.2, 9.5), order=4.0, floor=1e-12,
                drift={"angular_momentum": (1e-8, 1e-9, 1e-10)}),
-        Result("MuJoCo", "ice", "floor", digits=(1.0, 1.5, 1.7), order=1.1, floor=0.02),
-        Result("MuJoCo", "inversion", "measured", equator=(2.9, None, 3.8)),
-        Result("Bullet", "flight", "failed", "step 0.001 s: timeout: still running after 60 s"),
-        Result("Bullet", "ice", "refused", "Bullet has no viscous friction"),
+        RungResult("MuJoCo", "ice", "floor", digits=(1.0, 1.5, 1.7), order=1.1, floor=0.02),
+        RungResult("MuJoCo", "inversion", "measured", equator=(2.9, None, 3.8)),
+        RungResult("Bullet", "flight", "failed", "step 0.001 s: timeout: still running after 60 s"),
+        RungResult("Bullet", "ice", "refused", "Bullet has no viscous friction"),
     ]  # fmt: skip
     return as_dict(
         [one for one in ENGINES if one.name in ("MuJoCo", "Bullet")], rungs(), STEPS, rows,
@@ -40,7 +40,7 @@ def test_it_shows_what_was_measured(
     (tmp_path / "engines.json").write_text(json.dumps(board))
     section = engines.section(tmp_path)
     (figure,) = (block for block in section.blocks if isinstance(block, Figure))
-    table, settings = (block for block in section.blocks if isinstance(block, Table))
+    table, settings = (block for block in section.blocks if isinstance(block, PageTable))
     assert len(table.rows) == len(board["rows"])
     assert tuple(table.rows[0][:6]) == (
         "MuJoCo",

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tt_precise.report.document import Figure, Table
+from tt_precise.report.document import Figure, PageTable
 from tt_precise.report.sections import extremes
 
 LARGEST = 300_000  # characters of SVG
@@ -52,7 +52,7 @@ def test_without_a_file_the_command_is_told(tmp_path: Path) -> None:
 
 def test_a_row_for_each_family_and_for_each_failure(folder: Path) -> None:
     section = extremes.section(folder)
-    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    (table,) = (block for block in section.blocks if isinstance(block, PageTable))
     assert [row[1] for row in table.rows] == [
         "mu = … (3 cases)", "limit … (3 cases)", "off … (4 cases)", "a start",
     ]  # fmt: skip

@@ -11,12 +11,12 @@ import pytest
 
 from tt_precise.golden import places, proofs, store
 from tt_precise.golden.proofs import PROOF
-from tt_precise.report.document import Section, Table
+from tt_precise.report.document import PageTable, Section
 from tt_precise.report.sections.proofs import section
 
 
-def _tables(one: Section) -> list[Table]:
-    return [block for block in one.blocks if isinstance(block, Table)]
+def _tables(one: Section) -> list[PageTable]:
+    return [block for block in one.blocks if isinstance(block, PageTable)]
 
 
 @pytest.fixture

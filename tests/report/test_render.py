@@ -12,7 +12,7 @@ import pytest
 from tt_precise.cli import main
 from tt_precise.errors import InputError
 from tt_precise.report import archive, build, layout, render
-from tt_precise.report.document import Figure, Report, Section, Table, Text
+from tt_precise.report.document import Figure, PageTable, Report, Section, Text
 
 VOID = {"meta", "link", "input", "br"}
 
@@ -119,9 +119,9 @@ def test_a_section_leads_with_its_picture(small_report: Report) -> None:
 
 def test_long_tables_and_long_texts_fold() -> None:
     rows = [("1",)] * (layout.LONGEST_ROWS + 1)
-    assert layout.folds(Table(("a",), rows))
-    assert not layout.folds(Table(("a",), rows[:-1]))
-    assert not layout.folds(Table(("a",), rows, folded=False))
+    assert layout.folds(PageTable(("a",), rows))
+    assert not layout.folds(PageTable(("a",), rows[:-1]))
+    assert not layout.folds(PageTable(("a",), rows, folded=False))
     text = "This is a sentence of some length. " * 30
     ((shown, folded),) = layout.laid_out(Section("a", "A", [Text(text.strip())])).texts
     assert len(shown.text) < layout.LONGEST_TEXT

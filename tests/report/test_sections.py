@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas
 
 from tt_precise.claims import Judgement, counts
-from tt_precise.report.document import Claims, Section, Table, Text
+from tt_precise.report.document import Claims, PageTable, Section, Text
 from tt_precise.report.sections import claims, overview, thresholds
 from tt_precise.report.sections.measured import jellett_alone
 from tt_precise.report.sections.overview import verdict
@@ -52,7 +52,7 @@ def test_a_card_says_whether_the_paper_agrees(judgements: list[Judgement]) -> No
 
 def test_thresholds_state_forty_agreeing_digits() -> None:
     section = thresholds.section()
-    table = next(block for block in section.blocks if isinstance(block, Table))
+    table = next(block for block in section.blocks if isinstance(block, PageTable))
     agreed = [int(row[3]) for row in table.rows]
     assert len(agreed) == 9
     assert min(agreed) >= 40

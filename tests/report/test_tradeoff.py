@@ -7,7 +7,7 @@ import pandas
 import pytest
 
 from tt_precise.bench.tables import GROWTH, TABLE
-from tt_precise.report.document import Figure, Section, Table, Text
+from tt_precise.report.document import Figure, PageTable, Section, Text
 from tt_precise.report.sections import tradeoff
 
 
@@ -50,7 +50,7 @@ def test_without_a_table_it_says_how_to_make_one(tmp_path: Path) -> None:
 def test_findings_are_computed_from_the_table(section: Section) -> None:
     assert section.results["any peer at 1e-09, newton"] == {"value": "25", "met": True}
     assert section.results["SIMD"] == {"value": None, "met": None}
-    costs, _, found = (block for block in section.blocks if isinstance(block, Table))
+    costs, _, found = (block for block in section.blocks if isinstance(block, PageTable))
     assert costs.rows[0] == ("heyoka", "2.8", "8", "23", "64")
     verdicts = {row[0]: row[3] for row in found.rows}
     assert verdicts["any peer at 1e-09, newton"] == "right"

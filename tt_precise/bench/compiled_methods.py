@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache, partial
 from typing import Any
 
-from tt_precise.bench.methods import Settings, Solution, Solve, registered
+from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.bench.right_hand_side import flat
 from tt_precise.mechanics.formulations import Formulation
@@ -39,7 +39,7 @@ def cyrk(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
     address, tolerance = _callback(problem.form).address, settings.tolerance
     stages = {"DOP853": 11, "VERN8": 13, "TSIT5": 6}.get(method, 0)
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         wanted = numpy.array(times)
         found = CyRK.nbsolve2_ivp(
             address, (0.0, float(wanted[-1])), start, method, wanted, False, parameters,
@@ -49,7 +49,7 @@ def cyrk(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
             if not found.success:
                 raise ArithmeticError(f"CyRK {method}: {found.message}")
             steps = int(found.steps_taken)
-            return Solution(list(found.y.T.copy()), steps, steps * stages)
+            return SolverResult(list(found.y.T.copy()), steps, steps * stages)
         finally:
             found.free()
 
@@ -73,12 +73,12 @@ def cvode(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
         filling, method=method, rtol=tolerance, atol=tolerance, max_num_steps=CVODE_STEPS
     )
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         found = solver.solve(numpy.array([0.0, *times]), numpy.array(start))
         if not found.success:
             raise ArithmeticError(f"CVODE: {found.message}")
         states = numpy.asarray(found.y)[1 if len(times) > 1 else -1 :]
-        return Solution(list(states), 0, int(found.nfev))
+        return SolverResult(list(states), 0, int(found.nfev))
 
     solve([1e-3])
     return solve

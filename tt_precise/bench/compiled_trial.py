@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from tt_precise.bench.methods import Settings, Solution, Solve, method_named
+from tt_precise.bench.methods import Settings, Solve, SolverResult, method_named
 from tt_precise.bench.plan import Trial
 from tt_precise.bench.problem import GoldenProblem, StateErrors, golden_problem
 from tt_precise.bench.timing import timed
@@ -26,8 +26,8 @@ class CompiledTrial:
     solve: Solve
     setup_s: float
     times: list[Any]
-    grid: Solution | None = None
-    _end: Solution | None = None
+    grid: SolverResult | None = None
+    _end: SolverResult | None = None
 
     @property
     def wide(self) -> bool:
@@ -39,7 +39,7 @@ class CompiledTrial:
         self._end = self.solve(self.times if self.wide else self.times[-1:])
 
     @property
-    def ended(self) -> Solution:
+    def ended(self) -> SolverResult:
         """The last timed run."""
         if self._end is None:
             raise RuntimeError("a trial is compared with the truth after it was run")

@@ -72,7 +72,7 @@ class Counted:
         return self._product(other / self.value)
 
 
-class Functions:
+class CountedFunctions:
     """sin, cos, ... of ``fn`` for counted scalars."""
 
     def __init__(self, fn: Any, tally: TermTally):
@@ -89,7 +89,7 @@ def rates_without(
     """Rates with term ``drop`` (None: none) left out, and all terms in the order they are met."""
     tally = TermTally(drop)
     counted = [Counted(entry, tally) for entry in state]
-    found = rates(body, type(state)(*counted), Functions(fn, tally))
+    found = rates(body, type(state)(*counted), CountedFunctions(fn, tally))
     return [_bare(rate) for rate in found], tally.terms
 
 

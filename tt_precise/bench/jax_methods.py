@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache, partial
 from typing import Any
 
-from tt_precise.bench.methods import Settings, Solution, Solve, registered
+from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.body import Parameters
 from tt_precise.mechanics.formulations import Formulation
@@ -22,12 +22,12 @@ def diffrax_solver(solver: str, problem: GoldenProblem, settings: Settings) -> S
     parameters = numpy.array(problem.parameters(settings.precision))
     at_end, at_times = _jitted(solver, problem.form, False), _jitted(solver, problem.form, True)
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         chosen = at_end if len(times) == 1 else at_times
         states, steps, evaluations = chosen(
             start, numpy.array(times), settings.tolerance, parameters
         )
-        return Solution(list(numpy.asarray(states)), int(steps), int(evaluations))
+        return SolverResult(list(numpy.asarray(states)), int(steps), int(evaluations))
 
     solve([1e-3])
     return solve

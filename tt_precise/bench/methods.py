@@ -22,7 +22,7 @@ MODULES = (
 )  # fmt: skip
 
 
-class Solution(NamedTuple):
+class SolverResult(NamedTuple):
     """What a solver returns: a state for each time asked for, and what it took.
 
     ``work`` counts evaluations of the right-hand side, of a Taylor method the coefficients of
@@ -39,7 +39,7 @@ class Solution(NamedTuple):
     published: bool = False
 
 
-Solve = Callable[[Sequence[Any]], Solution]  # from dimensionless times, in the method's numbers
+Solve = Callable[[Sequence[Any]], SolverResult]  # from dimensionless times, in the method's numbers
 
 
 class Settings(NamedTuple):

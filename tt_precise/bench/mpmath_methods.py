@@ -8,7 +8,7 @@ from typing import Any
 
 import mpmath
 
-from tt_precise.bench.methods import Settings, Solution, Solve, registered
+from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.body import Parameters
 
@@ -25,7 +25,7 @@ def odefun(problem: GoldenProblem, settings: Settings) -> Solve:
     state = [own(x) for x in form.start(start.body, start.vectors, start.euler)]
     body = Parameters(**{f.name: own(getattr(start.body, f.name)) for f in fields(start.body)})
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         evaluations = 0
 
         def rates(t: Any, y: Any) -> list[Any]:
@@ -37,6 +37,6 @@ def odefun(problem: GoldenProblem, settings: Settings) -> Solve:
             tolerance = mpmath.ldexp(1, MARGIN_BITS - precision.bits)
             follow = mpmath.odefun(rates, 0, list(state), tolerance)
             states = [follow(own(precision.guarded(t))) for t in times]
-        return Solution(states, 0, evaluations)
+        return SolverResult(states, 0, evaluations)
 
     return solve

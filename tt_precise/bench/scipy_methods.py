@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache, partial
 from typing import Any
 
-from tt_precise.bench.methods import Settings, Solution, Solve, registered
+from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.bench.right_hand_side import flat
 from tt_precise.mechanics.formulations import Formulation
@@ -43,7 +43,7 @@ def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Set
     function = right_hand_side(problem, settings, compiled)
     start, tolerance = problem.state(settings.precision), settings.tolerance
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         found = scipy.integrate.solve_ivp(
             function,
             (0.0, times[-1]),
@@ -57,7 +57,7 @@ def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Set
             raise ArithmeticError(f"{method}: {found.message}")
         # it does not report its steps; every accepted and rejected one costs the same evaluations
         stages = {"RK45": 6, "DOP853": 11}.get(method)
-        return Solution(list(found.y.T), found.nfev // stages if stages else 0, found.nfev)
+        return SolverResult(list(found.y.T), found.nfev // stages if stages else 0, found.nfev)
 
     return solve
 
@@ -69,14 +69,14 @@ def odeint(compiled: bool, problem: GoldenProblem, settings: Settings) -> Solve:
     function = right_hand_side(problem, settings, compiled)
     start, tolerance = problem.state(settings.precision), settings.tolerance or None
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         rows, info = scipy.integrate.odeint(
             function, start, [0.0, *times], tfirst=True, rtol=tolerance, atol=tolerance,
             mxstep=ODEINT_STEPS, full_output=True,
         )  # fmt: skip
         if info["message"] != "Integration successful.":
             raise ArithmeticError(f"odeint: {info['message']}")
-        return Solution(list(rows[1:]), int(info["nst"][-1]), int(info["nfe"][-1]))
+        return SolverResult(list(rows[1:]), int(info["nst"][-1]), int(info["nfe"][-1]))
 
     return solve
 

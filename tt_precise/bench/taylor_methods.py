@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from tt_precise.bench.bare_loop import bare_adaptive, bare_batch
-from tt_precise.bench.methods import Settings, Solution, Solve, registered
+from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.integrate.events import catalogue
 from tt_precise.integrate.setup import Setup
@@ -77,7 +77,7 @@ def _solver(
     for i, value in enumerate(problem.parameters(precision)):
         adaptive.pars[i] = value
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         for i, value in enumerate(start):
             adaptive.state[i] = value
         adaptive.time = zero
@@ -95,7 +95,7 @@ def _solver(
             states = [[rows[i, j] for j in range(entries)] for i in range(1, len(rows))]
         if outcome != heyoka.taylor_outcome.time_limit:
             raise ArithmeticError(f"heyoka stopped with {outcome}")
-        return Solution(states, steps, steps * adaptive.order, adaptive.order)
+        return SolverResult(states, steps, steps * adaptive.order, adaptive.order)
 
     return solve
 
@@ -113,7 +113,7 @@ def lanes(width: int, problem: GoldenProblem, settings: Settings) -> Solve:
         numpy.outer(problem.parameters(precision), numpy.ones(width)),
     )
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         batch.state[:] = start
         batch.set_time(0.0)
         states, steps = [], numpy.zeros(width, dtype=int)
@@ -121,7 +121,7 @@ def lanes(width: int, problem: GoldenProblem, settings: Settings) -> Solve:
             batch.propagate_until([time] * width)
             steps += [result[3] for result in batch.propagate_res]
             states.append(batch.state[:, 0].copy())
-        return Solution(states, int(steps[0]), int(steps[0]) * batch.order, batch.order, width)
+        return SolverResult(states, int(steps[0]), int(steps[0]) * batch.order, batch.order, width)
 
     return solve
 
@@ -144,14 +144,14 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
         asked["bits"] = precision.bits if precision.name == "mp" else None
         asked["formulation"] = problem.coordinates
 
-    def solve(times: Sequence[Any]) -> Solution:
+    def solve(times: Sequence[Any]) -> SolverResult:
         found = integrate(scene, **asked)
         context = found.precision.context
         state = [
             context.mpf(found.state.values[name]) / units.of_dimension(STATE_DIMENSIONS[name])
             for name in names
         ]
-        return Solution(
+        return SolverResult(
             [state], found.steps, found.steps * found.order, found.order, published=True
         )
 

@@ -87,7 +87,7 @@ class Ring:
         return self * other
 
 
-class Series(Ring):
+class PowerSeries(Ring):
     """A power series with coefficients in units of 2^-bits, each computed when it is needed."""
 
     def __init__(self, bits: int, coefficients: list[int], rule: Callable[[int], int]):
@@ -99,32 +99,32 @@ class Series(Ring):
             self.c.append(self.rule(len(self.c)))
         return self.c[n]
 
-    def _other(self, other: Any) -> Series:
-        if isinstance(other, Series):
+    def _other(self, other: Any) -> PowerSeries:
+        if isinstance(other, PowerSeries):
             return other
-        return Series(self.bits, [_fixed(arb(other), self.bits)], lambda n: 0)
+        return PowerSeries(self.bits, [_fixed(arb(other), self.bits)], lambda n: 0)
 
-    def __add__(self, other: Any) -> Series:
+    def __add__(self, other: Any) -> PowerSeries:
         y = self._other(other)
-        return Series(self.bits, [], lambda n: self.at(n) + y.at(n))
+        return PowerSeries(self.bits, [], lambda n: self.at(n) + y.at(n))
 
-    def __neg__(self) -> Series:
-        return Series(self.bits, [], lambda n: -self.at(n))
+    def __neg__(self) -> PowerSeries:
+        return PowerSeries(self.bits, [], lambda n: -self.at(n))
 
-    def __mul__(self, other: Any) -> Series:
-        if not isinstance(other, Series):
+    def __mul__(self, other: Any) -> PowerSeries:
+        if not isinstance(other, PowerSeries):
             factor = self._other(other).at(0)
-            return Series(self.bits, [], lambda n: self.at(n) * factor >> self.bits)
+            return PowerSeries(self.bits, [], lambda n: self.at(n) * factor >> self.bits)
 
         def rule(n: int) -> int:
             self.at(n), other.at(n)
             return sum(map(mul, self.c[: n + 1], other.c[n::-1])) >> self.bits
 
-        return Series(self.bits, [], rule)
+        return PowerSeries(self.bits, [], rule)
 
-    def __truediv__(self, other: Any) -> Series:
+    def __truediv__(self, other: Any) -> PowerSeries:
         y = self._other(other)
-        found = Series(self.bits, [], lambda n: 0)
+        found = PowerSeries(self.bits, [], lambda n: 0)
 
         def rule(n: int) -> int:
             y.at(n)
@@ -134,7 +134,7 @@ class Series(Ring):
         found.rule = rule
         return found
 
-    def __rtruediv__(self, other: Any) -> Series:
+    def __rtruediv__(self, other: Any) -> PowerSeries:
         return self._other(other) / self
 
 
@@ -335,7 +335,7 @@ class Checker:
 
     def _taylor(self, start: Sequence[arb], power: int) -> list[arb_poly]:
         bits = self.bits + 8
-        y = [Series(bits, [_fixed(x, bits)], lambda n: 0) for x in start]
+        y = [PowerSeries(bits, [_fixed(x, bits)], lambda n: 0) for x in start]
         rates = self._rates(y)
         for n in range(self.order):
             for one, rate in zip(y, rates, strict=True):

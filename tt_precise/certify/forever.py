@@ -68,7 +68,7 @@ LIMITS = ("D", "E", "E_tilde", "omega_3")
 
 
 @dataclass(frozen=True)
-class Block:
+class TrappingBlock:
     """A neighbourhood of the vertical spin, which the solution enters and never leaves.
 
     ``pole`` is -1 (inverted) or 1 (upright), ``rate`` in 1/s, ``force`` a bound of g_n/(m g) in it.
@@ -137,7 +137,7 @@ class Reduced:
         }
 
 
-def forever(scene: Scene, enclosure: Table) -> tuple[Block, Block]:
+def forever(scene: Scene, enclosure: Table) -> tuple[TrappingBlock, TrappingBlock]:
     """The first block that the solution is in at a row of its enclosure, and that of the last row.
 
     The first is the largest, and contracts slowly; the last one comes close to the linear rates.
@@ -187,7 +187,7 @@ class _Frame:
             raise NotProved("F1", "no basis could be found") from None
         self.linear = self.inverse * arb_mat(linear) * self.basis
 
-    def entered(self, scene: Scene, enclosure: Table, row: int) -> Block:
+    def entered(self, scene: Scene, enclosure: Table, row: int) -> TrappingBlock:
         entries = _entries(scene, enclosure, row)
         if not entries["kz"] * self.reduced.pole > 0:
             raise NotProved("F4", "the axis is nearer to the other pole")
@@ -206,7 +206,7 @@ class _Frame:
             reached = largest(one / w for one, w in zip(lengths, weights, strict=True))
             box = self._box(weights)
             tilt = _length([box[0].abs_upper(), box[1].abs_upper()])
-            return Block(
+            return TrappingBlock(
                 self.reduced.pole,
                 enclosure.rows[row][0],
                 rate / self.reduced.units.time,

@@ -24,7 +24,7 @@ class Tape:
     @classmethod
     def of(cls, function: Callable[..., Sequence[Any]], parameters: int, variables: int) -> Tape:
         """The tape of ``function(parameters, variables, fn)``, made by calling it once."""
-        writer = _Writer()
+        writer = _TapeWriter()
         given = [writer.node("parameter", i) for i in range(parameters)]
         state = [writer.node("variable", i) for i in range(variables)]
         results = [writer.position(one) for one in function(given, state, _Functions)]
@@ -83,7 +83,7 @@ _OPERATIONS: dict[str, Callable[..., Any]] = {
 }
 
 
-class _Writer:
+class _TapeWriter:
     """Writes each operation once."""
 
     def __init__(self) -> None:
@@ -117,7 +117,7 @@ class _Writer:
 class _Node:
     """A value that is not known yet."""
 
-    def __init__(self, writer: _Writer, position: int):
+    def __init__(self, writer: _TapeWriter, position: int):
         self.writer, self.position = writer, position
 
     def __add__(self, other: Any) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy
 
-from tt_precise.engines.run import TIME_LIMIT_S, Run, run
+from tt_precise.engines.run import TIME_LIMIT_S, ProgramRun, run
 from tt_precise.engines.rungs import STEPS, Rung, States
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.newton import NewtonState
@@ -32,7 +32,7 @@ VERDICTS = {
 
 
 @dataclass(frozen=True)
-class Result:
+class RungResult:
     """An engine on a rung. Differences are ``States.distance``: 1 is the size of the motion.
 
     ``errors`` from the reference, at the end ``digits`` of it, and ``drift`` of what is conserved
@@ -73,7 +73,7 @@ def climb(
     time_limit: float = TIME_LIMIT_S,
     workers: int = 1,
     progress: Progress = silent,
-) -> Iterator[Result]:
+) -> Iterator[RungResult]:
     """Run the program on every rung at every step, and say what it did.
 
     Raises
@@ -91,13 +91,15 @@ def climb(
             progress((done + 1) / len(rungs))
 
 
-def measured(engine: str, rung: Rung, steps: Sequence[Fraction], runs: Sequence[Run]) -> Result:
+def measured(
+    engine: str, rung: Rung, steps: Sequence[Fraction], runs: Sequence[ProgramRun]
+) -> RungResult:
     """What three runs at halved steps say about an engine on a rung."""
     for step, one in zip(steps, runs, strict=True):
         if one.status != "done":
             verdict = "refused" if one.status == "refused" else "failed"
             where = "" if verdict == "refused" else f"step {float(step):g} s: {one.status}: "
-            return Result(engine, rung.name, verdict, f"{where}{one.message}")
+            return RungResult(engine, rung.name, verdict, f"{where}{one.message}")
     states = [one.states for one in runs if one.states is not None]
     known: dict[str, Any] = {
         "steps": tuple(map(float, steps)),
@@ -109,7 +111,7 @@ def measured(engine: str, rung: Rung, steps: Sequence[Fraction], runs: Sequence[
     order, resolved = _order(states, rung)
     known |= {"order": order, "resolved": resolved}
     if rung.truth is None:
-        return Result(engine, rung.name, "measured", **known)
+        return RungResult(engine, rung.name, "measured", **known)
     errors = tuple(_difference(one, rung.truth, rung) for one in states)
     course = states[-1].distance(rung.truth, rung.spin, float(rung.start.body.R))
     known |= {
@@ -119,15 +121,15 @@ def measured(engine: str, rung: Rung, steps: Sequence[Fraction], runs: Sequence[
     }
     # one rounding a step, of a few numbers of the size of the motion
     if max(errors) <= 16 * EPS * float(rung.scene.until / steps[-1]):
-        return Result(engine, rung.name, "rounding", limit=2 * max(errors), **known)
+        return RungResult(engine, rung.name, "rounding", limit=2 * max(errors), **known)
     if order is None or order < LEAST_ORDER:
-        return Result(engine, rung.name, "no order", floor=min(errors), **known)
+        return RungResult(engine, rung.name, "no order", floor=min(errors), **known)
     assert resolved is not None
     of_method = min(order, HIGHEST_ORDER)
     extrapolated = _extrapolated(states, of_method)
     floor = _difference(extrapolated, rung.truth, rung)
     left = _difference(states[-2], states[-1], rung) / (2**of_method - 1)
-    return Result(
+    return RungResult(
         engine, rung.name, "converges" if floor <= resolved else "floor",
         constant=left / float(steps[-1]) ** of_method, floor=floor, limit=2 * (left + floor),
         **known,

@@ -20,7 +20,7 @@ TIME_SLACK = 1e-9  # s
 
 
 @dataclass(frozen=True)
-class Run:
+class ProgramRun:
     """How a program did on one job.
 
     ``status``: "done"; "refused" (exit status 3); "failed", "timeout" or "unreadable", with
@@ -32,7 +32,9 @@ class Run:
     states: States | None = None
 
 
-def run(command: Sequence[str], job: dict[str, Any], time_limit: float = TIME_LIMIT_S) -> Run:
+def run(
+    command: Sequence[str], job: dict[str, Any], time_limit: float = TIME_LIMIT_S
+) -> ProgramRun:
     """Give ``job`` to the program, wait at most ``time_limit`` seconds, and read its rows.
 
     Raises
@@ -46,7 +48,7 @@ def run(command: Sequence[str], job: dict[str, Any], time_limit: float = TIME_LI
             errors="replace", check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return Run("timeout", f"still running after {time_limit:g} s")
+        return ProgramRun("timeout", f"still running after {time_limit:g} s")
     except OSError as error:
         raise InputError(
             f"engines: got {command[0]!r}, which cannot be started ({error.strerror}); expected a "
@@ -54,16 +56,16 @@ def run(command: Sequence[str], job: dict[str, Any], time_limit: float = TIME_LI
         ) from None
     last = _last_line(done.stderr)
     if done.returncode == REFUSED:
-        return Run("refused", last)
+        return ProgramRun("refused", last)
     if done.returncode:
-        return Run("failed", f"exit status {done.returncode}: {last}")
+        return ProgramRun("failed", f"exit status {done.returncode}: {last}")
     try:
         return _read(done.stdout, job)
     except ValueError as error:
-        return Run("unreadable", str(error))
+        return ProgramRun("unreadable", str(error))
 
 
-def _read(text: str, job: dict[str, Any]) -> Run:
+def _read(text: str, job: dict[str, Any]) -> ProgramRun:
     import pandas
 
     try:
@@ -85,7 +87,9 @@ def _read(text: str, job: dict[str, Any]) -> Run:
         raise ValueError(f"row {row + 1}: got t = {table[row, 0]!r}, expected {times[row]!r}")
     finite = numpy.isfinite(table).all(axis=1)
     if not finite.all():
-        return Run("diverged", f"no numbers from t = {times[int(numpy.argmin(finite))]:g} s on")
+        return ProgramRun(
+            "diverged", f"no numbers from t = {times[int(numpy.argmin(finite))]:g} s on"
+        )
     size = numpy.linalg.norm(table[:, 1:5], axis=1)
     if abs(size - 1).max() > 0.1:
         raise ValueError(f"quaternion of length {size[abs(size - 1).argmax()]:.3g}, expected 1")
@@ -93,7 +97,7 @@ def _read(text: str, job: dict[str, Any]) -> Run:
     k = numpy.stack(
         (2 * (qx * qz + qw * qy), 2 * (qy * qz - qw * qx), 1 - 2 * (qx**2 + qy**2)), axis=1
     )
-    return Run("done", "", States(k, table[:, 5:8], table[:, 8:11]))
+    return ProgramRun("done", "", States(k, table[:, 5:8], table[:, 8:11]))
 
 
 def _last_line(text: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from tt_precise._version import __version__
 from tt_precise.engines.catalogue import Engine
-from tt_precise.engines.ladder import VERDICTS, Result, climb
+from tt_precise.engines.ladder import VERDICTS, RungResult, climb
 from tt_precise.engines.rungs import Rung, rungs
 from tt_precise.progress import Progress, silent
 
@@ -27,7 +27,7 @@ def measure(
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Every engine that is installed on every chosen rung; the others are skipped with a line."""
-    rows: list[Result] = []
+    rows: list[RungResult] = []
     skipped: list[str] = []
     present = []
     for engine in engines:
@@ -50,7 +50,7 @@ def as_dict(
     engines: Sequence[Engine],
     ladder: Sequence[Rung],
     steps: Sequence[Fraction],
-    rows: Sequence[Result],
+    rows: Sequence[RungResult],
     skipped: Sequence[str] = (),
 ) -> dict[str, Any]:
     """The scoreboard as plain values: the same for the same engines, whenever it is measured."""

@@ -23,7 +23,7 @@ from tt_precise.exact.chart import EulerChart, LeaningEulerChart, LeaningVectorC
 from tt_precise.exact.proof import (
     IDENTITIES,
     RATIONAL_POINTS,
-    Proof,
+    IdentityProof,
     circle,
     identity,
     positive,
@@ -37,7 +37,7 @@ from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector
 
 
-def prove(name: str) -> Proof:
+def prove(name: str) -> IdentityProof:
     """Prove, or refute, one identity.
 
     Raises
@@ -50,7 +50,7 @@ def prove(name: str) -> Proof:
     return IDENTITIES[name].prove()
 
 
-def prove_all() -> list[Proof]:
+def prove_all() -> list[IdentityProof]:
     """Prove every identity."""
     return [prove(name) for name in IDENTITIES]
 

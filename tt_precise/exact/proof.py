@@ -39,7 +39,7 @@ CHARTS: dict[str, Callable[[], Chart]] = {
 
 
 @dataclass(frozen=True)
-class Proof:
+class IdentityProof:
     """Whether an identity holds, and how that was decided.
 
     ``residuals`` is how many expressions have to vanish, ``failed`` lists those that do not
@@ -77,28 +77,28 @@ class Identity:
         """The identity in words and formulas."""
         return " ".join(docstring(self.residuals).split())
 
-    def prove(self) -> Proof:
+    def prove(self) -> IdentityProof:
         """Prove or refute it."""
         return self._symbolically() if self.kind == SYMBOLIC else self._at_points()
 
-    def _symbolically(self) -> Proof:
+    def _symbolically(self) -> IdentityProof:
         name = self.residuals.__annotations__["chart"]
         chart = CHARTS[name]()
         remainders = [chart.remainder(residual) for residual in self.residuals(chart)]
         terms = sum(remainder.terms for remainder in remainders)
         return self._proof([one.vanishes for one in remainders], chart=name, terms=terms)
 
-    def _at_points(self) -> Proof:
+    def _at_points(self) -> IdentityProof:
         draws = random.Random(SEED)
         table = [list(self.residuals(draws)) for _ in range(POINTS)]
         vanishing = [not any(column) for column in zip(*table, strict=True)]
         return self._proof(vanishing, points=POINTS)
 
-    def _proof(self, vanishing: list[bool], **details: Any) -> Proof:
+    def _proof(self, vanishing: list[bool], **details: Any) -> IdentityProof:
         if not vanishing:
             raise ArithmeticError(f"{self.name}: no residuals, so nothing was proved")
         failed = tuple(i for i, vanishes in enumerate(vanishing) if not vanishes)
-        return Proof(
+        return IdentityProof(
             self.name, self.equation, self.statement, not failed, self.kind,
             len(vanishing), failed, **details,
         )  # fmt: skip

@@ -34,7 +34,7 @@ DOUBLINGS = 3  # of the working precision, where a sign drowns in rounding error
 
 
 @dataclass(frozen=True)
-class Crossing:
+class MarginalMomentum:
     """The marginal angular momentum L in kg m^2/s; None where there is none, with the reason.
 
     ``exists`` is None where the search could not decide.
@@ -67,7 +67,7 @@ Spectrum = Callable[[Any], list[Eigenvalue]]
 
 def marginal_spin(
     body: TippeTop, side: int, digits: int, context: Any, mu: Fraction | None = None
-) -> Crossing:
+) -> MarginalMomentum:
     """The spin L z at which the steady motion k = ``side`` z changes its stability.
 
     ``mu`` is the friction (s/m, above 0) in the linearised equations; without it an auxiliary one
@@ -76,7 +76,9 @@ def marginal_spin(
     """
     reach = fineness(body, mu)
     if reach > MOST_REACH:
-        return Crossing(None, reason=f"parameters so fine or extreme (1e{reach}) are not searched")
+        return MarginalMomentum(
+            None, reason=f"parameters so fine or extreme (1e{reach}) are not searched"
+        )
     # The slow precession decays as g^2 only, hence three times the reach.
     accuracy = digits + GUARD_DIGITS + 3 * reach
     for _ in range(DOUBLINGS + 1):
@@ -84,7 +86,7 @@ def marginal_spin(
             return _search(body, side, digits, reach, accuracy, context, mu)
         except _UnresolvedError:
             accuracy *= 2
-    return Crossing(None, reason=f"signs not resolved with {accuracy // 2} digits")
+    return MarginalMomentum(None, reason=f"signs not resolved with {accuracy // 2} digits")
 
 
 def linearised(body: Parameters, side: int, step: Any, fn: Any) -> list[list[Any]]:
@@ -141,7 +143,7 @@ def _search(
     accuracy: int,
     context: Any,
     mu: Fraction | None,
-) -> Crossing:
+) -> MarginalMomentum:
     # Central differences err by (friction step)^2 and by eps/step.
     half = accuracy // 2 + reach
     work = own_context(accuracy + half + 10)
@@ -162,13 +164,13 @@ def _search(
     bracket = _bracket(spectrum, reach, work)
     if bracket is None:
         verb = "decay" if spectrum(_centre(work))[0].sign() < 0 else "grow"
-        return Crossing(
+        return MarginalMomentum(
             False,
             reason=f"perturbations {verb} at every omega_3^2 R/g from 1e-{reach} to 1e{reach}",
         )
     gravity = _narrowed(spectrum, *bracket, work.mpf(10) ** -(digits + GUARD_DIGITS), work)
     unit = Units.of(body, work, rounding_to(work)).of_dimension(ANGULAR_MOMENTUM)
-    return Crossing(True, spin=context.convert(top.I3 / work.sqrt(gravity) * unit))
+    return MarginalMomentum(True, spin=context.convert(top.I3 / work.sqrt(gravity) * unit))
 
 
 def fineness(body: TippeTop, mu: Fraction | None = None) -> int:

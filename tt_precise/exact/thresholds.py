@@ -21,8 +21,8 @@ from tt_precise.exact.arithmetic import (
     own_context,
     rounding_to,
 )
-from tt_precise.exact.stability import INVERTED, UPRIGHT, Crossing, fineness, marginal_spin
-from tt_precise.exact.verdict import Verdict, inversion
+from tt_precise.exact.stability import INVERTED, UPRIGHT, MarginalMomentum, fineness, marginal_spin
+from tt_precise.exact.verdict import InversionVerdict, inversion
 from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics import thresholds as formulas
@@ -111,7 +111,7 @@ def thresholds(scene: Scene, digits: int = 50) -> Thresholds:
         "gamma": work.gamma(),
         "sigma": work.sigma(),
     }
-    verdict: Verdict = inversion(
+    verdict: InversionVerdict = inversion(
         scene,
         lambda_.value,
         quantities["lambda_thres"].value,
@@ -185,7 +185,7 @@ class _Work:
         )
         return replace(worst, reason="; ".join(reasons))
 
-    def lambda_of_spin(self, crossing: Crossing, side: int) -> Any:
+    def lambda_of_spin(self, crossing: MarginalMomentum, side: int) -> Any:
         return crossing.spin * self.lambda_of_unit_spin(side) if crossing.exists else None
 
     def lambda_of_unit_spin(self, side: int) -> Any:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from tt_precise.scene import Scene, Start
 
 
-class Verdict(NamedTuple):
+class InversionVerdict(NamedTuple):
     """True: inverts, by Theorem 1.1 while g_n > 0. False: does not. None: not decided."""
 
     inverts: bool | None
@@ -16,7 +16,7 @@ class Verdict(NamedTuple):
 
 def inversion(
     scene: Scene, lambda_: Any, lambda_thres: Any, lambda_up: Any, on_table: bool, margin: Any
-) -> Verdict:
+) -> InversionVerdict:
     """Whether the scene's motion tends to the inverted spin.
 
     ``lambda_thres`` is None where the inverted spin is unstable at every lambda, ``lambda_up``
@@ -25,31 +25,41 @@ def inversion(
     image of a motion has -lambda and inverts when it does, so that only |lambda| counts.
     """
     if scene.model == "rolling" or scene.body.mu == 0:
-        return Verdict(None, "Theorem 1.1 is about gliding with friction, which this scene lacks")
+        return InversionVerdict(
+            None, "Theorem 1.1 is about gliding with friction, which this scene lacks"
+        )
     if _steady(scene.start):
         if scene.start.theta.from_pi:
-            return Verdict(None, "starts as the inverted spin, a steady motion: nothing to invert")
-        return Verdict(
+            return InversionVerdict(
+                None, "starts as the inverted spin, a steady motion: nothing to invert"
+            )
+        return InversionVerdict(
             False, "starts exactly as the upright spin, a steady motion, which only leaves it "
             "when perturbed"
         )  # fmt: skip
     if not on_table:
-        return Verdict(None, "Theorem 1.1 needs g_n > 0, which fails at the start")
+        return InversionVerdict(None, "Theorem 1.1 needs g_n > 0, which fails at the start")
     size = abs(lambda_)
     if lambda_thres is None:
-        return Verdict(False, "gamma >= 1 + alpha: the inverted spin is unstable at every lambda")
+        return InversionVerdict(
+            False, "gamma >= 1 + alpha: the inverted spin is unstable at every lambda"
+        )
     if abs(size - lambda_thres) <= margin * lambda_thres:
-        return Verdict(None, "|lambda| = lambda_thres in all digits: the inverted spin is marginal")
+        return InversionVerdict(
+            None, "|lambda| = lambda_thres in all digits: the inverted spin is marginal"
+        )
     if size < lambda_thres:
-        return Verdict(False, "|lambda| < lambda_thres: the inverted spin is unstable")
+        return InversionVerdict(False, "|lambda| < lambda_thres: the inverted spin is unstable")
     both_stable = "upright and inverted spin are both stable, so the end depends on the start"
     if lambda_up is None:
-        return Verdict(None, f"gamma <= 1 - alpha: {both_stable}")
+        return InversionVerdict(None, f"gamma <= 1 - alpha: {both_stable}")
     if abs(size - lambda_up) <= margin * lambda_up:
-        return Verdict(None, "|lambda| = lambda_up in all digits: the upright spin is marginal")
+        return InversionVerdict(
+            None, "|lambda| = lambda_up in all digits: the upright spin is marginal"
+        )
     if size < lambda_up:
-        return Verdict(None, f"lambda_thres < |lambda| < lambda_up: {both_stable}")
-    return Verdict(
+        return InversionVerdict(None, f"lambda_thres < |lambda| < lambda_up: {both_stable}")
+    return InversionVerdict(
         True, "1 - alpha < gamma < 1 + alpha and |lambda| > max(lambda_thres, lambda_up): "
         "Theorem 1.1, for solutions that keep g_n > 0"
     )  # fmt: skip

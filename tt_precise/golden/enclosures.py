@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 from tt_precise.golden.digits import scale_of
-from tt_precise.golden.outward import Functions, Outward, pi
+from tt_precise.golden.outward import IntervalFunctions, Outward, pi
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.tails import enclosed
@@ -88,7 +88,7 @@ class Enclosures:
             there: Cells = dict.fromkeys(EulerState._fields)
             theta = tilt if state.kz > 0 else pi() - tilt
             return {**there, "theta": theta, "omega_3": dot(state.L, state.k) / body.I3}
-        return dict(euler_from_vectors(body, state, Functions)._asdict())
+        return dict(euler_from_vectors(body, state, IntervalFunctions)._asdict())
 
     @cached_property
     def _body(self) -> Any:

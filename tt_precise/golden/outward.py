@@ -108,7 +108,7 @@ class Outward:
         return Outward(_DOWN.sqrt(max(self.low, _ZERO)), _UP.sqrt(max(self.high, _ZERO)))
 
 
-class Functions:
+class IntervalFunctions:
     """The elementary functions that ``mechanics.conversion`` asks for."""
 
     @staticmethod

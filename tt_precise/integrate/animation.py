@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from tt_precise import plotting
 from tt_precise.errors import InputError
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     import numpy
     from matplotlib.figure import Figure
 
-    from tt_precise.integrate.trajectory import Trajectory
+
+Trajectory: TypeAlias = Any  # its module imports this one
 
 FORMATS = (".gif", ".html", ".mp4")
 ELEVATION = 0.30  # rad above the table, from where it is seen

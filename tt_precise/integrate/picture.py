@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from tt_precise import plotting
+from tt_precise.notebook import table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from tt_precise.integrate.trajectory import Trajectory
+
+Trajectory: TypeAlias = Any  # its module imports this one
 
 WIDTH, PANEL = 7.0, 1.55  # inches
 SMALLEST_DRIFT = 1e-18  # drawn for an exact zero, which a logarithmic axis has no place for
@@ -24,19 +26,35 @@ LABELS = {
 }  # fmt: skip
 
 
+def notebook_table(trajectory: Trajectory) -> str:
+    """How it ended, in HTML; nothing that would cost another integration."""
+    return table(
+        f"Trajectory of {trajectory.scene.name}",
+        [
+            ("status", trajectory.status),
+            ("t_end", f"{trajectory.t_end} s"),
+            ("precision", f"{trajectory.precision.name}, {trajectory.precision.bits} bits"),
+            ("formulation", trajectory.formulation),
+            ("steps", trajectory.steps),
+            *((name, text or "undefined") for name, text in trajectory.state.as_text().items()),
+            *((f"event {name}", f"{n} times") for name, n in trajectory.event_counts.most_common()),
+        ],
+    )
+
+
 def figure(trajectory: Trajectory, names: tuple[str, ...] = ()) -> Figure:
     """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named."""
     panels: tuple[tuple[str, ...], ...] = tuple((name,) for name in names)
     if not names:
         panels = (("theta",), ENERGIES, ("g_n",))
     wanted = [name for panel in panels for name in panel]
-    table = trajectory.frame(*dict.fromkeys(wanted), numbers="float")
+    samples = trajectory.frame(*dict.fromkeys(wanted), numbers="float")
     count = len(panels) + (not names)
     with plotting.styled():
         drawn = plotting.new_figure(WIDTH, PANEL * count + 0.5)
         axes = list(drawn.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
         for panel, place in zip(panels, axes, strict=False):
-            _panel(place, trajectory, table, panel)
+            _panel(place, trajectory, samples, panel)
         if not names:
             _drift(axes[-1], trajectory)
         _events(axes[0], trajectory)
@@ -47,12 +65,12 @@ def figure(trajectory: Trajectory, names: tuple[str, ...] = ()) -> Figure:
     return drawn
 
 
-def _panel(axes: Axes, trajectory: Trajectory, table: Any, names: tuple[str, ...]) -> None:
+def _panel(axes: Axes, trajectory: Trajectory, samples: Any, names: tuple[str, ...]) -> None:
     from tt_precise.mechanics.columns import described
 
     for name in names:
-        at = plotting.thinned(table["t"].to_numpy(), table[name].to_numpy())
-        axes.plot(table["t"].to_numpy()[at], table[name].to_numpy()[at], label=_label(name))
+        at = plotting.thinned(samples["t"].to_numpy(), samples[name].to_numpy())
+        axes.plot(samples["t"].to_numpy()[at], samples[name].to_numpy()[at], label=_label(name))
     unit = described(names[0]).unit
     unit = SHORT_UNITS.get(unit, unit)
     axes.set_ylabel((f"{_label(names[0])} / " if len(names) == 1 else "") + unit)

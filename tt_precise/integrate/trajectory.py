@@ -32,7 +32,6 @@ from tt_precise.integrate.system import full_tolerance
 from tt_precise.integrate.tables import Numbers, Tables
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
-from tt_precise.notebook import table
 from tt_precise.numerals import as_fraction
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene
@@ -323,19 +322,9 @@ class Trajectory:
         )
 
     def _repr_html_(self) -> str:
-        # how it ended, and nothing that would cost another integration
-        return table(
-            f"Trajectory of {self.scene.name}",
-            [
-                ("status", self.status),
-                ("t_end", f"{self.t_end} s"),
-                ("precision", f"{self.precision.name}, {self.precision.bits} bits"),
-                ("formulation", self.formulation),
-                ("steps", self.steps),
-                *((name, value or "undefined") for name, value in self.state.as_text().items()),
-                *((f"event {name}", f"{n} times") for name, n in self.event_counts.most_common()),
-            ],
-        )
+        from tt_precise.integrate.picture import notebook_table
+
+        return notebook_table(self)
 
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses names that ``frame`` does not know."""

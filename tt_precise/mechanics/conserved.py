@@ -19,7 +19,7 @@ from tt_precise.mechanics.vectors import dot
 
 @dataclass(frozen=True)
 class Integral:
-    """A conserved value: its name, function, scale, for which model and body it holds, and its source.
+    """A conserved value: name, function, scale, for which model and body it holds, and its source.
 
     ``azimuth`` marks those that need the direction of the axis, which an Euler state leaves open.
     """

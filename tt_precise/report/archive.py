@@ -18,16 +18,16 @@ from tt_precise.report.document import (
     Claims,
     Figure,
     Overview,
+    PageTable,
     Report,
     Section,
-    Table,
     Text,
 )
 from tt_precise.report.entries import Entry, Line
 
 FILE = "report.json.gz"
-BLOCKS: dict[str, type[Text] | type[Table] | type[Figure]] = {
-    "text": Text, "table": Table, "figure": Figure,
+BLOCKS: dict[str, type[Text] | type[PageTable] | type[Figure]] = {
+    "text": Text, "table": PageTable, "figure": Figure,
 }  # fmt: skip
 
 

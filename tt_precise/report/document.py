@@ -37,7 +37,7 @@ class Card:
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """A table of texts.
 
     ``filters`` names the columns whose values can be chosen from on the page; with any, the table
@@ -90,7 +90,7 @@ class Claims:
     kind: str = "claims"
 
 
-Block = Text | Table | Figure | Claims
+Block = Text | PageTable | Figure | Claims
 
 
 @dataclass(frozen=True)

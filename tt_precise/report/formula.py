@@ -67,7 +67,9 @@ def read(text: str) -> Node:
     """
     if _UNIT.search(text):
         raise NoFormulaError(text)
-    reader = _Reader(_tokens(_DERIVATIVE.sub(r"ddt(\1)", text.replace("lambdadot", "lambda_dot"))))
+    reader = _FormulaReader(
+        _tokens(_DERIVATIVE.sub(r"ddt(\1)", text.replace("lambdadot", "lambda_dot")))
+    )
     node = reader.relations()
     if reader.rest or not node.operates or not _names_something(node):
         raise NoFormulaError(text)
@@ -110,7 +112,7 @@ def _tokens(text: str) -> list[tuple[str, str, bool]]:
     return found
 
 
-class _Reader:
+class _FormulaReader:
     """Reads tokens by falling precedence, as Python does but for what is said above."""
 
     def __init__(self, tokens: list[tuple[str, str, bool]]):

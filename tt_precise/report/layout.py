@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tt_precise.report.document import Claims, Figure, Section, Table, Text
+from tt_precise.report.document import Claims, Figure, PageTable, Section, Text
 from tt_precise.report.entries import SECTIONS, Entry
 
 LONGEST_ROWS = 14  # of a table that is shown unasked
@@ -32,8 +32,8 @@ class Page:
 
     picture: Figure | None
     texts: Sequence[tuple[Text, str]]
-    beside: Sequence[Table]
-    tables: Sequence[Table]
+    beside: Sequence[PageTable]
+    tables: Sequence[PageTable]
     pictures: Sequence[Figure]
     claims: Sequence[Claims]
     choices: Choices
@@ -42,7 +42,7 @@ class Page:
 def laid_out(section: Section) -> Page:
     """The page of a section."""
     figures = [block for block in section.blocks if isinstance(block, Figure)]
-    tables = [block for block in section.blocks if isinstance(block, Table)]
+    tables = [block for block in section.blocks if isinstance(block, PageTable)]
     claims = [block for block in section.blocks if isinstance(block, Claims)]
     beside = [one for one in tables if figures and _fits_beside(one)][:1]
     entries = [entry for block in claims for entry in block.entries]
@@ -57,12 +57,12 @@ def laid_out(section: Section) -> Page:
     )
 
 
-def folds(table: Table) -> bool:
+def folds(table: PageTable) -> bool:
     """Whether a table is shown on request only."""
     return len(table.rows) > LONGEST_ROWS if table.folded is None else table.folded
 
 
-def choices(table: Table) -> Choices:
+def choices(table: PageTable) -> Choices:
     """The values that a table's rows can be chosen by."""
     columns = {name: table.header.index(name) for name in table.filters}
     return [
@@ -91,7 +91,7 @@ def _parted(text: Text) -> tuple[Text, str]:
     return Text(shown + "." if others else shown), ". ".join(others)
 
 
-def _fits_beside(table: Table) -> bool:
+def _fits_beside(table: PageTable) -> bool:
     return (
         not table.folded and len(table.rows) <= BESIDE_ROWS and len(table.header) <= BESIDE_COLUMNS
     )

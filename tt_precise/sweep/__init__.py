@@ -8,9 +8,7 @@
 ``tt.sweep`` is ``table``; it and the command are made of ``specification`` and ``sweep``.
 """
 
-import sys
-from types import ModuleType
-
+from tt_precise.lazy import make_callable
 from tt_precise.sweep.rows_file import read_rows
 from tt_precise.sweep.run import Swept, sweep
 from tt_precise.sweep.specification import Specification, specification
@@ -21,10 +19,4 @@ __all__ = [
     "Specification", "Swept", "read_rows", "read_specification", "specification", "sweep", "table",
 ]  # fmt: skip
 
-
-class _CallableModule(ModuleType):
-    # as for tt_precise.integrate: a folder and a function of one name
-    __call__ = staticmethod(table)
-
-
-sys.modules[__name__].__class__ = _CallableModule
+make_callable(__name__, table)

@@ -35,7 +35,7 @@ AGREEMENT = 40  # digits in which two formulations have to agree
 
 
 @dataclass(frozen=True)
-class Case:
+class StateCase:
     """One state: a top, its law, and a start turned about the vertical by a rational angle.
 
     ``law`` is that of friction, "rolling" (v_A = 0 is kept by whatever force it takes) or "none"
@@ -75,13 +75,13 @@ class Case:
         return pose(q, fn.hypot(q.k[0], q.k[1]), azimuth, psi, 0, 0)
 
 
-def cases() -> Iterator[Case]:
+def cases() -> Iterator[StateCase]:
     """The seeded states: ``STATES`` for each law, with g_n > 0 where there is contact."""
     draws = random.Random(SEED)
     for law in LAWS:
         found = 0
         while found < STATES:
-            case = Case(f"{law}-{found + 1}", law, _scene(law, draws), _half_angle(draws))
+            case = StateCase(f"{law}-{found + 1}", law, _scene(law, draws), _half_angle(draws))
             if law == "none" or _pressed(case):
                 found += 1
                 yield case
@@ -121,7 +121,7 @@ def _half_angle(draws: random.Random) -> tuple[Fraction, Fraction]:
     return (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
 
 
-def _pressed(case: Case) -> bool:
+def _pressed(case: StateCase) -> bool:
     q = case.start.motion(case.context)
     return bool(q.force[2] > q.body.m * q.body.g / 10)
 
@@ -137,7 +137,7 @@ def state_file() -> list[dict[str, Any]]:
     return [_entry(case) for case in cases()]
 
 
-def _entry(case: Case) -> dict[str, Any]:
+def _entry(case: StateCase) -> dict[str, Any]:
     q = case.start.motion(case.context)
     body = {
         name: _shown(case, getattr(q.body, name), INPUT_DIGITS)
@@ -169,7 +169,7 @@ def _entry(case: Case) -> dict[str, Any]:
     }
 
 
-def expected(case: Case) -> dict[str, Any]:
+def expected(case: StateCase) -> dict[str, Any]:
     """Every term at the case's state, at its azimuth; vectors as tuples, SI.
 
     Raises
@@ -210,13 +210,13 @@ def expected(case: Case) -> dict[str, Any]:
     }
 
 
-def _turned_state(case: Case) -> NewtonState:
+def _turned_state(case: StateCase) -> NewtonState:
     v = case.start.vectors
     parts = [*case.turned(v.k), *case.turned(v.L), *case.turned(v.v)[:2]]
     return NewtonState(*parts)
 
 
-def _agree(case: Case, q: Motion) -> None:
+def _agree(case: StateCase, q: Motion) -> None:
     """The force by the vectors is the one by Euler angles, or keeps the contact at rest."""
     fn, body, here = case.context, case.start.body, case.start.euler
     if case.law == "rolling":
@@ -231,9 +231,9 @@ def _agree(case: Case, q: Motion) -> None:
         raise ArithmeticError(f"{case.name}: two formulations differ by {fn.nstr(worst, 3)}")
 
 
-def _shown(case: Case, value: Any, digits: int) -> str:
+def _shown(case: StateCase, value: Any, digits: int) -> str:
     return decimal(case.context.mpf(value), digits, case.context)
 
 
-def _vector(case: Case, value: Vector, digits: int) -> list[str]:
+def _vector(case: StateCase, value: Vector, digits: int) -> list[str]:
     return [_shown(case, part, digits) for part in value]

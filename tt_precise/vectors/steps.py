@@ -15,7 +15,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene
-from tt_precise.vectors.states import DIGITS, Case, cases
+from tt_precise.vectors.states import DIGITS, StateCase, cases
 
 STEPS = (Fraction(1, 10_000), Fraction(1, 1000), Fraction(1, 100))  # s
 BITS = (160, 176)
@@ -38,7 +38,7 @@ def step_file(progress: Progress = silent) -> list[dict[str, Any]]:
     return found
 
 
-def _entries(case: Case) -> Iterator[dict[str, Any]]:
+def _entries(case: StateCase) -> Iterator[dict[str, Any]]:
     states = _flown(case) if case.law == "none" else _integrated(case)
     for step, (orientation, vectors) in zip(STEPS, states, strict=True):
         four = [_shown(case, part) for part in orientation]
@@ -54,7 +54,7 @@ def _entries(case: Case) -> Iterator[dict[str, Any]]:
         }
 
 
-def _flown(case: Case) -> Iterator[tuple[Any, dict[str, Any]]]:
+def _flown(case: StateCase) -> Iterator[tuple[Any, dict[str, Any]]]:
     # the closed form at azimuth 0; ``case.turned`` turns the vectors, and this the orientation
     fn = case.context
     q = case.start.motion(fn)
@@ -68,7 +68,7 @@ def _flown(case: Case) -> Iterator[tuple[Any, dict[str, Any]]]:
         yield turned, {"k": k, "omega": there[4:7], "s_dot": there[7:10]}
 
 
-def _integrated(case: Case) -> Iterator[tuple[Any, dict[str, Any]]]:
+def _integrated(case: StateCase) -> Iterator[tuple[Any, dict[str, Any]]]:
     scene: Scene = replace(case.scene, record=("phi", "psi"))
     runs = [integrate(scene, "mp", bits=bits) for bits in BITS]
     for run in runs:
@@ -90,5 +90,5 @@ def _integrated(case: Case) -> Iterator[tuple[Any, dict[str, Any]]]:
         yield posed[:4], {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
 
 
-def _shown(case: Case, value: Any) -> str:
+def _shown(case: StateCase, value: Any) -> str:
     return decimal(case.context.mpf(value), DIGITS, case.context)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.report.document import Section, Table, Text
+from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.evidence import precision_runs
 from tt_precise.report.figures import figures_of
 from tt_precise.report.text import short
@@ -31,7 +31,7 @@ def section() -> Section:
             "jellett_drift_at_end": short(run.jellett_at_end, 3),
             "state_error": None if run.state_error is None else short(run.state_error, 3),
         }
-    table = Table(
+    table = PageTable(
         (
             "precision", "steps", "order", "largest drift of lambda", "drift at 8 s",
             "largest |k.k - 1|", "error of the state at 8 s",

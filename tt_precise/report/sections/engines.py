@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tt_precise.report.document import Block, Section, Table, Text
+from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures.engines import scoreboard
 
 FILE = "engines.json"
@@ -31,7 +31,7 @@ def section(folder: Path) -> Section:
         ),
         Text(f"Measured by `{COMMAND}`: {versions}; not by the run that wrote this page."),
         scoreboard(board),
-        Table(
+        PageTable(
             ("engine", "test", "what it says", "digits at the three steps", "order", "floor",
              "largest drift of what is conserved"),
             [_row(row) for row in board["rows"]],
@@ -39,7 +39,7 @@ def section(folder: Path) -> Section:
             filters=("engine", "test", "what it says"),
             name="engines-table",
         ),
-        Table(
+        PageTable(
             ("engine", "version", "arithmetic", "its friction", "settings"),
             [
                 tuple(one[key] for key in ("name", "version", "precision", "friction", "settings"))

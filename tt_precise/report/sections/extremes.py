@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.extremes.case import TOPICS, shown
-from tt_precise.report.document import Block, Section, Table, Text
+from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures import extremes as pictures
 
 FILE = "extremes.json"
@@ -33,7 +33,7 @@ def section(folder: Path) -> Section:
             f"from a higher precision. Measured by `{COMMAND}`, not by the run that wrote this "
             "page."
         ),
-        Table(
+        PageTable(
             ("topic", "case", "expected", "from", "found", "verdict"),
             [row for members in _families(cases) for row in _rows(members)],
             "Families of cases have one row, which shows the worst of them; a case that failed "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tt_precise import golden
-from tt_precise.report.document import Section, Table, Text
+from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.figures import golden_scenes
 
 
@@ -41,7 +41,7 @@ def section() -> Section:
                 "both exist, both formulations agree on at least that many digits in every entry. "
                 "`tt-precise golden verify` checks the files and computes them afresh."
             ),
-            Table(
+            PageTable(
                 ("scene", "title", "ends", "t_end (s)", "rows", "digits claimed",
                  "digits agreed, worst entry"),
                 rows,

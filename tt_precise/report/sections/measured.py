@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.report.document import Block, Figure, Section, Table, Text
+from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.figures import planted_faults
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredFile:
     """A CSV file in the report's folder, what it shows, and the command that makes it."""
 
     key: str
@@ -43,7 +43,7 @@ class Measured:
             blocks.append(Text(self.reading(table), emphasis=True))
         blocks.append(Text(f"Measured by `{self.command}`; not by the run that wrote this page."))
         blocks.append(
-            Table(header, rows, "All that was measured.", name=f"{self.key}-table", folded=True)
+            PageTable(header, rows, "All that was measured.", name=f"{self.key}-table", folded=True)
         )
         return Section(self.key, self.title, blocks)
 
@@ -64,7 +64,7 @@ def jellett_alone(table: pandas.DataFrame) -> str:
 
 
 ALL = (
-    Measured(
+    MeasuredFile(
         "faults",
         "What the checks catch",
         "Faults planted into the reference scene's equations, its integration and its files, each "
@@ -73,7 +73,7 @@ ALL = (
         jellett_alone,
         planted_faults.faults,
     ),
-    Measured(
+    MeasuredFile(
         "bench",
         "What a user waits for",
         "Calls beside a bare heyoka loop or an integration, whole commands beside importing NumPy: "

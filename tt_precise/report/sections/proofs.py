@@ -11,7 +11,7 @@ from typing import Any
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import Record
-from tt_precise.report.document import Section, Table, Text
+from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.figures import golden_scenes
 
 THEOREM = (
@@ -83,7 +83,7 @@ def section() -> Section:
         [
             *([picture] if (picture := golden_scenes.proved_digits(digits)) else []),
             Text(f"{THEOREM} {METHOD}"),
-            Table(
+            PageTable(
                 ("scene", "proof", "to t (s)", "bits", "steps", "digits proved, worst column",
                  "numbers proved correctly rounded", "events proved", "contact force"),
                 rows,
@@ -97,10 +97,10 @@ def section() -> Section:
                 "A: signed perigee, B: L.k = L.z and L.k = -L.z, C: change of sign of "
                 "phi_dot."
             ),
-            Table(("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"), times,
+            PageTable(("scene", "definition", "t_init (s)", "t_end (s)", "digits proved"), times,
                   "Proved times of initiation and end.", name="times-table", folded=True),
             Text(FOREVER),
-            Table(
+            PageTable(
                 ("scene", "theta tends to", "from t (s)", "sin theta at most", "rate (1/s)",
                  "contact force", "D tends to (kg m^2/s)", "E tends to (J)"),
                 ends,

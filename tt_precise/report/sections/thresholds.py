@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tt_precise.exact.thresholds import thresholds
-from tt_precise.report.document import Section, Table, Text
+from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.evidence import SCENE
 from tt_precise.report.figures import figures_of
 from tt_precise.report.text import full
@@ -34,8 +34,8 @@ def section() -> Section:
                 f"Each value is computed from the paper's formula to {DIGITS} digits and "
                 "determined again without it; the column says on how many digits both agree."
             ),
-            Table(("quantity", "value", "unit", "digits agreed"), rows),
-            Table(
+            PageTable(("quantity", "value", "unit", "digits agreed"), rows),
+            PageTable(
                 ("quantity", "how"),
                 [(name, one.how) for name, one in found.quantities.items()],
                 "How each was determined.",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from tt_precise.bench.findings import Evaluated, findings
 from tt_precise.bench.tables import ACCURACIES, TABLE, costs, read
-from tt_precise.report.document import Block, Figure, Section, Table, Text
+from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.figures.work_precision import (
     growth_of_errors,
     hidden_by_conservation,
@@ -56,10 +56,10 @@ def figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[
     return drawn if long_runs is None else [*drawn, growth_of_errors(long_runs)]
 
 
-def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> Table:
+def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTable:
     every = costs(rows, coordinates, "seconds")
     wanted = sorted(every.items(), key=lambda item: (-len(item[1]), *item[1].values()))
-    return Table(
+    return PageTable(
         ("method", *(f"ms to {accuracy:.0e}" for accuracy in ACCURACIES)),
         [
             (method, *(_milliseconds(prices.get(accuracy)) for accuracy in ACCURACIES))
@@ -76,14 +76,14 @@ def _milliseconds(seconds: float | None) -> str:
     return "-" if seconds is None else short(1e3 * seconds)
 
 
-def _findings_table(found: list[Evaluated]) -> Table:
+def _findings_table(found: list[Evaluated]) -> PageTable:
     rows = []
     for one in found:
         aim = "" if one.aim is None else f"{one.aim[0]} {one.aim[1]:g}"
         verdict = {True: "right", False: "missed", None: ""}[one.met]
         value = "-" if one.value is None else f"{short(one.value, 3)} {one.unit}".strip()
         rows.append((one.name, value, aim, verdict, one.definition))
-    return Table(
+    return PageTable(
         ("finding", "value", "aim", "verdict", "definition"),
         rows,
         "Computed from the tables.",

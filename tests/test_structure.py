@@ -1,0 +1,148 @@
+"""The structure that CONTRIBUTING draws: one way for imports, short files, one meaning a name.
+
+Every import counts, those inside functions and those for type checking too.
+"""
+
+import ast
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import tt_precise
+
+PACKAGE = Path(tt_precise.__file__).parent
+
+# The way of the data, from what everything stands on to what a user types. CONTRIBUTING draws it.
+ORDER = (
+    "base", "body", "mechanics", "scene", "exact", "integrate", "golden", "certify", "vectors",
+    "check", "sweep", "claims", "extremes", "bench", "engines", "report", "commands", "cli",
+)  # fmt: skip
+# files of the top folder that are no common tools
+PLACES = {"dry_friction": "body", "start": "scene", "initial_state": "scene"}
+LONGEST = 400  # lines of a file
+
+
+def modules(package: Path) -> dict[str, Path]:
+    """Dotted name of each module below the package, and its file."""
+    found = {}
+    for file in package.rglob("*.py"):
+        parts = file.relative_to(package.parent).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    return found
+
+
+def imported(name: str, file: Path, known: dict[str, Path]) -> set[str]:
+    """The modules of ``known`` that a file imports, anywhere in its text."""
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            # a name that is no module lies in the module it is taken from
+            parts = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {part if part in known else node.module for part in parts}
+        elif isinstance(node, ast.ImportFrom) and node.level:
+            raise AssertionError(f"{name}: relative import, expected absolute ones")
+    return {one for one in found if one in known and one != name}
+
+
+def arrows(package: Path = PACKAGE) -> dict[str, set[str]]:
+    known = modules(package)
+    return {name: imported(name, file, known) for name, file in known.items()}
+
+
+def layer(name: str) -> str:
+    first = name.split(".")[1] if "." in name else ""
+    if first in ORDER:
+        return first
+    return PLACES.get(first, "base")
+
+
+def upward(graph: dict[str, set[str]]) -> list[str]:
+    """The imports that run against the way; the package's own ``__init__`` hands out names."""
+    return sorted(
+        f"{name} -> {other}"
+        for name, others in graph.items()
+        for other in others
+        if "." in name and ORDER.index(layer(other)) > ORDER.index(layer(name))
+    )
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """A circle of files, if there is one."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_no_folder_imports_one_further_down() -> None:
+    graph = arrows()
+    assert len(graph) > 150
+    assert {layer(name) for name in graph} <= set(ORDER)
+    assert upward(graph) == []
+
+
+def test_no_circle_of_files() -> None:
+    assert circle(arrows()) == []
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """A package of two folders, in which nothing is wrong."""
+    package = tmp_path / "small"
+    for folder in ("mechanics", "report"):
+        (package / folder).mkdir(parents=True)
+        (package / folder / "__init__.py").write_text("")
+    (package / "__init__.py").write_text("")
+    (package / "mechanics" / "a.py").write_text("x = 1\n")
+    (package / "report" / "b.py").write_text("from small.mechanics.a import x\n")
+    return package
+
+
+def test_the_small_package_is_right(small: Path) -> None:
+    assert arrows(small)["small.report.b"] == {"small.mechanics.a"}
+    assert upward(arrows(small)) == []
+    assert circle(arrows(small)) == []
+
+
+@pytest.mark.parametrize("indent", ["", "if True:\n    ", "def late():\n    "])
+def test_an_arrow_that_runs_up_is_found(small: Path, indent: str) -> None:
+    (small / "mechanics" / "a.py").write_text(f"{indent}from small.report import b\n")
+    (small / "report" / "b.py").write_text("")
+    assert upward(arrows(small)) == ["small.mechanics.a -> small.report.b"]
+
+
+def test_a_circle_is_found(small: Path) -> None:
+    (small / "mechanics" / "a.py").write_text("import small.report.b\n")
+    assert set(circle(arrows(small))) == {"small.mechanics.a", "small.report.b"}
+
+
+def types(package: Path = PACKAGE) -> dict[str, set[str]]:
+    """The folders that define a class of each name."""
+    found: dict[str, set[str]] = {}
+    for name, file in modules(package).items():
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, set()).add(".".join(name.split(".")[:2]))
+    return found
+
+
+def test_no_file_is_long() -> None:
+    lengths = {
+        name: len(file.read_text(encoding="utf-8").splitlines())
+        for name, file in modules(PACKAGE).items()
+    }
+    assert {name: lines for name, lines in lengths.items() if lines > LONGEST} == {}
+
+
+def test_a_type_has_one_meaning() -> None:
+    assert {name: folders for name, folders in types().items() if len(folders) > 1} == {}
+
+
+def test_a_type_of_two_meanings_is_found(small: Path) -> None:
+    (small / "mechanics" / "a.py").write_text("class Case: ...\n")
+    (small / "report" / "b.py").write_text("class Case: ...\n")
+    assert types(small) == {"Case": {"small.mechanics", "small.report"}}
