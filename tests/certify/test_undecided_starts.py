@@ -13,12 +13,15 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
 import tt_precise as tt
 from tt_precise.certify import NotProved, prove
+from tt_precise.certify.balls import bounds
 from tt_precise.integrate import catalogue
 from tt_precise.scene import Inclination, Scene
 
 BITS = 240
 UNTIL = Fraction(1, 2000)
-APART = Fraction(1, 10**30)  # s; an event nearer to an end than this may be on either side
+APART = Fraction(1, 10**30)  # s
+# s; a run does not report all events as near to its start as this, so they are not compared
+BLIND = Fraction(1, 10**12)
 RUN = int(os.environ.get("TT_PRECISE_STARTS", "100"))
 
 
@@ -69,9 +72,13 @@ def contradictions(seed: int) -> list[str]:
         known = []
         for zero in proved.zeros:
             time, _ = proof.event_state(zero)
-            known.append((Fraction(str(time.mid().str(60, radius=False))), zero.direction))
+            low, high = bounds(time)
+            if high > BLIND:
+                known.append((low, high, zero.direction))
+        seen = [one for one in seen if one[0] > BLIND]
         same = len(seen) == len(known) and all(
-            a[1] == b[1] and abs(a[0] - b[0]) < APART for a, b in zip(seen, known, strict=True)
+            b[0] - APART < a[0] < b[1] + APART and a[1] == b[2]
+            for a, b in zip(seen, known, strict=True)
         )
         if not same:
             found.append(f"seed {seed}, {name}: proved {known}, seen {seen}")
