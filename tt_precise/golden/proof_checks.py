@@ -84,6 +84,7 @@ def _damage(stored: Stored, record: Record) -> Iterator[str]:
 def _counts(stored: Stored, record: Record) -> Iterator[str]:
     """Numbers in proof.json that follow from the tables."""
     content, columns = record.content, []
+    scales = record.enclosures(stored).scales
     for file in FILES:
         table, described = stored.table(file), content[file]["columns"]
         names = [name for name in table.columns if name not in LABELS]
@@ -94,7 +95,7 @@ def _counts(stored: Stored, record: Record) -> Iterator[str]:
         for name in names:
             cells, one = table.column(name), described[name]
             columns.append(one)
-            scale = record.enclosures(stored).scales[name] if name != "t" else Decimal(0)
+            scale = scales[name] if name != "t" else Decimal(0)
             most = column_digits(cells, scale).digits
             if one["wrong"]:
                 yield f"{file}: {one['wrong']} entries of {name} are proved wrong"

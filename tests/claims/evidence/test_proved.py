@@ -79,7 +79,7 @@ def test_other_golden_digits_prove_nothing(spoilable: Path) -> None:
 
 
 def test_a_proof_of_something_else_does_not_settle_a_claim(spoilable: Path) -> None:
-    # an honest proof whose number contradicts the one that was computed
+    # resealed with a time that the proved events do not give
     record = proofs.read("reference")
     assert record is not None
     content = record.content
@@ -87,7 +87,7 @@ def test_a_proof_of_something_else_does_not_settle_a_claim(spoilable: Path) -> N
     (spoilable / PROOF).write_text(proofs.text(content))
     finding = judge("NUM-04").finding
     assert not finding.proved
-    assert "the enclosure does not decide it" in finding.note
+    assert "Not proved: proof.json: B, t_init is not where the events put it" in finding.note
 
 
 def test_a_variant_is_not_the_scene_that_was_proved() -> None:
