@@ -38,7 +38,8 @@ def integrate_to_digits(
     rest = settings(formulation, frozenset(filter(is_available, NAMES)))
     while widened < WIDENINGS:
         needed = wanted + SPARE + loss
-        rest = [one for one in rest if one.digits >= needed]
+        # what a scene loses to truncation says nothing of what it loses to rounding
+        rest = [one for one in rest if one.digits >= (needed if one.tolerance else wanted + SPARE)]
         widened += not rest
         setting = _first(rest, needed + spread) if rest else wide(needed + widened - 1, formulation)
         rest = rest[rest.index(setting) + 1 :] if rest else rest
