@@ -48,7 +48,7 @@ report:   ## write the precision report into reports/
 report: $(DEV)
 	$(BIN)/tt-precise report $(ARGS)
 
-test:     ## the default tests: none of the marked ones, under 3 minutes
+test:     ## the default tests: none of the marked ones, about 4 minutes
 test: $(DEV)
 	$(PYTEST) -n $(JOBS) $(ARGS)
 
@@ -103,7 +103,8 @@ build: $(DEV)
 # Wheel and sdist, each installed elsewhere, run README's examples without a network. .venv lends its
 # packages through a path file that does not lead back to the checkout.
 OFFLINE = $(shell unshare -rn true 2> /dev/null && echo unshare -rn)
-LARGEST_WHEEL := 10000000
+# 10 MB were the aim; the enclosures of twenty scenes and their events take 2.9 MB
+LARGEST_WHEEL := 10500000
 
 smoke:    ## wheel and sdist, installed elsewhere, run README's examples offline
 smoke: build

@@ -54,8 +54,11 @@ def test_what_a_scene_loses_is_added_to_the_next_setting() -> None:
     runs = Runs(change=-3.0)
     found = integrate_to_digits(9, None, runs)
     assert found.digits_throughout >= 9 + SPARE
-    assert len(runs.settings) == 2
-    assert runs.settings[1].digits >= 9 + SPARE + 3
+    first, *between, last = runs.settings
+    assert first.digits < last.digits
+    assert last.digits >= 9 + SPARE + 3
+    # the same arithmetic at full accuracy is tried before a finer one, and nothing else
+    assert [(one.precision, one.tolerance) for one in between] == [(first.precision, 0)]
 
 
 def test_a_scene_that_loses_everything_is_given_up() -> None:

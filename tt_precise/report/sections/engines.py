@@ -20,7 +20,9 @@ def section(folder: Path) -> Section:
     if not file.is_file():
         return Section("engines", TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
     board = json.loads(file.read_text("utf-8"))
-    versions = ", ".join(f"{one['name']} {one['version']}" for one in board["engines"])
+    versions = ", ".join(
+        f"{one['name']} {one['version'] or 'not installed'}" for one in board["engines"]
+    )
     blocks: list[Block] = [
         Text(
             f"{len(board['engines'])} physics engines simulate a Tippe Top, test by test, each at "
@@ -42,7 +44,10 @@ def section(folder: Path) -> Section:
         PageTable(
             ("engine", "version", "arithmetic", "its friction", "settings"),
             [
-                tuple(one[key] for key in ("name", "version", "precision", "friction", "settings"))
+                tuple(
+                    one[key] or "not installed"
+                    for key in ("name", "version", "precision", "friction", "settings")
+                )
                 for one in board["engines"]
             ],
             caption="What each engine can express, and how it was set up, after its documentation.",
