@@ -301,3 +301,12 @@ def test_tables_without_rows_do_not_break_the_inspection(small: Small) -> None:
     empty = Table(store.read(small.scene.name, small.folder).trajectory.columns, ())
     path_of(small, TRAJECTORY).write_text(empty.csv())
     assert "before the horizon" in problems(small)
+
+
+def test_all_that_is_there_are_the_scenes_and_not_the_test_vectors(tmp_path: Path) -> None:
+    for name in ("mine", "vectors", ".hidden"):
+        (tmp_path / name).mkdir()
+    # a folder without data is looked at, and fails
+    assert [one.name for one in verifying._asked_for(None, tmp_path)] == ["mine"]
+    assert "reference" in [one.name for one in verifying._asked_for(None, None)]
+    assert "vectors" not in [one.name for one in verifying._asked_for(None, None)]

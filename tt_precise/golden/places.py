@@ -45,6 +45,9 @@ def is_name(name: str) -> bool:
     return len(name) <= LONGEST_NAME and re.fullmatch(r"\w[\w.-]*", name) is not None
 
 
+VECTORS = "vectors"  # a folder beside the scenes: test vectors, verified by a command of their own
+
+
 def scenes(folder: Folder = None) -> list[str]:
     """Names of the scenes that have golden data there, by default in the package."""
     place = home() if folder is None else Path(folder)

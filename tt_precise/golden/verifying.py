@@ -15,7 +15,7 @@ from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import ordered_events
 from tt_precise.golden.distance import as_decimal, correct_digits, relative_error, scales_by_kind
 from tt_precise.golden.integrity import inspect
-from tt_precise.golden.places import Folder, Located, home, locate, require
+from tt_precise.golden.places import VECTORS, Folder, Located, home, locate, require
 from tt_precise.golden.proved import PROVED
 from tt_precise.golden.runs import LADDER, Run, Task
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
@@ -151,7 +151,8 @@ def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Loca
     names = {entry.name for entry in place.iterdir() if entry.is_dir()} if place.is_dir() else set()
     if place.resolve() == home().resolve():
         names |= PROVED
-    return [Located(name, place) for name in sorted(names) if not name.startswith(".")]
+    names = {name for name in names if not name.startswith(".")} - {VECTORS}
+    return [Located(name, place) for name in sorted(names)]
 
 
 def bits_needed(digits: float, bits: int) -> int | None:

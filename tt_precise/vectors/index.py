@@ -11,12 +11,12 @@ from typing import Any
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
 from tt_precise.golden import store
+from tt_precise.golden.places import VECTORS
 from tt_precise.progress import Progress, silent
 from tt_precise.vectors import states, steps
 
 LICENCE = "MIT"
 INDEX = "index.json"
-FOLDER = "vectors"
 SCHEMAS = {
     "index.json": "tt_precise.index/1",
     "states.json": "tt_precise.vectors.states/1",
@@ -42,7 +42,7 @@ KINDS = {
 
 def build(folder: Path, progress: Progress = silent) -> list[Path]:
     """Compute the test vectors and write them, and the index of the whole ``folder``."""
-    place = folder / FOLDER
+    place = folder / VECTORS
     place.mkdir(parents=True, exist_ok=True)
     for name, text in vector_texts(progress).items():
         atomic_write(place / name, text)
@@ -54,11 +54,11 @@ def verify(folder: Path, progress: Progress = silent) -> list[str]:
     """What is wrong with the committed vectors and the index, in lines; computed afresh."""
     problems = list(stale(folder))
     for name, text in vector_texts(progress).items():
-        file = folder / FOLDER / name
+        file = folder / VECTORS / name
         if not file.is_file():
-            problems.append(f"{FOLDER}/{name}: missing")
+            problems.append(f"{VECTORS}/{name}: missing")
         elif file.read_text("utf-8") != text:
-            problems.append(f"{FOLDER}/{name}: differs from what is computed now")
+            problems.append(f"{VECTORS}/{name}: differs from what is computed now")
     return problems
 
 
@@ -143,7 +143,7 @@ def entries(folder: Path) -> Iterator[dict[str, Any]]:
                     "schema": f"tt_precise.{kind}/1", "digits": manifest["digits"],
                 }  # fmt: skip
     for name in ("states.json", "steps.json"):
-        file = folder / FOLDER / name
+        file = folder / VECTORS / name
         if file.is_file():
             yield _entry(folder, file) | {
                 "kind": "vectors", "content": "inputs and expected values, decimal strings",
