@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import TippeTop
 from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.thresholds import Determination, thresholds
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_starts import refused
 from tt_precise.extremes.tilt import tilt_error
 from tt_precise.integrate import integrate
@@ -30,13 +31,13 @@ def beside(pole: str, **changes: str) -> Scene:
     return variant(theta=theta, until=LIMIT_S, **changes)
 
 
-def with_gamma(gamma: str | int | Fraction) -> dict[str, Any]:
+def with_gamma(gamma: str | int | Fraction) -> dict[str, Scalar]:
     """The change that gives the reference top this I1/I3, in units of m R^2."""
     body = variant().body
     return {"I1": Fraction(gamma) * body.I3 / (body.m * body.R**2)}
 
 
-def tilt_found(scene: Scene, integrate: Any) -> Observation:
+def tilt_found(scene: Scene, integrate: Integrate) -> Observation:
     """The tilt at the end against the linear theory."""
     run = integrate(scene)
     walk = max(1, run.steps) ** 0.5
@@ -53,7 +54,7 @@ def tilt_found(scene: Scene, integrate: Any) -> Observation:
     quick=lambda k, pole: k in (1, 300),
     control={"integrate": perturbed.integrating(omega_3="1e-9")},
 )
-def centred(k: int, pole: str, integrate: Any = integrate) -> Observation:
+def centred(k: int, pole: str, integrate: Integrate = integrate) -> Observation:
     """The centre of mass at the centre of the sphere, but for 1e-k R."""
     return tilt_found(beside(pole, alpha=f"1e-{k}"), integrate)
 
@@ -66,7 +67,7 @@ def centred(k: int, pole: str, integrate: Any = integrate) -> Observation:
     quick=lambda k, pole: k in (1, 300),
     control={"integrate": perturbed.integrating(omega_3="1e-9")},
 )
-def on_the_rim(k: int, pole: str, integrate: Any = integrate) -> Observation:
+def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Observation:
     """The centre of mass on the surface of the sphere, but for 1e-k R."""
     return tilt_found(beside(pole, alpha=str(1 - Fraction(f"1e-{k}"))), integrate)
 
@@ -79,7 +80,7 @@ def on_the_rim(k: int, pole: str, integrate: Any = integrate) -> Observation:
     quick=True,
     control={"integrate": perturbed.integrating(mu="1e-1")},
 )
-def ball(k: int, integrate: Any = integrate) -> Observation:
+def ball(k: int, integrate: Integrate = integrate) -> Observation:
     """The simplest limit: a closed form for a whole nonlinear motion."""
     scene = variant(
         alpha=f"1e-{k}", **with_gamma(1), nu_x="0.3", nu_y="0.4", theta="1", until=LIMIT_S
@@ -102,7 +103,7 @@ def ball(k: int, integrate: Any = integrate) -> Observation:
     quick=lambda gamma, pole: gamma in ("1/2", "0.7", "1.3"),
     control={"integrate": perturbed.integrating(I3="-1e-9")},
 )
-def inertia_ratio(gamma: str, pole: str, integrate: Any = integrate) -> Observation:
+def inertia_ratio(gamma: str, pole: str, integrate: Integrate = integrate) -> Observation:
     """Flat as can be (1/2), both edges of Theorem 1.1, and long as a pencil."""
     return tilt_found(beside(pole, **with_gamma(gamma)), integrate)
 
@@ -129,7 +130,7 @@ def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Obse
     body = top.dimensionless(fn, rounding_to(fn))
     pole, height = (1, 1 - body.alpha) if upright else (-1, 1 + body.alpha)
 
-    def grows(lambda_: Any) -> bool:
+    def grows(lambda_: Scalar) -> bool:
         omega_3 = pole * lambda_ / height / body.I3
         return bool(fn.re(theory.tilt_modes(body, pole, omega_3, fn)[0]) > 0)
 

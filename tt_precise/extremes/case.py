@@ -26,9 +26,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import product
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.registry import Registry
+from tt_precise.untyped import Json
 
 # the modules of each topic
 TOPICS: dict[str, tuple[str, ...]] = {
@@ -53,7 +54,7 @@ class Observation:
     found: str
     right: bool
     value: float | None = None
-    data: Mapping[str, Any] = field(default_factory=dict)
+    data: Mapping[str, Json] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for number in (self.value, *self.data.values()):
@@ -88,8 +89,8 @@ class ExtremeCase:
     expected: str
     source: str
     function: Callable[..., Observation]
-    arguments: Mapping[str, Any] = field(default_factory=dict)
-    control: Mapping[str, Any] = field(default_factory=dict)
+    arguments: Mapping[str, object] = field(default_factory=dict)
+    control: Mapping[str, object] = field(default_factory=dict)
     quick: bool = False
     limit_s: float = LIMIT_S
 
@@ -98,7 +99,7 @@ class ExtremeCase:
             if not getattr(self, attribute):
                 raise ValueError(f"case {self.name!r}: got no {attribute}, expected one")
 
-    def outcome(self, **changes: Any) -> Outcome:
+    def outcome(self, **changes: object) -> Outcome:
         """Run it here; an exception, or a number that is not finite, is a failure of the case."""
         try:
             finding = self.function(**{**self.arguments, **changes})
@@ -127,7 +128,7 @@ class Outcome:
         """Pass or fail."""
         return "pass" if self.finding.right else "fail"
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Json]:
         """Plain values, for ``tt-precise extremes --json``."""
         case, finding = self.case, self.finding
         entry = {
@@ -147,14 +148,14 @@ class NotFiniteError(ArithmeticError):
     """A NaN or an infinity where a number was expected."""
 
 
-def within(value: Any, limit: float, unit: str = "", **data: Any) -> Observation:
+def within(value: Scalar, limit: float, unit: str = "", **data: Json) -> Observation:
     """Right if ``value`` is at most ``limit``; in words "3.2 eps (allowed: 10)"."""
     number = float(value)
     found = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
     return Observation(found, number <= limit, number, data)
 
 
-def same(got: Any, expected: Any, value: float | None = None, **data: Any) -> Observation:
+def same(got: object, expected: object, value: float | None = None, **data: Json) -> Observation:
     """Right if ``got`` equals ``expected``, such as a status."""
     found = str(got) if got == expected else f"{got}, not {expected}"
     return Observation(found, bool(got == expected), value, data)
@@ -169,7 +170,7 @@ def together(*findings: Observation) -> Observation:
     return Observation(words, right, value, data)
 
 
-def finite(values: Iterable[Any], what: str = "output") -> list[Any]:
+def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:
     """The values as a list (missing ones left out).
 
     Raises
@@ -192,8 +193,8 @@ def case(
     *,
     expected: str,
     source: str,
-    control: Mapping[str, Any],
-    over: Mapping[str, Iterable[Any]] | None = None,
+    control: Mapping[str, object],
+    over: Mapping[str, Iterable[object]] | None = None,
     quick: bool | Callable[..., bool] = False,
     limit_s: float = LIMIT_S,
 ) -> Callable[[Callable[..., Observation]], Callable[..., Observation]]:
@@ -287,7 +288,7 @@ class Family:
         return f"{worst.finding.found} [the worst: {which}]"
 
 
-def shown(family: str, members: Sequence[Any]) -> str:
+def shown(family: str, members: Sequence[object]) -> str:
     """What the names of a family's members have in common: "mu = ... s/m (7 cases)"."""
     return f"{re.sub('{[a-z_]+}', '…', family)} ({len(members)} cases)"
 

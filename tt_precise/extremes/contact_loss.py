@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_starts import PRECISIONS, refused
 from tt_precise.extremes.tilt import exact_start
 from tt_precise.integrate import Trajectory, integrate
@@ -35,7 +36,7 @@ def losing(name: str) -> Scene:
     quick=lambda scene, precision: scene == "mu = 3" and precision != "quad",
     control={"integrate": perturbed.integrating(I3="1e-12")},
 )
-def time_of_loss(scene: str, precision: str, integrate: Any = integrate) -> Observation:
+def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Observation:
     """The end of the model is a root, found as well as the state is known."""
     fine = _integrated(scene, "mp" if precision == "quad" else "quad")
     run = integrate(losing(scene), precision)
@@ -52,7 +53,7 @@ def time_of_loss(scene: str, precision: str, integrate: Any = integrate) -> Obse
     quick=True,
     control={"integrate": perturbed.integrating(theta_dot="1e-9")},
 )
-def plane_loss(precision: str, integrate: Any = integrate) -> Observation:
+def plane_loss(precision: str, integrate: Integrate = integrate) -> Observation:
     """A closed form of the loss: no spin, no friction, over the equator and off the table."""
     run = integrate(variant(**PLANE), precision)
     angle, time = _plane()
@@ -152,7 +153,7 @@ def _integrated(scene: str, precision: str) -> Trajectory:
 
 
 @cache
-def _plane() -> tuple[Any, Any]:
+def _plane() -> tuple[Scalar, Scalar]:
     """Angle and time in s of the loss of contact in the plane, from theory."""
     start, fn = exact_start(variant(**PLANE))
     body = type(start.body)(*(fn.convert(x) for x in vars(start.body).values()))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context, rounding_to
@@ -15,28 +16,29 @@ from tt_precise.integrate import integrate
 from tt_precise.integrate.precision import BITS
 from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene import load_scene
 
 PRECISIONS = ("double", "extended", "quad", "mp")
 RATES = {"theta_dot": "0.7", "phi_dot": "-1.9", "omega_3": "12.3", "nu_x": "0.11", "nu_y": "-0.23"}
 FN = own_context(700)  # pi - 1e-300, and some digits more
-Convert = Callable[..., Any]
+Convert = Callable[..., Scalar]
 
 
 class RoundTripArithmetic(NamedTuple):
     """A module of functions, numbers rounded into it and taken out exactly, and its eps."""
 
-    fn: Any
-    into: Callable[[Any], Any]
-    out: Callable[[Any], Any]
-    eps: Any
+    fn: Functions
+    into: Callable[[Scalar], Scalar]
+    out: Callable[[Scalar], Scalar]
+    eps: Scalar
 
 
 class Trip(NamedTuple):
     """Relative errors in eps: of the tilt on the way there, of the worst rate on the way back."""
 
-    tilt: Any
-    rate: Any
+    tilt: Scalar
+    rate: Scalar
 
 
 def arithmetic(precision: str) -> RoundTripArithmetic:
@@ -53,7 +55,7 @@ def arithmetic(precision: str) -> RoundTripArithmetic:
     if precision == "double":
         return RoundTripArithmetic(numpy, lambda x: numpy.float64(float(x)), FN.mpf, eps)
 
-    def exactly(x: Any) -> Any:
+    def exactly(x: Scalar) -> Scalar:
         return FN.mpf(int(x.as_integer_ratio()[0])) / int(x.as_integer_ratio()[1])
 
     return RoundTripArithmetic(numpy, lambda x: numpy.longdouble(FN.nstr(x, 30)), exactly, eps)
@@ -102,11 +104,13 @@ def digits_of_the_tilt(precision: str, k: int, known: bool) -> float:
     quick=True,
     control={"back": "printed"},
 )
-def beside_the_upright_pole(precision: str, back: Any = euler_from_vectors) -> Observation:
+def beside_the_upright_pole(
+    precision: str, back: Convert | str = euler_from_vectors
+) -> Observation:
     """Both ways, every decade."""
-    back = _printed_back if back == "printed" else back
+    convert = _printed_back if isinstance(back, str) else back
     trips = [
-        round_trip(precision, k, False, False, vectors_from_euler, back) for k in range(0, 301)
+        round_trip(precision, k, False, False, vectors_from_euler, convert) for k in range(0, 301)
     ]
     return together(
         within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
@@ -204,7 +208,7 @@ def _body(precision: str) -> Parameters:
     return Parameters(*(into(FN.convert(x)) for x in vars(top).values()))
 
 
-def _printed_back(body: Parameters, state: Any, fn: Any) -> EulerState:
+def _printed_back(body: Parameters, state: NewtonState, fn: Functions) -> EulerState:
     """The textbook's phi_dot = (Lz - cos L.k)/(I1 sin^2), which cancels beside the poles."""
     right = euler_from_vectors(body, state, fn)
     sine_squared = state.kx * state.kx + state.ky * state.ky

@@ -5,11 +5,12 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.extremes.tilt import tilt_error
 from tt_precise.integrate import Trajectory, integrate
@@ -33,7 +34,7 @@ CONSERVED = ("lambda", "E", "L_z", "omega_3", "s_dot_x", "s_dot_y")
     quick=lambda mu, pole: mu in ("0", "1e-12", "1e3"),
     control={"integrate": perturbed.integrating(alpha="1e-8")},
 )
-def tilt_with_friction(mu: str, pole: str, integrate: Any = integrate) -> Observation:
+def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> Observation:
     """A closed form at every friction, the stiff ones too."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
     scene = variant(theta=theta, mu=mu, until=LIMIT_S)
@@ -53,7 +54,7 @@ def tilt_with_friction(mu: str, pole: str, integrate: Any = integrate) -> Observ
     quick=lambda mu: mu == "1e-12",
     control={"integrate": perturbed.integrating(alpha="1e-12")},
 )
-def friction_in_double(mu: str, integrate: Any = integrate) -> Observation:
+def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation:
     """Steps and time against mu are for the picture; the verdict is about the state."""
     scene = variant(mu=mu, until=HORIZON_S)
     seconds = []
@@ -98,7 +99,7 @@ def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Observation:
     quick=lambda mu: mu in ("100", "1e3"),
     control={"integrate": perturbed.integrating(mu="0.5")},
 )
-def slaved_gliding(mu: str, integrate: Any = integrate) -> Observation:
+def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
     """The gliding velocity against the constraint force of the rolling top; and the distance."""
     rolling, gliding = _rolling(), integrate(variant(mu=mu, until=LIMIT_S))
     fn, units = rolling.precision.context, rolling.start.units
@@ -151,7 +152,7 @@ def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Observation:
     quick=lambda mu: mu == "1e-12",
     control={"integrate": perturbed.integrating(mu="1e-3")},
 )
-def nearly_frictionless(mu: str, integrate: Any = integrate) -> Observation:
+def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observation:
     """Linear response at the other edge of friction."""
     none, some = (_quad(variant(mu=one, until=LIMIT_S)) for one in ("0", "1e-5"))
     little = integrate(variant(mu=mu, until=LIMIT_S), "quad")
@@ -196,7 +197,7 @@ def _rolling() -> Trajectory:
     return integrate(replace(variant(until=LIMIT_S), model="rolling"), "quad")
 
 
-def _constraint_force(run: Trajectory) -> Any:
+def _constraint_force(run: Trajectory) -> Scalar:
     """The dimensionless force on the rolling top at the end."""
     momentum = run.start.units.mass * run.start.units.length**2 / run.start.units.time
     state = run.state

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.periods import swing
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.precision import precision_named
@@ -19,7 +20,10 @@ from tt_precise.integrate.streaming import Stream
 from tt_precise.integrate.system import integrator
 from tt_precise.integrate.variational import sensitivity
 from tt_precise.mechanics.formulations import formulation
-from tt_precise.scene import load_scene
+from tt_precise.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    import pandas
 
 EPS = 2.0**-52
 # of the start's size: rounding errors that grow beyond it leave nothing of the start
@@ -53,7 +57,7 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Ob
         "theta_dot", *LONG[scene],
     )  # fmt: skip
     late = drift = 0.0
-    first: Any = None
+    first: pandas.Series | None = None
     for frame in stream:
         first = frame.iloc[0] if first is None else first
         times = frame["t"].to_numpy()
@@ -151,7 +155,7 @@ SAMPLED: dict[str, Any] = {
     quick=lambda every, until: every == "1e300" and until != "0.1",
     **SAMPLED,
 )
-def sampling(every: str, until: str, integrate: Any = integrate) -> Observation:
+def sampling(every: str, until: str, integrate: Integrate = integrate) -> Observation:
     """A thousand samples, some so close that their times need more digits than double has."""
     horizon, step = Fraction(until), Fraction(every)
     scene = replace(load_scene("reference"), until=horizon, sample_every=step)
@@ -178,7 +182,7 @@ def sampling(every: str, until: str, integrate: Any = integrate) -> Observation:
     )
 
 
-def integrate_quad(scene: Any) -> Trajectory:
+def integrate_quad(scene: Scene) -> Trajectory:
     """The run that others are compared with."""
     return integrate(scene, "quad")
 
@@ -191,7 +195,7 @@ def integrate_quad(scene: Any) -> Trajectory:
     quick=True,
     control={"run_of": perturbed.integrating(omega_3="1e-12")},
 )
-def no_time_at_all(until: str, precision: str, run_of: Any = integrate) -> Observation:
+def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) -> Observation:
     """Nothing divides by the length of the run."""
     scene = variant(until=until)
     run = run_of(scene, precision, events=("theta_min", "theta_max", "nu_x_zero"))

@@ -7,21 +7,26 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.scene import Scene
+
+if TYPE_CHECKING:
+    import pandas
 
 EPS = 2.0**-52
 HORIZON_S = "2"
 SHORT_S = "0.1"
 # by name, because a case's arguments appear in its name
-FLAGS: dict[str, dict[str, Any]] = {
+FLAGS: dict[str, dict[str, float]] = {
     "opt_level 0": {"opt_level": 0},
     "force_avx512": {"force_avx512": True},
     "fast_math": {"fast_math": True},
@@ -53,7 +58,7 @@ def _allowed(until: str) -> float:
     quick=lambda flag: flag in ("opt_level 0", "compact_mode"),
     control={"integrate": perturbed.integrating(alpha="1e-11")},
 )
-def flags_in_double(flag: str, integrate: Any = integrate) -> Observation:
+def flags_in_double(flag: str, integrate: Integrate = integrate) -> Observation:
     """How much of a result in double is the compiler's."""
     run = integrate(variant(until=HORIZON_S), options=FLAGS[flag])
     moved = vector_distance(run, _plain(HORIZON_S)) / EPS
@@ -85,7 +90,7 @@ def _quad(until: str) -> Trajectory:
     control={"flags": {"opt_level 0": {"tol": 2.0**-180}}},
 )
 def flags_in_wide(
-    precision: str, flag: str, flags: dict[str, dict[str, Any]] | None = None
+    precision: str, flag: str, flags: dict[str, dict[str, float]] | None = None
 ) -> Observation:
     """What makes golden data portable."""
     scene = variant(until=SHORT_S)
@@ -112,7 +117,7 @@ def two_threads(precision: str, shared: bool = False) -> Observation:
     spins = ("150", "155", "160", "165")
     scenes = [variant(omega_3=spin, until=SHORT_S) for spin in spins]
 
-    def state(scene: Any) -> Any:
+    def state(scene: Scene) -> dict[str, str]:
         return integrate(scene, precision).state.as_text()
 
     alone = [state(scene) for scene in scenes]
@@ -136,7 +141,7 @@ def lanes(lanes: int, moved: str = "0") -> Observation:
     from tt_precise.sweep import specification
     from tt_precise.sweep.run import sweep
 
-    def rows(batch: int, shift: str) -> Any:
+    def rows(batch: int, shift: str) -> pandas.DataFrame:
         spins = [Fraction(spin) + Fraction(shift) for spin in range(150, 160)]
         values = ",".join(str(float(spin)) for spin in spins)
         spec = specification("reference", vary={"omega_3": values}, until="0.5")

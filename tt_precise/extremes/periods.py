@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
 from tt_precise.mechanics import quantities
@@ -38,7 +38,7 @@ def swing(scene: str) -> ThetaSwing:
     low = start.euler.theta
     energy = potential(low)
 
-    def rate(theta: Any) -> Any:
+    def rate(theta: Scalar) -> Scalar:
         return fn.sqrt(2 * (energy - potential(theta)) / mass(theta))
 
     force = -fn.diff(potential, low)
@@ -51,7 +51,7 @@ def swing(scene: str) -> ThetaSwing:
     high = fn.findroot(lambda x: energy - potential(x), (nearer, high), solver="anderson")
     middle, half = (low + high) / 2, (high - low) / 2
 
-    def moment(s: Any) -> Any:
+    def moment(s: Scalar) -> Scalar:
         # theta = middle - half cos s takes the square root out of the ends
         return abs(half) * fn.sin(s) / rate(middle - half * fn.cos(s))
 
@@ -64,33 +64,33 @@ def swing(scene: str) -> ThetaSwing:
     )
 
 
-Function = Callable[[Any], Any]
+Function = Callable[[Scalar], Scalar]
 
 
-def _frictionless(fn: Any, start: InitialState) -> tuple[Function, Function]:
+def _frictionless(fn: Functions, start: InitialState) -> tuple[Function, Function]:
     """L.z and omega_3 are constant, and the centre of mass only rises and sinks; eq (1)."""
     body, spin = start.body, start.body.I3 * start.euler.omega_3
     vertical = start.vectors.Lz
 
-    def mass(theta: Any) -> Any:
+    def mass(theta: Scalar) -> Scalar:
         return body.I1 + body.alpha**2 * fn.sin(theta) ** 2
 
-    def potential(theta: Any) -> Any:
+    def potential(theta: Scalar) -> Scalar:
         s, c = fn.sin(theta), fn.cos(theta)
         return (vertical - spin * c) ** 2 / (2 * body.I1 * s * s) - body.alpha * c
 
     return mass, potential
 
 
-def _rolling(fn: Any, start: InitialState) -> tuple[Function, Function]:
+def _rolling(fn: Functions, start: InitialState) -> tuple[Function, Function]:
     """The Main Equation E~ = g(cos theta) theta_dot^2 + V(cos theta, D, lambda); eq (17)."""
     motion = Motion(start.body, start.vectors, fn, "rolling")
     routh, jellett = quantities.D(motion), quantities.jellett(motion)
 
-    def mass(theta: Any) -> Any:
+    def mass(theta: Scalar) -> Scalar:
         return 2 * quantities.effective_mass(start.body, fn.cos(theta))
 
-    def potential(theta: Any) -> Any:
+    def potential(theta: Scalar) -> Scalar:
         return quantities.effective_potential(start.body, fn.cos(theta), routh, jellett, fn)
 
     return mass, potential

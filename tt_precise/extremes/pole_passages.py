@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.tilt import exact_start
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
@@ -44,7 +45,7 @@ def passage(k: int) -> Scene:
 
 
 @cache
-def nearest(k: int) -> tuple[Any, Any]:
+def nearest(k: int) -> tuple[Scalar, Scalar]:
     """Least theta of ``passage(k)``, and the rate of theta just before (dimensionless), in theory.
 
     mpmath numbers of 80 digits.
@@ -73,7 +74,7 @@ def nearest(k: int) -> tuple[Any, Any]:
     quick=True,
     control={"integrate": perturbed.integrating(phi_dot="1e-13")},
 )
-def passing(k: int, precision: str = "double", integrate: Any = integrate) -> Observation:
+def passing(k: int, precision: str = "double", integrate: Integrate = integrate) -> Observation:
     """The axis keeps an absolute accuracy of some eps, at every distance."""
     run = integrate(passage(k), precision, events=("theta_min",))
     fn = run.precision.context
@@ -90,7 +91,7 @@ def passing(k: int, precision: str = "double", integrate: Any = integrate) -> Ob
     quick=lambda k: k == 20,
     control={"integrate": perturbed.integrating(phi_dot="1e-31")},
 )
-def passing_in_quad(k: int, integrate: Any = integrate) -> Observation:
+def passing_in_quad(k: int, integrate: Integrate = integrate) -> Observation:
     """The same with 34 digits."""
     return passing(k, "quad", integrate)
 
@@ -104,7 +105,7 @@ def passing_in_quad(k: int, integrate: Any = integrate) -> Observation:
     quick=lambda k: k in (6, 12),
     control={"integrate": perturbed.integrating(omega_3="1e-13")},
 )
-def euler_passing(k: int, integrate: Any = integrate) -> Observation:
+def euler_passing(k: int, integrate: Integrate = integrate) -> Observation:
     """Steps against the distance, and the error behind the passage."""
     euler = integrate(passage(k), formulation="euler", record=("phi",))
     newton = _integrated(k, "quad")
@@ -153,7 +154,7 @@ def euler_overflowing(k: int) -> Observation:
     quick=lambda theta: theta == "1",
     control={"integrate": perturbed.integrating(g="1e-12")},
 )
-def through_the_pole(theta: str, integrate: Any = integrate) -> Observation:
+def through_the_pole(theta: str, integrate: Integrate = integrate) -> Observation:
     """A top that does not spin falls in a plane, through the pole and up again."""
     run = integrate(falling(theta, until=2 * _fall(theta, 0.0) - _fall(theta, 0.5)))
     angle = float(theta) / 2
@@ -170,7 +171,7 @@ def through_the_pole(theta: str, integrate: Any = integrate) -> Observation:
     quick=lambda theta: theta == "1",
     control={"integrate": perturbed.integrating(g="1e-12")},
 )
-def into_the_pole(theta: str, integrate: Any = integrate) -> Observation:
+def into_the_pole(theta: str, integrate: Integrate = integrate) -> Observation:
     """Where the paper's equations stop, and Newton's go on."""
     fall = _fall(theta, 0.0)
     run = integrate(falling(theta, until=2 * fall), formulation="euler")
@@ -179,7 +180,7 @@ def into_the_pole(theta: str, integrate: Any = integrate) -> Observation:
     return together(same(run.status, "pole"), within(error, 40, "eps of the time"))
 
 
-def falling(theta: str, until: Any) -> Scene:
+def falling(theta: str, until: Scalar) -> Scene:
     """A frictionless top at rest, tilted by ``theta``; ``until`` in s, an mpmath number."""
     return variant(
         theta=theta, omega_3="0", mu="0", until=own_context(60).nstr(until, 50), sample_every="1"
@@ -187,7 +188,7 @@ def falling(theta: str, until: Any) -> Scene:
 
 
 @cache
-def _fall(theta: str, part: float) -> Any:
+def _fall(theta: str, part: float) -> Scalar:
     """Seconds from ``theta`` down to this part of it, from theory."""
     start, _ = exact_start(falling(theta, own_context(60).mpf(1)))
     fn = own_context(QUADRATURE_DIGITS)
@@ -206,7 +207,7 @@ def _euler(k: int) -> Trajectory:
     return integrate(passage(k), formulation="euler")
 
 
-def vector_distance(run: Trajectory, reference: Trajectory) -> Any:
+def vector_distance(run: Trajectory, reference: Trajectory) -> Scalar:
     """Largest difference of k, L and v at the end, each relative to the size of its vector.
 
     v, which may be nearly nothing, relative to the speed of the rim at least.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from tt_precise.claims.evidence import variant
 from tt_precise.errors import InputError
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.tilt import exact_start, tilt_error
 from tt_precise.integrate import integrate
 from tt_precise.integrate.precision import precision_named
@@ -29,7 +29,7 @@ PROBE_S = "0.1"
     quick=lambda pole, decades: decades in (DECADES[0], DECADES[-1]),
     control={"integrate": perturbed.integrating(mu="1e-9")},
 )
-def start_beside_a_pole(pole: str, decades: str, integrate: Any = integrate) -> Observation:
+def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Observation:
     """Ten decades of starts in double."""
     first, last = map(int, decades.split(" to "))
     errors, eps = [], float(precision_named("double").eps)
@@ -50,7 +50,7 @@ def start_beside_a_pole(pole: str, decades: str, integrate: Any = integrate) -> 
     control={"integrate": perturbed.integrating(mu="1e-12")},
 )
 def start_beside_a_pole_in_every_precision(
-    precision: str, pole: str, integrate: Any = integrate
+    precision: str, pole: str, integrate: Integrate = integrate
 ) -> Observation:
     """The farthest decade in every arithmetic."""
     scene = variant(theta=f"{pole}1e-300", until=PROBE_S)
@@ -97,7 +97,7 @@ def euler_start_at_a_pole(theta: str, moved: str = "") -> Observation:
     return refused(lambda: integrate(variant(theta=moved or theta, until="0"), formulation="euler"))
 
 
-def refused(attempt: Callable[[], Any]) -> Observation:
+def refused(attempt: Callable[[], object]) -> Observation:
     """Right if ``attempt`` raises ``InputError`` with one line that states an expectation."""
     try:
         got = attempt()
@@ -115,7 +115,7 @@ def refused(attempt: Callable[[], Any]) -> Observation:
     quick=lambda k: k == 16,
     control={"integrate": perturbed.integrating(alpha="1e-9")},
 )
-def climb_is_delayed(k: int, integrate: Any = integrate) -> Observation:
+def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Observation:
     """Every decade of theta(0) delays the inversion by the same time."""
     start, fn = exact_start(variant(theta="1e-9"))
     growth = fn.re(theory.tilt_modes(start.body, 1, start.euler.omega_3, fn)[0])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
 from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene import Scene
@@ -36,7 +36,7 @@ def rescaled(mass: Fraction, length: Fraction, time: Fraction) -> Scene:
     quick=lambda parameter, power: abs(power) == 6,
     control={"integrate": perturbed.integrating(I1="1e-12")},
 )
-def power_of_ten(parameter: str, power: int, integrate: Any = integrate) -> Observation:
+def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -> Observation:
     """Twelve decades of m, of R at constant g, and of g at constant R."""
     factor = Fraction(10) ** power
     half = Fraction(10) ** (power // 2)  # a square root; the powers are even
@@ -82,5 +82,5 @@ def _errors(run: Trajectory, units: dict[str, Fraction]) -> list[float]:
 
 
 @cache
-def _plain() -> Any:
+def _plain() -> Trajectory:
     return integrate(rescaled(Fraction(1), Fraction(1), Fraction(1)))

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.golden import load, scenes
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate import Trajectory, integrate
@@ -44,7 +46,7 @@ def _sensitivity(scene: str) -> Sensitivity:
     quick=lambda scene: scene in QUICK,
     control={"integrate": lambda scene: integrate(scene, tolerance=1e-12)},
 )
-def error_against_condition(scene: str, integrate: Any = integrate) -> Observation:
+def error_against_condition(scene: str, integrate: Integrate = integrate) -> Observation:
     """The digits that double can give at each time, and those that it gives."""
     import numpy
 
@@ -75,7 +77,7 @@ def error_against_condition(scene: str, integrate: Any = integrate) -> Observati
     )
 
 
-def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Any:
+def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
     """Largest error of any entry at each time, relative to the largest entry of the state."""
     import numpy
 
@@ -90,7 +92,7 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Any:
     return found / how.sizes
 
 
-def _listed(values: Any) -> str:
+def _listed(values: Array) -> str:
     return " ".join(f"{float(value):.4g}" for value in values)
 
 
@@ -112,7 +114,7 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
         start.body, **{n: float(x) for n, x in zip(how.parameters, how.values, strict=True)}
     )
 
-    def value(state: Any, alpha: float) -> float:
+    def value(state: Array, alpha: float) -> float:
         vectors = NewtonState(*state, *(0,) * (8 - len(state)))
         motion = Motion(replace(body, alpha=alpha), vectors, numpy, "gliding")
         return float(quantities.jellett(motion))
@@ -121,7 +123,7 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
     units = numpy.eye(len(how.columns))
     where = how.parameters.index("alpha")
     worst, largest = 0.0, numpy.array([1.0, 1.0])
-    first: Any = None
+    first: tuple[Array, float] | None = None
     for now, state in enumerate(how.states):
         alpha = body.alpha
         gradient = [(value(state + e, alpha) - value(state - e, alpha)) / 2 for e in units]
@@ -147,7 +149,7 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
     over={"name": tuple(VARIED)},
     control={"varied": perturbed.integrating(alpha="1e-6")},
 )
-def derivative_in_quad(name: str, varied: Any = integrate) -> Observation:
+def derivative_in_quad(name: str, varied: Integrate = integrate) -> Observation:
     """Matrices of variational equations against runs that know nothing of them."""
     import numpy
 
@@ -178,7 +180,7 @@ def _nudged(scene: Scene, name: str, relative: Fraction) -> Scene:
     return replace(scene, start=replace(scene.start, **{name: value}))
 
 
-def _row(run: Trajectory, at: int) -> list[Any]:
+def _row(run: Trajectory, at: int) -> list[Scalar]:
     """Vectors at the start (0) or the end (1), dimensionless."""
     context = run.precision.context
     state = run.state if at else run.at("0")

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.scene import Scene
 
 # two tops: the paper's, and one with a greater eccentricity and three times the mass
-TOPS: dict[str, dict[str, Any]] = {
+TOPS: dict[str, dict[str, str]] = {
     "toy": {},
     "heavier": {"m": "0.06", "I1": str(3 * Fraction(131, 43_750_000)), "alpha": "0.4"}
     | {"I3": str(3 * Fraction(1, 312_500))},
@@ -43,7 +44,7 @@ def blowing_up(name: str) -> Scene:
     quick=lambda motion: motion in (NAMES[2], NAMES[6]),
     control={"integrate": perturbed.integrating(I1="1e-12")},
 )
-def blow_up(motion: str, integrate: Any = integrate) -> Observation:
+def blow_up(motion: str, integrate: Integrate = integrate) -> Observation:
     """The time of the blow-up is bracketed from below by every run."""
     scene = blowing_up(motion)
     run, fine = integrate(scene, contact="bilateral"), _quad(motion)
@@ -101,7 +102,7 @@ def lost_first(motion: str, contact: str = "unilateral") -> Observation:
     quick=lambda k: k in (3, 12),
     control={"integrate": perturbed.integrating(nu_x="-1e-9")},
 )
-def both_at_once(k: int, integrate: Any = integrate) -> Observation:
+def both_at_once(k: int, integrate: Integrate = integrate) -> Observation:
     """A force 0/0 at the start: it is 1 m g there, and small changes decide what follows."""
     scene = _at_both_zeros(k)
     run, fine = integrate(scene), _both_in_quad(k)
@@ -144,7 +145,7 @@ def _quad(motion: str) -> Trajectory:
 
 
 @cache
-def _blow_up_time(motion: str) -> Any:
+def _blow_up_time(motion: str) -> Scalar:
     """Where the square of the denominator, extrapolated from two states, vanishes (s)."""
     fine = _quad(motion)
     fn = fine.precision.context
@@ -153,7 +154,7 @@ def _blow_up_time(motion: str) -> Any:
     return second + (second - first) * b / (a - b)
 
 
-def _denominator(run: Trajectory, t: Any) -> Any:
+def _denominator(run: Trajectory, t: Scalar) -> Scalar:
     """The denominator of g_n in units of I1, by hand from the Euler state; eq (7)."""
     fn, state = run.precision.context, run.at(t)
     body, units = run.start.body, run.start.units

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
 from tt_precise.body import Units
 from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, same, together, within
+from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.extremes.tilt import tilt_error
 from tt_precise.integrate import Trajectory, integrate
@@ -40,7 +40,7 @@ def seconds(spin: str) -> Fraction:
     quick=lambda spin, pole: spin in ("0", "1e7"),
     control={"integrate": perturbed.integrating(mu="1e-3")},
 )
-def spinning(spin: str, pole: str, integrate: Any = integrate) -> Observation:
+def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Observation:
     """Ten turns at every speed."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
     scene = variant(theta=theta, omega_3=spin, until=str(seconds(spin)))
@@ -59,7 +59,7 @@ def spinning(spin: str, pole: str, integrate: Any = integrate) -> Observation:
     quick=lambda spin: spin in ("0", "1e7"),
     control={"integrate": perturbed.integrating(omega_3="1e-12", I1="1e-12")},
 )
-def spinning_in_double(spin: str, integrate: Any = integrate) -> Observation:
+def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Observation:
     """Far from the pole, where nothing is linear."""
     scene = variant(theta="1", omega_3=spin, until=str(seconds(spin)))
     run = integrate(scene)
@@ -75,7 +75,7 @@ def spinning_in_double(spin: str, integrate: Any = integrate) -> Observation:
     quick=lambda sign, k: k in (1, 6),
     control={"integrate": perturbed.integrating(omega_3="0.2")},
 )
-def beside_the_threshold(sign: str, k: int, integrate: Any = integrate) -> Observation:
+def beside_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> Observation:
     """The growth rate found in an integration, against the eigenvalue."""
     off = Fraction(f"{sign}1e-{k}")
     rate, expected, noise = _growth(off, integrate)
@@ -96,13 +96,13 @@ def beside_the_threshold(sign: str, k: int, integrate: Any = integrate) -> Obser
     quick=True,
     control={"integrate": perturbed.integrating(omega_3="1e-9")},
 )
-def at_the_threshold(integrate: Any = integrate) -> Observation:
+def at_the_threshold(integrate: Integrate = integrate) -> Observation:
     """Exactly at the threshold, to 60 digits of omega_3."""
     rate, _, noise = _growth(Fraction(0), integrate)
     return within(abs(rate) / noise, 5, "roundings")
 
 
-def _growth(off: Fraction, integrate: Any) -> tuple[float, float, float]:
+def _growth(off: Fraction, integrate: Integrate) -> tuple[float, float, float]:
     """Rates per second of the tilt beside the inverted pole: found, in theory, and the noise.
 
     The noise is eps of the logarithm of the tilt a step, as a random walk, and what eps in the

@@ -6,20 +6,21 @@ test did not make. All is dimensionless (m = R = g = 1), in an mpmath context ``
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 
 
 class Tilt(NamedTuple):
     """A small perturbation of vertical spin: kx + i ky, Lx + i Ly and vx + i vy."""
 
-    k: Any
-    L: Any
-    v: Any
+    k: Scalar
+    L: Scalar
+    v: Scalar
 
 
-def tilt_matrix(body: Parameters, side: int, omega_3: Any, fn: Any) -> Any:
+def tilt_matrix(body: Parameters, side: int, omega_3: Scalar, fn: Functions) -> Scalar:
     """The 3x3 matrix A of (k, L, v)' = A (k, L, v) about the spin k = side z, L = I3 omega_3 k.
 
     To first order g_n = 1 and a = alpha k - z, so that k' = L x k/I1, L' = a x F with
@@ -39,13 +40,13 @@ def tilt_matrix(body: Parameters, side: int, omega_3: Any, fn: Any) -> Any:
     return fn.matrix([k_row, L_row, v_row])
 
 
-def tilt_at(body: Parameters, side: int, omega_3: Any, t: Any, fn: Any) -> Tilt:
+def tilt_at(body: Parameters, side: int, omega_3: Scalar, t: Scalar, fn: Functions) -> Tilt:
     """Per unit of tilt at t = 0, about an axis that spins and does nothing else, the tilt at t."""
     start = fn.matrix([1, body.I3 * omega_3, 0])
     return Tilt(*(fn.expm(t * tilt_matrix(body, side, omega_3, fn)) * start))
 
 
-def tilt_modes(body: Parameters, side: int, omega_3: Any, fn: Any) -> list[Any]:
+def tilt_modes(body: Parameters, side: int, omega_3: Scalar, fn: Functions) -> list[Scalar]:
     """The three eigenvalues of ``tilt_matrix``, the one that grows fastest first."""
     (a, b, c), (d, e, f), (g, h, i) = tilt_matrix(body, side, omega_3, fn).tolist()
     minors = a * e - b * d + a * i - c * g + e * i - f * h
@@ -54,7 +55,7 @@ def tilt_modes(body: Parameters, side: int, omega_3: Any, fn: Any) -> list[Any]:
     return sorted(roots, key=lambda root: fn.re(root), reverse=True)
 
 
-def mode(body: Parameters, side: int, omega_3: Any, rate: Any) -> Tilt:
+def mode(body: Parameters, side: int, omega_3: Scalar, rate: Scalar) -> Tilt:
     """The tilt that changes as exp(``rate`` t), per unit of k: an eigenvector of ``tilt_matrix``.
 
     From its first two rows; needs friction.
@@ -64,7 +65,9 @@ def mode(body: Parameters, side: int, omega_3: Any, rate: Any) -> Tilt:
     return Tilt(1, L, (rate * L + 1j * body.alpha) / (1j * height * body.mu))
 
 
-def frictionless_turn(body: Parameters, spin: Any, vertical: Any, energy: Any, fn: Any) -> Any:
+def frictionless_turn(
+    body: Parameters, spin: Scalar, vertical: Scalar, energy: Scalar, fn: Functions
+) -> Scalar:
     """Least theta of the frictionless top with L.k = ``spin``, L.z = ``vertical``, just above 0.
 
     E = (I1 + alpha^2 sin^2) theta_dot^2/2 + (Lz - L.k cos)^2/(2 I1 sin^2) + (L.k)^2/(2 I3)
@@ -72,7 +75,7 @@ def frictionless_turn(body: Parameters, spin: Any, vertical: Any, energy: Any, f
     change. The turn is where theta_dot = 0; it is found as a root in the logarithm of theta.
     """
 
-    def missing(log_theta: Any) -> Any:
+    def missing(log_theta: Scalar) -> Scalar:
         theta = fn.exp(log_theta)
         s, c = fn.sin(theta), fn.cos(theta)
         wall = (vertical - spin * c) / s
@@ -84,18 +87,18 @@ def frictionless_turn(body: Parameters, spin: Any, vertical: Any, energy: Any, f
     return fn.exp(fn.findroot(missing, (guess, guess + fn.mpf("0.01")), solver="secant"))
 
 
-def missing_energy(body: Parameters, spin: Any, energy: Any) -> Any:
+def missing_energy(body: Parameters, spin: Scalar, energy: Scalar) -> Scalar:
     """What is left of ``energy`` for theta_dot at the upright pole with L.z = L.k = ``spin``."""
     return energy - 1 + body.alpha - spin * spin / (2 * body.I3)
 
 
-def fall_time(body: Parameters, theta: Any, to: Any, fn: Any) -> Any:
+def fall_time(body: Parameters, theta: Scalar, to: Scalar, fn: Functions) -> Scalar:
     """Time from rest at ``theta`` down to ``to``, of the frictionless top that does not spin.
 
     The plane motion theta_dot^2 (I1 + alpha^2 sin^2) = 2 alpha (cos - cos theta(0)).
     """
 
-    def slowness(x: Any) -> Any:
+    def slowness(x: Scalar) -> Scalar:
         s = fn.sin(x)
         gained = 2 * fn.sin((theta + x) / 2) * fn.sin((theta - x) / 2)
         return fn.sqrt((body.I1 + body.alpha**2 * s * s) / (2 * body.alpha * gained))
@@ -103,28 +106,30 @@ def fall_time(body: Parameters, theta: Any, to: Any, fn: Any) -> Any:
     return fn.quad(slowness, [to, (to + theta) / 2, theta])
 
 
-def plane_time(body: Parameters, theta: Any, rate: Any, to: Any, fn: Any) -> Any:
+def plane_time(body: Parameters, theta: Scalar, rate: Scalar, to: Scalar, fn: Functions) -> Scalar:
     """Time from ``theta`` to ``to`` of the plane frictionless top that turns at ``rate`` there."""
 
-    def slowness(x: Any) -> Any:
+    def slowness(x: Scalar) -> Scalar:
         return 1 / fn.sqrt(_plane_rate_squared(body, theta, rate, x, fn))
 
     return fn.quad(slowness, [theta, (theta + to) / 2, to])
 
 
-def plane_loss(body: Parameters, theta: Any, rate: Any, fn: Any) -> Any:
+def plane_loss(body: Parameters, theta: Scalar, rate: Scalar, fn: Functions) -> Scalar:
     """Angle above pi/2 at which the plane frictionless top leaves the table.
 
     It turns at ``rate`` where theta is ``theta``; g_n = 0 means 1 + alpha cos theta_dot^2 = 0.
     """
 
-    def push(x: Any) -> Any:
+    def push(x: Scalar) -> Scalar:
         return 1 + body.alpha * fn.cos(x) * _plane_rate_squared(body, theta, rate, x, fn)
 
     return fn.findroot(push, (fn.pi / 2, fn.pi), solver="anderson")
 
 
-def _plane_rate_squared(body: Parameters, theta: Any, rate: Any, x: Any, fn: Any) -> Any:
+def _plane_rate_squared(
+    body: Parameters, theta: Scalar, rate: Scalar, x: Scalar, fn: Functions
+) -> Scalar:
     # (I1 + alpha^2 sin^2) theta_dot^2/2 - alpha cos is constant
     inertia, first = (body.I1 + body.alpha**2 * fn.sin(y) ** 2 for y in (x, theta))
     return (first * rate**2 + 2 * body.alpha * (fn.cos(x) - fn.cos(theta))) / inertia

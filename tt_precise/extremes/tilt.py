@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import theory
 from tt_precise.extremes.case import finite
@@ -19,7 +19,7 @@ DIGITS = 80  # of the theory; mp has 60
 ONE = Fraction(1)
 
 
-def exact_start(scene: Scene) -> tuple[InitialState, Any]:
+def exact_start(scene: Scene) -> tuple[InitialState, Scalar]:
     """The scene's dimensionless start with ``DIGITS`` digits and more, and an own context."""
     return InitialState.of(scene, precision_named("mp", 300).arithmetic), own_context(DIGITS)
 
@@ -56,7 +56,7 @@ def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
 
 
 @cache
-def _expected(scene: Scene) -> tuple[theory.Tilt, Any, Any]:
+def _expected(scene: Scene) -> tuple[theory.Tilt, Scalar, Scalar]:
     start, fn = exact_start(scene)
     omega_3, t = fn.convert(start.euler.omega_3), fn.convert(start.until)
     body = type(start.body)(*(fn.convert(x) for x in vars(start.body).values()))
