@@ -10,7 +10,6 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from typing import Any
 
 import click
 
@@ -109,7 +108,7 @@ def _main(argv: list[str] | None) -> int:
     return status if isinstance(status, int) else DONE
 
 
-def _complain(message: Any, status: int) -> int:
+def _complain(message: object, status: int) -> int:
     click.echo(f"tt-precise: {' '.join(str(message).split())}", err=True)
     return status
 

@@ -19,7 +19,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import TypeVar
 
 from tt_precise.claims.verdicts import Finding
 from tt_precise.docstrings import docstring
@@ -69,7 +69,7 @@ class Claim:
     where: str
     definition: str
     function: Callable[..., Finding] = field(repr=False)
-    control: Mapping[str, Any] | None = field(repr=False)
+    control: Mapping[str, object] | None = field(repr=False)
     slow: bool = False
 
     def __post_init__(self) -> None:
@@ -98,6 +98,8 @@ class Claim:
         return list(KINDS).index(prefix), int(number)
 
 
+T = TypeVar("T")
+
 _registered: Registry[Claim] = Registry("claim")
 
 
@@ -106,7 +108,7 @@ def claim(
     *,
     quote: str,
     where: str,
-    control: Mapping[str, Any] | None,
+    control: Mapping[str, object] | None,
     definition: str = "",
     slow: bool = False,
 ) -> Callable[[Callable[..., Finding]], Callable[..., Finding]]:
@@ -143,7 +145,7 @@ def claim_named(id: str) -> Claim:
     return named(id, claims())
 
 
-def named(id: str, known: Mapping[str, Any]) -> Any:
+def named(id: str, known: Mapping[str, T]) -> T:
     """What ``known`` has under a claim's id (in any case).
 
     Raises

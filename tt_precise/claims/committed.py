@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import CodeType
-from typing import Any
 
 from tt_precise.cache import fingerprint as fingerprint_of
 from tt_precise.cache import source_hash
 from tt_precise.errors import InputError
 from tt_precise.files import shipped
+from tt_precise.untyped import Json
 
 FILE = "results.json"  # in reports/
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -45,8 +45,8 @@ class Committed:
         ``fingerprint`` of its code.
     """
 
-    claims: Mapping[str, Mapping[str, Any]]
-    run: Mapping[str, Any]
+    claims: Mapping[str, Mapping[str, Json]]
+    run: Mapping[str, Json]
 
     @property
     def stale(self) -> bool:
@@ -88,7 +88,7 @@ def committed(file: Path | None = None) -> Committed | None:
         ) from None
 
 
-def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> dict[str, Any]:
+def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> dict[str, Json]:
     """What ``Committed.run`` holds, for the run that is just writing its verdicts."""
     kept = {name: provenance[name] for name in ("date", "commit", "versions")}
     return {**kept, "seconds": round(seconds), "workers": workers, "fingerprint": fingerprint()}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from tt_precise.claims.claim import Claim, claim_named, claims
 from tt_precise.claims.verdicts import Finding, Verdict
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 from tt_precise.workers import Call, Failure, local_pool
 
 
@@ -30,7 +30,7 @@ class Judgement:
         """The finding's verdict."""
         return self.finding.verdict
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Json]:
         """Everything about it as plain strings, for ``tt-precise claims --json``."""
         claim, finding = self.claim, self.finding
         return {
@@ -59,7 +59,7 @@ class Judgement:
     to_json = as_dict  # its name up to 0.1
 
 
-def judge(id: str, **changes: Any) -> Judgement:
+def judge(id: str, **changes: object) -> Judgement:
     """Judge one claim.
 
     ``changes`` replace what the claim is about (a printed value, a formula, a scene): a control

@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
+
+from tt_precise.arithmetic import Scalar
 
 MOST_DIGITS = 20  # printed; the quad reference has more
 DEFAULT_DIGITS = 12  # printed of a bare number, for which nobody states an error
@@ -19,11 +21,11 @@ DEFAULT_DIGITS = 12  # printed of a bare number, for which nobody states an erro
 class Settled:
     """A value, and how many of its significant digits were seen twice."""
 
-    value: Any
+    value: Scalar
     digits: int
 
     @classmethod
-    def of(cls, value: Any, other: Any, most: int = MOST_DIGITS) -> Settled:
+    def of(cls, value: Measured, other: Measured, most: int = MOST_DIGITS) -> Settled:
         """``value`` with the digits (at most ``most``) in which independent ``other`` agrees."""
         exact, second = fraction_of(value), fraction_of(other)
         if exact == second:
@@ -33,7 +35,7 @@ class Settled:
         return cls(value, max(0, min(most, -decade(difference) - 1)))
 
 
-Measured = Any  # a Settled, an mpmath number, a float, an int or a Fraction
+Measured: TypeAlias = Any  # a Settled, an mpmath number, a float, an int or a Fraction
 
 
 def fraction_of(number: Measured) -> Fraction:
@@ -60,7 +62,7 @@ def measured_text(number: Measured) -> str:
     return decimal(number, DEFAULT_DIGITS)
 
 
-def decimal(number: Any, digits: int) -> str:
+def decimal(number: Measured, digits: int) -> str:
     """``number`` rounded to ``digits`` significant digits, plain or with an exponent."""
     value = fraction_of(number)
     if not value:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import click
+
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.bench/1"
 MET = {True: "met", False: "NOT met", None: ""}
@@ -53,7 +54,7 @@ def _notify(line: str) -> None:
     click.echo(line, err=True)
 
 
-def _csv(rows: list[dict[str, Any]]) -> str:
+def _csv(rows: list[dict[str, Json]]) -> str:
     import pandas
 
     table = pandas.DataFrame([{**row, "met": MET[row["met"]]} for row in rows])
@@ -61,7 +62,7 @@ def _csv(rows: list[dict[str, Any]]) -> str:
     return text
 
 
-def line(row: dict[str, Any]) -> str:
+def line(row: dict[str, Json]) -> str:
     """A bar as a person reads it."""
     value = "not measured" if row["value"] is None else f"{row['value']:.3g}"
     aim = f" [{row['aim']}: {MET[row['met']]}]" if row["aim"] else ""

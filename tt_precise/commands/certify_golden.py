@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import click
+
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.golden.certify/1"
 CHECK_SCHEMA = "tt_precise.golden.certify.check/1"
@@ -101,7 +102,7 @@ def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: boo
     from tt_precise.golden import store
     from tt_precise.progress import progress_bar
 
-    results: list[dict[str, Any]] = []
+    results: list[dict[str, Json]] = []
     for name in scenes:
         stored = store.read(name, folder)
         path = (folder or store.home()) / name / pieces.FILE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -84,7 +84,7 @@ def command(
         from tt_precise.plotting import require_format
 
         require_format(plot)
-    table: Any = trajectory
+    table: object = trajectory
     if engine is not None:
         from tt_precise.check.engine_states import engine_columns
         from tt_precise.scene import load_scene

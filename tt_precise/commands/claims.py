@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from tt_precise.commands import options
 from tt_precise.terminal import console
+from tt_precise.untyped import Json
 from tt_precise.workers import cores
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ COLOURS = dict(
 )
 SHOWN_IN_FULL = 3  # so few claims are shown with their quotes and notes
 
-Row = Mapping[str, Any]  # what Judgement.as_dict gives
+Row = Mapping[str, Json]  # what Judgement.as_dict gives
 
 
 @click.command("claims")
@@ -59,7 +60,7 @@ def command(
         rows, run = _looked_up(ids, kind, known), known
     rows = [one for one in rows if not verdict or one["verdict"] in verdict]
     if as_json:
-        found: dict[str, Any] = {"schema": SCHEMA, "claims": rows, "counts": _counts(rows)}
+        found: dict[str, Json] = {"schema": SCHEMA, "claims": rows, "counts": _counts(rows)}
         if run is not None:
             found["run"] = {**run.run, "stale": run.stale}
         click.echo(json.dumps(found, indent=2, ensure_ascii=False))

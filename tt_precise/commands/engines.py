@@ -6,12 +6,12 @@ import json
 import shlex
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import click
 
 from tt_precise.commands import options
 from tt_precise.errors import InputError
+from tt_precise.untyped import Json
 
 GOOD = ("rounding", "converges", "measured")
 
@@ -125,7 +125,7 @@ def command(
     return 0
 
 
-def _show(content: dict[str, Any], as_json: bool) -> None:
+def _show(content: dict[str, Json], as_json: bool) -> None:
     from tt_precise.engines.scoreboard import line
 
     click.echo(json.dumps(content) if as_json else "\n".join(map(line, content["rows"])))

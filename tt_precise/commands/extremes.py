@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import click
 
 from tt_precise.commands import options
 from tt_precise.extremes.case import TOPICS
 from tt_precise.terminal import console
+from tt_precise.untyped import Json
 from tt_precise.workers import cores
 
 if TYPE_CHECKING:
@@ -61,7 +63,7 @@ def command(
     return CASE_FAILED if failed else 0
 
 
-def summary(outcomes: list[Outcome]) -> dict[str, Any]:
+def summary(outcomes: list[Outcome]) -> dict[str, Json]:
     """The JSON object of the command."""
     return {
         "schema": SCHEMA,
@@ -95,6 +97,8 @@ def _table(outcomes: list[Outcome], full: bool) -> None:
         screen.print()
 
 
-def _row(verdict: str, name: str, one: Outcome, found: str, escape: Any) -> tuple[str, ...]:
+def _row(
+    verdict: str, name: str, one: Outcome, found: str, escape: Callable[[str], str]
+) -> tuple[str, ...]:
     mark = "[green]pass[/]" if verdict == "pass" else "[red]FAIL[/]"
     return mark, escape(name), escape(one.case.expected), escape(found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,6 +13,7 @@ from tt_precise.commands import options
 from tt_precise.commands.certify_golden import command as certify
 from tt_precise.commands.golden_vectors import command as vectors
 from tt_precise.terminal import say
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.golden import Built, Verification
@@ -137,7 +138,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     return 0
 
 
-def _proved(proof: dict[str, Any] | None) -> str:
+def _proved(proof: dict[str, Json] | None) -> str:
     if proof is None:
         return "none proved"
     if "problem" in proof:
@@ -167,7 +168,7 @@ def _verified_lines(one: Verification) -> list[str]:
     return [line, *(f"    {problem}" for problem in one.problems)]
 
 
-def _facts(one: Verification) -> dict[str, Any]:
+def _facts(one: Verification) -> dict[str, Json]:
     facts = dict(vars(one))
     facts.pop("scene")
     return {**facts, "problems": list(one.problems)}

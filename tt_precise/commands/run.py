@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
 from tt_precise.terminal import say
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory
@@ -120,11 +122,11 @@ def as_csv(table: dict[str, list[str | None]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def summary(trajectory: Trajectory) -> dict[str, Any]:
+def summary(trajectory: Trajectory) -> dict[str, Json]:
     """The JSON object of the command: strings for every number beyond a count."""
     text, context = trajectory.precision.text, trajectory.precision.context
 
-    def short(value: Any) -> str:
+    def short(value: Scalar) -> str:
         return str(context.nstr(context.mpf(value), 3, min_fixed=0, max_fixed=0))
 
     return {
@@ -147,7 +149,7 @@ def summary(trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
-def events_told(trajectory: Trajectory) -> list[dict[str, Any]]:
+def events_told(trajectory: Trajectory) -> list[dict[str, Json]]:
     """The recorded events for JSON: name, t, direction, and the state there as strings."""
     text, context = trajectory.precision.text, trajectory.precision.context
     events = trajectory.events
@@ -169,7 +171,7 @@ def lines(trajectory: Trajectory) -> list[str]:
     """What a person reads: how it ended, where, how well."""
     context = trajectory.precision.context
 
-    def short(value: Any) -> str:
+    def short(value: Scalar) -> str:
         return str(context.nstr(context.mpf(value), 2))
 
     state = trajectory.state.as_text()

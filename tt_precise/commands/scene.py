@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from tt_precise.errors import InputError
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.scene import Scene
@@ -103,7 +104,7 @@ def show(scene: str, as_json: bool) -> None:
     click.echo(json.dumps(told, indent=2, ensure_ascii=False) if as_json else lines(told))
 
 
-def summary(scene: Scene) -> dict[str, Any]:
+def summary(scene: Scene) -> dict[str, Json]:
     """What follows from a scene, for JSON."""
     from dataclasses import fields
 
@@ -182,7 +183,7 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     return found
 
 
-def lines(told: dict[str, Any]) -> str:
+def lines(told: dict[str, Json]) -> str:
     """What a person reads."""
     body = {name: _short(value) for name, value in told["body"].items()}
     inverts = {True: "yes", False: "no", None: "undecided"}[told["inverts"]]

@@ -6,13 +6,14 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from tt_precise.commands import options
 from tt_precise.errors import InputError
 from tt_precise.terminal import console, say
+from tt_precise.untyped import Json
 from tt_precise.workers import cores
 
 if TYPE_CHECKING:
@@ -163,7 +164,7 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
     say([target])
 
 
-def lines(summary: dict[str, Any]) -> list[str]:
+def lines(summary: dict[str, Json]) -> list[str]:
     """What a person reads."""
     how = summary["how"]
     shown = [

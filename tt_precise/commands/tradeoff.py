@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
+
+from tt_precise.arithmetic import Scalar
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -101,7 +104,7 @@ def _write(folder: Path, files: dict[str, str]) -> None:
 
 def _json_object(
     rows: pandas.DataFrame, found: list[Evaluated], skipped: tuple[str, ...]
-) -> dict[str, Any]:
+) -> dict[str, Json]:
     records = [
         {name: _plain(value) for name, value in row.items()} for row in rows.to_dict("records")
     ]
@@ -123,7 +126,7 @@ def _json_object(
     }  # fmt: skip
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Scalar) -> Json:
     """A value that JSON has: no NaN, no infinity, no NumPy."""
     if isinstance(value, bool | str) or value is None:
         return value

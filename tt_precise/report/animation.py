@@ -7,11 +7,11 @@ its centre of mass.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from tt_precise.golden import store
 from tt_precise.golden.store import Stored
+from tt_precise.untyped import Json
 
 SCENE = "track"
 DECIMALS = {"theta": 4, "phi": 3, "psi": 2, "x": 3, "y": 3}  # rad, and radii of the top
@@ -21,7 +21,7 @@ MAP = (312.0, 22.0, 196.0, 176.0)
 GRAPH = (34.0, 300.0, 474.0, 74.0)
 
 
-def motion() -> dict[str, Any] | None:
+def motion() -> dict[str, Json] | None:
     """What the page needs: ``every`` (s), the five courses, and the geometry of map and graph.
 
     theta, phi and psi are in rad, x and y those of the contact point in radii of the top. None
@@ -79,5 +79,5 @@ def _graph(end: float) -> dict[str, float]:
     }  # fmt: skip
 
 
-def _path(points: Any) -> str:
+def _path(points: Iterable[tuple[float, float]]) -> str:
     return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)

@@ -7,7 +7,6 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from tt_precise.cache import UNREADABLE, user_folder
 from tt_precise.errors import InputError
@@ -24,6 +23,7 @@ from tt_precise.report.document import (
     Text,
 )
 from tt_precise.report.entries import Entry, Line
+from tt_precise.untyped import Json
 
 FILE = "report.json.gz"
 BLOCKS: dict[str, type[Text] | type[PageTable] | type[Figure]] = {
@@ -59,7 +59,7 @@ def kept(file: Path | None = None) -> Report:
         ) from None
 
 
-def _report(plain: Mapping[str, Any]) -> Report:
+def _report(plain: Mapping[str, Json]) -> Report:
     overview = plain["overview"]
     return Report(
         plain["title"],
@@ -79,11 +79,11 @@ def _report(plain: Mapping[str, Any]) -> Report:
     )
 
 
-def _block(plain: Mapping[str, Any]) -> Block:
+def _block(plain: Mapping[str, Json]) -> Block:
     if plain["kind"] == "claims":
         return Claims(**{**plain, "entries": [_entry(one) for one in plain["entries"]]})
     return BLOCKS[plain["kind"]](**plain)
 
 
-def _entry(plain: Mapping[str, Any]) -> Entry:
+def _entry(plain: Mapping[str, Json]) -> Entry:
     return Entry(**{**plain, "lines": tuple(Line(**one) for one in plain["lines"])})

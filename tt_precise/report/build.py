@@ -13,7 +13,6 @@ from datetime import UTC, datetime
 from functools import partial
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 from tt_precise.claims import Judgement, judge_all
 from tt_precise.claims.committed import run_record
@@ -35,6 +34,7 @@ from tt_precise.report.sections import (
     thresholds,
     tradeoff,
 )
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.report/1"
 WORKERS = 2  # processes that judge claims
@@ -150,7 +150,7 @@ def commit() -> str:
 
 def write(report: Report, folder: Path) -> list[Path]:
     """Write HTML, Markdown, JSON and figures; each file is replaced as a whole."""
-    results: dict[str, Any] = {
+    results: dict[str, Json] = {
         "schema": SCHEMA,
         "provenance": dict(report.provenance),
         "summary": report.overview.results,

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from tt_precise.report.entries import Entry
+from tt_precise.untyped import Json
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Section:
     key: str
     title: str
     blocks: Sequence[Block]
-    results: Mapping[str, Any] = field(default_factory=dict)
+    results: Mapping[str, Json] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,8 @@ class Overview:
     verdict: str
     entries: Sequence[Entry]
     cards: Sequence[Card]
-    animation: Mapping[str, Any] | None
-    results: Mapping[str, Any] = field(default_factory=dict)
+    animation: Mapping[str, Json] | None
+    results: Mapping[str, Json] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+
+from tt_precise.untyped import Json
 
 # by section of the paper, which are the groups on the page
 SECTIONS = {
@@ -72,7 +73,7 @@ class Entry:
         return MARKS[self.verdict]
 
 
-def entry(claim: Mapping[str, Any]) -> Entry:
+def entry(claim: Mapping[str, Json]) -> Entry:
     """The entry of a claim, given as ``Judgement.as_dict`` gives it."""
     lines = tuple(
         Line(one["reading"], one["verdict"], "", one["measured"]) for one in claim["readings"]
@@ -115,7 +116,7 @@ def paper_section(where: str) -> str:
     return "3" if "Summary" in where else "1"
 
 
-def _essential(claim: Mapping[str, Any], lines: tuple[Line, ...]) -> tuple[str, str]:
+def _essential(claim: Mapping[str, Json], lines: tuple[Line, ...]) -> tuple[str, str]:
     if claim["correction"]:
         return claim["printed"], claim["correction"]
     if claim["verdict"] == "reading":

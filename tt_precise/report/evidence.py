@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.columns import VECTOR_COLUMNS
@@ -19,9 +19,8 @@ class PrecisionRun:
     """The reference scene in one precision, and how far its end is from the finest run's."""
 
     trajectory: Trajectory
-    state_error: (
-        Any  # largest of the vector entries, dimensionless; None for the reference run itself
-    )
+    # largest of the vector entries, dimensionless; None for the reference run itself
+    state_error: Scalar | None
 
     @property
     def label(self) -> str:
@@ -30,7 +29,7 @@ class PrecisionRun:
         return f"{precision.bits} bits" if precision.name == "mp" else precision.name
 
     @property
-    def jellett_at_end(self) -> Any:
+    def jellett_at_end(self) -> Scalar:
         """Relative drift of lambda at the end of the run."""
         return self.trajectory.drift_over_time()["jellett"][-1]
 
@@ -51,7 +50,7 @@ def precision_runs() -> tuple[PrecisionRun, ...]:
     )
 
 
-def state_distance(run: Trajectory, reference: Trajectory) -> Any:
+def state_distance(run: Trajectory, reference: Trajectory) -> Scalar:
     """Largest difference of the vector entries of two final states, in dimensionless units."""
     context, units = reference.precision.context, reference.start.units
     differences = []

@@ -9,13 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Array
 from tt_precise.cache import cached_table
 from tt_precise.scene import Scene, load_scene
 from tt_precise.sweep.run import sweep_pool
 from tt_precise.sweep.specification import Plan
 from tt_precise.sweep.starts import integrated, lambda_of_start
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -35,7 +37,7 @@ class Side:
     low: float
     high: float
 
-    def values(self) -> Any:
+    def values(self) -> Array:
         """``COUNT`` values, ends included."""
         import numpy
 
@@ -78,7 +80,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
     return pandas.concat(tables, ignore_index=True)
 
 
-def definition() -> dict[str, Any]:
+def definition() -> dict[str, Json]:
     """What the rows are made from."""
     scene = _scene()
     sides = {name: repr(pair) for name, pair in MAPS.items()}
@@ -90,7 +92,7 @@ def _scene() -> Scene:
     return replace(load_scene("reference"), until=Fraction(UNTIL))
 
 
-def _spins(thetas: Any, ratios: Any) -> Any:
+def _spins(thetas: Array, ratios: Array) -> Array:
     """omega_3 with which starts at rest but for it have these lambda/lambda_thres."""
     import math
 

@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.report import layout, prose
 from tt_precise.report.document import Figure, Report
 from tt_precise.report.entries import MARKS, SECTIONS, Entry
+from tt_precise.untyped import Json
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+    from markupsafe import Markup
 
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
 MIXED = {"reading", "untestable", "skipped", "misprint"}
@@ -62,7 +67,7 @@ def markdown(report: Report) -> str:
 
 
 @cache
-def _environment(*, escaped: bool) -> Any:
+def _environment(*, escaped: bool) -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -88,13 +93,15 @@ def _environment(*, escaped: bool) -> Any:
     return environment
 
 
-def _marked_up(render: Any) -> Any:
+def _marked_up(render: Callable[[str], str]) -> Callable[[object], Markup]:
     from markupsafe import Markup
 
     return lambda text: Markup(render(str(text)))
 
 
-def _pair(entry: Entry, pair: Any, single: Any) -> Any:
+def _pair(
+    entry: Entry, pair: Callable[[str, str], tuple[str, str]], single: Callable[[str], str]
+) -> tuple[Markup, ...]:
     from markupsafe import Markup
 
     if entry.corrected:
@@ -104,7 +111,7 @@ def _pair(entry: Entry, pair: Any, single: Any) -> Any:
     return tuple(map(Markup, written))
 
 
-def _drawing(figure: Figure) -> Any:
+def _drawing(figure: Figure) -> Markup:
     """The SVG of a figure inside the page: named, described, in the page's colours."""
     from markupsafe import Markup, escape
 
@@ -143,7 +150,7 @@ def _shared_letters(page: str) -> str:
     return page.replace("<main>", f"{shared}\n<main>", 1) if letters else page
 
 
-def _compact(value: Mapping[str, Any]) -> Any:
+def _compact(value: Mapping[str, Json]) -> Markup:
     from markupsafe import Markup
 
     kept = {name: part for name, part in value.items() if name not in ("track", "curve", "end")}

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Array
 from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.mechanics import newton
@@ -43,10 +43,10 @@ def past(scene: evidence.SceneLike = "reference", tolerance: float = TOLERANCE) 
     exact = start.body
     body = Parameters(**{field.name: float(getattr(exact, field.name)) for field in fields(exact)})
 
-    def rates(_: float, y: Any) -> Any:
+    def rates(_: float, y: Array) -> Array:
         return newton.rates(body, NewtonState(*y))
 
-    def carried(_: float, y: Any) -> Any:
+    def carried(_: float, y: Array) -> Array:
         return newton.contact_terms(body, NewtonState(*y))[0]
 
     carried.terminal = True  # type: ignore[attr-defined]

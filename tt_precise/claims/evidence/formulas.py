@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Check, statement
@@ -71,25 +71,25 @@ def vector_rates() -> NewtonState:
     return newton.rates(chart().body, motion().state)
 
 
-def quantity(name: str) -> Any:
+def quantity(name: str) -> Scalar:
     """A quantity of the mechanics in the symbols."""
     return QUANTITIES[name].evaluate(motion())
 
 
 @cache
-def rate_of(name: str) -> Any:
+def rate_of(name: str) -> Scalar:
     """The time derivative of a quantity along the motion."""
     return rate(quantity(name))
 
 
-def rate(value: Any) -> Any:
+def rate(value: Scalar) -> Scalar:
     """Time derivative of a scalar in the symbols, along the Euler form (proved to be eq (1))."""
     symbols = chart()
     return symbols.along(value, euler.rates(symbols.body, symbols.state, symbols))
 
 
 @cache
-def names() -> Mapping[str, Any]:
+def names() -> Mapping[str, Scalar]:
     """What the words of a printed formula stand for in the symbols."""
     symbols = chart()
     known = _words(symbols.body, symbols) | symbols.state._asdict()
@@ -98,18 +98,18 @@ def names() -> Mapping[str, Any]:
     return known
 
 
-def read(text: str, known: Mapping[str, Any] | None = None) -> Any:
+def read(text: str, known: Mapping[str, Scalar] | None = None) -> Scalar:
     """The value of a printed formula; in the symbols, or with what ``known`` gives its words."""
     code = compile(text, "<printed formula>", "eval")
     return eval(code, {"__builtins__": {}}, dict(names() if known is None else known))
 
 
-def evaluate(text: str, body: Parameters, fn: Any, **values: Any) -> Any:
+def evaluate(text: str, body: Parameters, fn: Functions, **values: Scalar) -> Scalar:
     """The value of a printed formula for a body in the arithmetic ``fn``."""
     return read(text, _words(body, fn) | values)
 
 
-def equal(printed: Any, truth: Any, shown: str = "") -> Check:
+def equal(printed: Scalar, truth: Scalar, shown: str = "") -> Check:
     """Whether a printed formula (text or symbols) equals ``truth`` for every body and state.
 
     A difference is given as a fraction of the larger side at ``POINT``.
@@ -125,7 +125,7 @@ def equal(printed: Any, truth: Any, shown: str = "") -> Check:
     return statement(False, printed=shown, measured=f"off by {decimal(off, 3)} of its size")
 
 
-def equal_vectors(printed: Sequence[Any], truth: Sequence[Any], shown: str) -> Check:
+def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], shown: str) -> Check:
     """The same for vectors: the first entry that differs, if any, decides."""
     checks = [equal(one, other, shown) for one, other in zip(printed, truth, strict=True)]
     return next((check for check in checks if not check.holds), checks[0])
@@ -139,7 +139,7 @@ def proved(identity: str) -> Check:
     return statement(proof.holds, printed="", measured=f"{proof.statement} ({outcome})")
 
 
-def at_point(element: Any) -> Fraction:
+def at_point(element: Scalar) -> Fraction:
     """The exact value of an element at ``POINT``."""
     symbols = chart()
     element, rational = symbols.field(element), symbols.field.domain
@@ -149,7 +149,7 @@ def at_point(element: Any) -> Fraction:
     return Fraction(int(rational.numer(value)), int(rational.denom(value)))
 
 
-def _words(body: Parameters, fn: Any) -> dict[str, Any]:
+def _words(body: Parameters, fn: Functions) -> dict[str, Scalar]:
     return {
         **{name: getattr(body, name) for name in PARAMETERS},
         "gamma": body.gamma,

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Array
 from tt_precise.claims import evidence
 from tt_precise.mechanics import euler
 from tt_precise.mechanics.euler import EulerState
@@ -20,9 +20,9 @@ from tt_precise.scene import load_scene
 class OdeintRun:
     """What odeint gave: times (s), the six columns of the Euler state, and lambda (all SI)."""
 
-    times: Any
+    times: Array
     state: EulerState
-    jellett: Any
+    jellett: Array
 
     @property
     def jellett_drift(self) -> float:

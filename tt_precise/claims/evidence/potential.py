@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.quantities import effective_mass, effective_potential
 
@@ -19,13 +20,13 @@ class Swing(NamedTuple):
     time: float
 
 
-def minimum(body: Parameters, D: Any, lambda_: Any, fn: Any) -> Any:
+def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scalar:
     """cos theta at the lowest minimum of V, to the precision of the mpmath context ``fn``.
 
     Sought in u with z = tanh u, which spreads both poles out to infinity.
     """
 
-    def V(u: Any) -> Any:
+    def V(u: Scalar) -> Scalar:
         return effective_potential(body, fn.tanh(u), D, lambda_, fn)
 
     grid = [fn.mpf(i) / 8 for i in range(-REACH * 8, REACH * 8 + 1)]

@@ -12,8 +12,9 @@ import bisect
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.measured import Settled
@@ -61,7 +62,7 @@ def synchronisation(scene: SceneLike = "reference") -> Span:
 
 def columns(
     names: Iterable[str], times: Sequence[float], scene: SceneLike = "reference"
-) -> dict[str, Any]:
+) -> dict[str, Array]:
     """Named columns at ``times`` as float arrays, from the dense output in double."""
     frame = evidence.trajectory(scene).frame(*names, times=times)
     return {str(name): frame[name].to_numpy(dtype=float) for name in frame}
@@ -83,7 +84,9 @@ def turning_points_of(run: Trajectory) -> pandas.DataFrame:
     return events[events["name"].isin(("theta_min", "theta_max"))].reset_index(drop=True)
 
 
-def extrema(name: str, scene: SceneLike = "reference", span: Span | None = None) -> tuple[Any, Any]:
+def extrema(
+    name: str, scene: SceneLike = "reference", span: Span | None = None
+) -> tuple[Array, Array]:
     """Times and values of a quantity's local extrema within ``span``, and at its ends."""
     import numpy
 
@@ -159,7 +162,7 @@ def extreme(
 
 
 def extreme_of(
-    function: Callable[[dict[str, Any]], Any],
+    function: Callable[[dict[str, Array]], Array],
     names: Sequence[str],
     scene: SceneLike = "reference",
     *,
@@ -226,11 +229,11 @@ def course(
     return pandas.DataFrame(columns(names, list(times), scene))
 
 
-def _value(run: Any, name: str, t: Any) -> Any:
+def _value(run: Trajectory, name: str, t: Scalar) -> Scalar:
     return run.frame(name, times=[t])[name].iloc[0]
 
 
-def _vertex(run: Any, name: str, t: float) -> tuple[Any, Any]:
+def _vertex(run: Trajectory, name: str, t: float) -> tuple[Scalar, Scalar]:
     """Time and value at the vertex of the parabola through three values around ``t``."""
     context = run.precision.context
     h = context.mpf(2) ** -30  # 1 ns: the third derivative no longer matters

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.claims.measured import Settled
 from tt_precise.exact.arithmetic import rounding_to
@@ -41,7 +43,7 @@ def trajectory(
     return integrate(loaded, precision, formulation=formulation, events=catalogue(loaded.model))
 
 
-def settled(value: Callable[[Trajectory], Any], scene: SceneLike = "reference") -> Settled:
+def settled(value: Callable[[Trajectory], Scalar], scene: SceneLike = "reference") -> Settled:
     """A value taken from a scene's trajectory in quad, with the digits that ``rough()`` confirms.
 
     The two runs take other steps in other arithmetics.
@@ -84,7 +86,9 @@ def during_the_climb(
     return table[(table["t"] >= climb.t_init) & (table["t"] <= climb.t_end)]
 
 
-def times_of(name: str, scene: SceneLike = "reference", precision: str = "double") -> Any:
+def times_of(
+    name: str, scene: SceneLike = "reference", precision: str = "double"
+) -> pandas.DataFrame:
     """The rows of one event's table, in order of time."""
     events = trajectory(scene, precision).events
     return events[events["name"] == name].reset_index(drop=True)
@@ -118,13 +122,13 @@ def least(name: str, scene: SceneLike = "reference") -> Settled:
     return Settled.of(*found)
 
 
-def weight(scene: SceneLike = "reference") -> Any:
+def weight(scene: SceneLike = "reference") -> Fraction:
     """m g in N, exact."""
     body = load_scene(scene).body
     return body.m * body.g
 
 
-def body_in(context: Any, scene: SceneLike = "reference") -> Parameters:
+def body_in(context: Functions, scene: SceneLike = "reference") -> Parameters:
     """The body of a scene in SI in an mpmath context."""
     return load_scene(scene).body.numbers(rounding_to(context))
 

@@ -15,14 +15,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Array
 from tt_precise.cache import cached_table
 from tt_precise.scene import Scene, load_scene
 from tt_precise.sweep.run import sweep_pool
 from tt_precise.sweep.samples import blocks
 from tt_precise.sweep.specification import STARTS, Plan, specification
 from tt_precise.sweep.starts import integrated, lambda_of_start
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -122,7 +124,7 @@ def compute(workers: int | None = None) -> pandas.DataFrame:
     return table.reset_index(drop=True)
 
 
-def definition() -> dict[str, Any]:
+def definition() -> dict[str, Json]:
     """What the rows are made from: scene, series, columns."""
     scene = _scene()
     return {
@@ -139,7 +141,7 @@ def _scene() -> Scene:
     return replace(load_scene("reference"), until=Fraction(UNTIL))
 
 
-def _starts() -> Iterator[tuple[str, Any, Any]]:
+def _starts() -> Iterator[tuple[str, Array, Array]]:
     """(series, index, start values of shape (rows, six)) of every series."""
     import numpy
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import eigenvalues, linearised
@@ -32,7 +32,7 @@ class Case:
     mu: Fraction
     multiple: Fraction
 
-    def body(self, fn: Any, gravity: Any = 1) -> Parameters:
+    def body(self, fn: Functions, gravity: Scalar = 1) -> Parameters:
         """The body in the mpmath context ``fn``."""
         convert = rounding_to(fn)
         return Parameters(
@@ -82,12 +82,12 @@ def growth(case: Case, side: int) -> int:
     return max(one.sign() for one in eigenvalues(matrix, error, fn))
 
 
-def largest_threshold(body: Parameters, fn: Any) -> Any:
+def largest_threshold(body: Parameters, fn: Functions) -> Scalar:
     """max(lambda_thres, lambda_up)."""
     return max(lambda_thres(body, fn), lambda_up(body, fn))
 
 
-def tumbling_lambda_squared(body: Parameters, z: Any) -> Any:
+def tumbling_lambda_squared(body: Parameters, z: Scalar) -> Scalar:
     """lambda^2 of the tumbling motion at cos theta = ``z``; negative where there is none."""
     u = z - body.alpha
     phi_dot_squared = (

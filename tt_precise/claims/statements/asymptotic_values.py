@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
@@ -92,18 +92,20 @@ def _asymptotic(
 PRINTED = {"D0": "9.381e-4", "D1": "-6.667e-4", "E0": "4.912e-2", "E1": "1.734e-2"}
 
 
-def _of_lambda(name: str, body: Parameters, fn: Any) -> Callable[[Any], Any]:
+def _of_lambda(name: str, body: Parameters, fn: Functions) -> Callable[[Scalar], Scalar]:
     if name.startswith("D"):
         return lambda lambda_: getattr(formulas, name)(body, lambda_, fn)
     return lambda lambda_: getattr(formulas, name)(body, lambda_)
 
 
-def _lambda_of(formula: Callable[[Any], Any], value: Any, guess: Any, fn: Any) -> Any:
+def _lambda_of(
+    formula: Callable[[Scalar], Scalar], value: Scalar, guess: Scalar, fn: Functions
+) -> Scalar:
     """The lambda at which an asymptotic value would be ``value``."""
     return fn.findroot(lambda ratio: formula(ratio * guess) / value - 1, 1) * guess
 
 
-def _all_implied(body: Parameters, guess: Any, fn: Any) -> str:
+def _all_implied(body: Parameters, guess: Scalar, fn: Functions) -> str:
     implied = (
         _lambda_of(_of_lambda(name, body, fn), fn.mpf(value), guess, fn)
         for name, value in PRINTED.items()

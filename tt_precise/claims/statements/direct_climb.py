@@ -5,15 +5,20 @@ from __future__ import annotations
 import math
 from functools import cache
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import Settled, decimal
 from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, rounds_to, statement
+from tt_precise.integrate import Trajectory
 from tt_precise.integrate.precision import precision_named
+
+if TYPE_CHECKING:
+    import pandas
 
 SECTION = "Sec. 2.2"
 STEPS = tuple(str(195 + half / 2) for half in range(11))
@@ -215,7 +220,7 @@ def exceptionally_smooth(phi_dot: str = "195") -> Finding:
     )
 
 
-def _run(theta: str, phi_dot: str) -> Any:
+def _run(theta: str, phi_dot: str) -> Trajectory:
     return evidence.trajectory(evidence.variant(theta=theta, phi_dot=phi_dot, until="9"))
 
 
@@ -226,7 +231,7 @@ def _threshold(theta: str) -> Settled:
     return Settled.of(fine, rough)
 
 
-def _root(theta: str, precision: str) -> Any:
+def _root(theta: str, precision: str) -> Scalar:
     fn = precision_named(precision).context
     left, right = fn.mpf(83), fn.mpf("83.2")
     height = _signed_perigee(theta, left, precision)
@@ -238,7 +243,7 @@ def _root(theta: str, precision: str) -> Any:
     return right
 
 
-def _signed_perigee(theta: str, phi_dot: Any, precision: str) -> Any:
+def _signed_perigee(theta: str, phi_dot: Scalar, precision: str) -> Scalar:
     """sign(phi_dot) theta at the first minimum of theta."""
     text = precision_named(precision).text(phi_dot)
     scene = evidence.variant(theta=theta, phi_dot=text, until="0.05")
@@ -247,14 +252,14 @@ def _signed_perigee(theta: str, phi_dot: Any, precision: str) -> Any:
     return first["theta"] if first["phi_dot"] > 0 else -first["theta"]
 
 
-def _initiations(theta: str, phi_dot: Any, side: int) -> dict[str, float]:
+def _initiations(theta: str, phi_dot: Scalar, side: int) -> dict[str, float]:
     """t_init in A, B and C at ``phi_dot`` (moved by a millionth to one side)."""
     moved = repr(float(phi_dot) * (1 + side * 1e-6))
     inversion = _run(theta, moved).inversion
     return {name: float(getattr(inversion, name).t_init) for name in DEFINITIONS}
 
 
-def _climbing_turns(theta: str, phi_dot: str) -> Any:
+def _climbing_turns(theta: str, phi_dot: str) -> pandas.DataFrame:
     turns = series.turning_points_of(_run(theta, phi_dot))
     ending = turns["theta"] > math.pi - TO_THE_POLE
     return turns[: int(ending.argmax())] if ending.any() else turns

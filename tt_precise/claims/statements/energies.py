@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence.proved import digits, proofs_of, settles
@@ -74,7 +75,7 @@ def difference_of_the_ratios(printed: str = "0.2", scene: str = "reference") -> 
     """The ratio of potential energies at 8 s and 0 differs by 0.2 % from the theoretical one."""
     theory = Fraction(13, 7)
 
-    def off(ratio: Any) -> Any:
+    def off(ratio: Scalar) -> Scalar:
         return 100 * (1 - ratio * 7 / 13)
 
     check = rounds_to(printed, evidence.settled(lambda run: off(_ratio(run)), scene), "%")
@@ -92,7 +93,7 @@ def difference_of_the_ratios(printed: str = "0.2", scene: str = "reference") -> 
 
 
 def _energy(printed: str, t: str, note: str, scene: str) -> Finding:
-    def check(energy: Any) -> Check:
+    def check(energy: Scalar) -> Check:
         return rounds_to(printed, energy, "J")
 
     found, known = check(evidence.at("E_pot", t, scene)), proofs_of(scene)
@@ -111,6 +112,6 @@ def _told_ratio(proved: bool, scene: str) -> str:
     return proofs_of(scene).sentence(proved, theorem)
 
 
-def _ratio(run: Trajectory) -> Any:
+def _ratio(run: Trajectory) -> Scalar:
     first, last = run.frame("E_pot", times=["0", "8"])["E_pot"]
     return last / first

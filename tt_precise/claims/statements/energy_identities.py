@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import formulas as f
@@ -277,7 +277,7 @@ def signs_of_the_torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
     )
 
 
-def _vectors() -> Mapping[str, Any]:
+def _vectors() -> Mapping[str, Scalar]:
     q = f.motion()
     F = q.force
     return dict(f.names()) | {

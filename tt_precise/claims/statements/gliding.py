@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import Settled, decimal, fraction_of, measured_text
 from tt_precise.claims.verdicts import Finding, about, all_of, in_range, readings, statement
+from tt_precise.integrate import Trajectory
 
 SECTION = "Sec. 2.1"
 RANGES = (
@@ -303,7 +304,7 @@ def _crossings(scene: SceneLike, *, early: bool, rising: bool | None = None) -> 
     ]
 
 
-def _last_falling_crossing(run: Any) -> Any:
+def _last_falling_crossing(run: Trajectory) -> Scalar:
     events = run.events
     return events["t"][(events["name"] == "nu_crossing") & (events["direction"] < 0)].iloc[-1]
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
@@ -177,7 +176,7 @@ def equivalent_form(factor: str = DETERMINANT) -> Finding:
     )
 
 
-def _determinant() -> Any:
+def _determinant() -> Scalar:
     """Of the integrated form, with respect to the derivatives of the last five state entries."""
     from sympy.polys.matrices import DomainMatrix
 
@@ -185,7 +184,7 @@ def _determinant() -> Any:
     body, field = symbols.body, symbols.field
     accelerating = symbols.state[1:]
 
-    def row(conserved: Any, pushed: tuple[Any, Any]) -> list[Any]:
+    def row(conserved: Scalar, pushed: tuple[Scalar, Scalar]) -> list[Scalar]:
         # v_A_dot along x and y contains the derivatives of nu_x and nu_y with factor 1
         entries = [field(conserved).diff(entry) for entry in accelerating]
         return [*entries[:3], entries[3] - pushed[0], entries[4] - pushed[1]]
@@ -237,7 +236,7 @@ def potential(printed: str = POTENTIAL) -> Finding:
     )
 
 
-def _potential(text: str) -> Any:
+def _potential(text: str) -> Scalar:
     known = dict(f.names())
     known |= {"z": f.chart().c, "D": f.quantity("D"), "lambda_": f.quantity("lambda")}
     return f.read(text, known)

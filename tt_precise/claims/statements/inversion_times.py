@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence.proved import digits, proofs_of, settles
@@ -109,7 +110,7 @@ def _found(
     note: str,
     scene: str,
 ) -> Finding:
-    def check(time: Any) -> Check:
+    def check(time: Scalar) -> Check:
         return about(printed, time, "s")
 
     checks = {reading: check(time) for reading, time in times.items()}
@@ -128,6 +129,6 @@ def _highest(scene: str) -> Interval | None:
     return highest["t"] if all(other < highest["theta"].low for other in others) else None
 
 
-def _closest_to_the_pole(run: Trajectory) -> Any:
+def _closest_to_the_pole(run: Trajectory) -> Scalar:
     tops = run.events[run.events["name"] == "theta_max"]
     return max(zip(tops["theta"], tops["t"], strict=True))[1]

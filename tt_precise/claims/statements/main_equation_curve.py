@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import Any
 
+from tt_precise.arithmetic import Array
+from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
@@ -212,7 +213,7 @@ def direction_of_omega_cross_a(side: int = 1, scene: SceneLike = "reference") ->
     """omega x a points to y-hat, behind the plane of Fig. 1."""
     body = load_scene(scene).body.numbers(float)
 
-    def along_y(columns: dict[str, Any]) -> Any:
+    def along_y(columns: dict[str, Array]) -> Array:
         import numpy
 
         product = _omega_cross_a(body, columns)
@@ -282,7 +283,7 @@ def sufficiently_large(factor: int = 2, scene: SceneLike = "reference") -> Findi
     """2|omega x a| - nu_y stays positive in the climb."""
     body = load_scene(scene).body.numbers(float)
 
-    def term(columns: dict[str, Any]) -> Any:
+    def term(columns: dict[str, Array]) -> Array:
         import numpy
 
         nu_y = (columns["vy"] * columns["kx"] - columns["vx"] * columns["ky"]) / numpy.hypot(
@@ -300,7 +301,11 @@ def sufficiently_large(factor: int = 2, scene: SceneLike = "reference") -> Findi
 
 
 def _at_every_instant_or_on_average(
-    function: Any, scene: SceneLike, printed: str, unit: str, note: str
+    function: Callable[[dict[str, Array]], Array],
+    scene: SceneLike,
+    printed: str,
+    unit: str,
+    note: str,
 ) -> Finding:
     """Readings of "is positive during the climb", for a function of the vector columns."""
     import numpy
@@ -336,7 +341,7 @@ def _at_every_instant_or_on_average(
     )
 
 
-def _difference(pair: Sequence[str], times: Sequence[float], scene: SceneLike) -> Any:
+def _difference(pair: Sequence[str], times: Sequence[float], scene: SceneLike) -> Array:
     columns = series.columns(pair, times, scene)
     return columns[pair[0]] - columns[pair[1]]
 
@@ -353,16 +358,16 @@ def _sign_changes(pair: Sequence[str], scene: SceneLike) -> list[float]:
     return [float(t) for t in (times[at] + times[at + 1]) / 2]
 
 
-def _state(columns: dict[str, Any]) -> NewtonState:
+def _state(columns: dict[str, Array]) -> NewtonState:
     return NewtonState(*(columns[name] for name in VECTORS))
 
 
-def _omega_cross_a(body: Any, columns: dict[str, Any]) -> Vector:
+def _omega_cross_a(body: Parameters, columns: dict[str, Array]) -> Vector:
     state = _state(columns)
     return cross(newton.angular_velocity(body, state), newton.arm(body, state.k))
 
 
-def _length(vector: Vector) -> Any:
+def _length(vector: Vector) -> Array:
     import numpy
 
     return numpy.sqrt(dot(vector, vector))

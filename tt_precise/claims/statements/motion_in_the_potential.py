@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
@@ -232,5 +232,5 @@ def _longest_gap(scene: evidence.SceneLike) -> tuple[float, float]:
 def _double_body(scene: evidence.SceneLike) -> tuple[Parameters, float]:
     """The body in SI in double, and lambda."""
     loaded = load_scene(scene)
-    lambda_: Any = evidence.trajectory(loaded).frame("lambda", times=[0])["lambda"].iloc[0]
+    lambda_: Scalar = evidence.trajectory(loaded).frame("lambda", times=[0])["lambda"].iloc[0]
     return loaded.body.numbers(float), float(lambda_)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Array
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
@@ -161,7 +162,7 @@ def _logistic_fit(name: str, scene: SceneLike, span: series.Span) -> tuple[float
     times = numpy.linspace(span.begin, span.end, 2000)
     values = series.columns([name], list(times), scene)[name]
 
-    def rest(parameters: Any) -> Any:
+    def rest(parameters: Array) -> Array:
         rate, centre = parameters
         # the logistic curve as a tanh, which cannot overflow
         return values - math.pi / 2 * (1 + numpy.tanh(rate * (times - centre) / 2))

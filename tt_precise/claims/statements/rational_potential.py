@@ -6,6 +6,7 @@ from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.measured import decimal
@@ -96,7 +97,7 @@ def _square(text: str, shown: str = "") -> Check:
     )
 
 
-def _rational(value: Fraction) -> Any:
+def _rational(value: Fraction) -> Scalar:
     import sympy
 
     return sympy.Rational(value.numerator, value.denominator)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
 
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
@@ -14,7 +13,7 @@ from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import Finding, all_of, judged, statement
-from tt_precise.integrate import integrate
+from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.scene import Scene, load_scene
 
@@ -101,7 +100,7 @@ def _perturbed(share: Fraction, scene: SceneLike) -> Iterator[Scene]:
                 yield evidence.variant(scene, **{name: str(changed), "until": UNTIL})
 
 
-def _peaks(run: Any) -> tuple[float, float] | None:
+def _peaks(run: Trajectory) -> tuple[float, float] | None:
     """The largest |phi_dot| at turning points near both reversals; None without the two."""
     climb = run.inversion.A
     if not climb.t_init or climb.t_end is None:

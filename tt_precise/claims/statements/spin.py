@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 from itertools import pairwise
-from typing import Any
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
@@ -23,9 +23,10 @@ from tt_precise.claims.verdicts import (
     statement,
     within,
 )
+from tt_precise.integrate import Trajectory
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.vectors import cross, dot
+from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.scene import load_scene
 
 SECTION = "Sec. 2.1"
@@ -44,7 +45,7 @@ CLOSE_DEG = 10
 def final_spin(printed: str = "-85", scene: SceneLike = "reference") -> Finding:
     """omega_3 falls from 155 rad/s to about -85 rad/s."""
 
-    def checks(spin: Any) -> list[Check]:
+    def checks(spin: Scalar) -> list[Check]:
         return [rounds_to(printed, spin, "rad/s"), within(printed, spin, "2.5", "rad/s")]
 
     found, known = evidence.at("omega_3", "8", scene), proofs_of(scene)
@@ -167,12 +168,12 @@ def vertical_angular_velocity(axis: str = "z", scene: SceneLike = "reference") -
     """The angular velocity stays close to vertical."""
     body = load_scene(scene).body.numbers(float)
 
-    def angle(columns: dict[str, Any]) -> Any:
+    def angle(columns: dict[str, Array]) -> Array:
         import numpy
 
         state = NewtonState(*(columns[name] for name in VECTORS))
         omega = newton.angular_velocity(body, state)
-        to: Any = (0, 0, 1) if axis == "z" else state.k
+        to: Vector = (0, 0, 1) if axis == "z" else state.k
         across = cross(omega, to)
         return numpy.degrees(numpy.arctan2(numpy.sqrt(dot(across, across)), dot(omega, to)))
 
@@ -251,12 +252,12 @@ def positive_spikes(name: str = "omega_3_dot", scene: SceneLike = "reference") -
     )
 
 
-def _spin_at(definition: str, run: Any) -> Any:
+def _spin_at(definition: str, run: Trajectory) -> Scalar:
     t = getattr(run.inversion, definition).t_init
     return run.frame("omega_3", times=[t])["omega_3"].iloc[0]
 
 
-def _zero_of_spin(run: Any) -> Any:
+def _zero_of_spin(run: Trajectory) -> Scalar:
     return run.events["t"][run.events["name"] == "omega_3_zero"].iloc[0]
 
 

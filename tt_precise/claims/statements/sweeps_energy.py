@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
+from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence.section22 import SECTION, greatest, number, share, starts
@@ -102,7 +103,7 @@ def _closeness(close: str, least: float) -> Check:
     )
 
 
-def _body() -> Any:
+def _body() -> Parameters:
     return evidence.variant("reference").body.numbers(float)
 
 
@@ -136,7 +137,7 @@ def _least() -> dict[str, float]:
 
     names, scales = ("phi_dot", "theta_dot", "nu_x", "nu_y"), (100.0, 1.0, 0.1, 0.1)
 
-    def energy(x: Any) -> float:
+    def energy(x: Scalar) -> float:
         return 100 * _energy({n: s * v for n, s, v in zip(names, scales, x.tolist(), strict=True)})
 
     # a quadratic form in four variables, so any start leads to its one minimum

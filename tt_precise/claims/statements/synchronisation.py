@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import Any
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike, proved_climb
@@ -25,6 +25,7 @@ from tt_precise.claims.verdicts import (
     readings,
     statement,
 )
+from tt_precise.integrate import Trajectory
 from tt_precise.scene import load_scene
 
 SECTION = "Sec. 2.1"
@@ -86,7 +87,7 @@ def climbing_phase(
 def precession_at_initiation(printed: str = "80", scene: SceneLike = "reference") -> Finding:
     """The climb starts when phi_dot has been accelerated to about 80 rad/s."""
 
-    def check(value: Any) -> Check:
+    def check(value: Scalar) -> Check:
         return about(printed, value, "rad/s")
 
     checks = {
@@ -136,7 +137,7 @@ def reversals(
     )
     shown = "; ".join(f"from {decimal(a, 3)} to {decimal(b, 3)} rad/s" for a, b in found)
 
-    def says(wanted: Sequence[tuple[str, str]]) -> Any:
+    def says(wanted: Sequence[tuple[str, str]]) -> Check:
         text = "; ".join(f"from {a} to {b}" for a, b in wanted)
         same = [tuple(pair) for pair in wanted] == signs
         return statement(large and same, printed=text, measured=shown)
@@ -358,15 +359,15 @@ def large_negative_values(
     )
 
 
-def _moment(definition: str, which: str, run: Any) -> Any:
+def _moment(definition: str, which: str, run: Trajectory) -> Scalar:
     return getattr(getattr(run.inversion, definition), which)
 
 
-def _precession_where_aligned(run: Any) -> Any:
+def _precession_where_aligned(run: Trajectory) -> Scalar:
     return run.at(run.inversion.B.t_init).phi_dot
 
 
-def _precession_at_top(run: Any, place: int) -> Any:
+def _precession_at_top(run: Trajectory, place: int) -> Scalar:
     events, moment = run.events, run.inversion.A.t_init
     tops = events[events["name"] == "theta_max"]
     before = tops["phi_dot"][tops["t"] < moment]
@@ -382,7 +383,7 @@ def _reversal(scene: SceneLike, turn: str, which: int) -> tuple[float, float]:
     return float(before.iloc[-1]), float(after.iloc[0])
 
 
-def _printed_bracket(scene: SceneLike) -> Any:
+def _printed_bracket(scene: SceneLike) -> Callable[[dict[str, Array]], Array]:
     """1 - omega_3 (alpha - cos theta)/(the same at t = 0), as in eq (phi_dot_equ)."""
     start = load_scene(scene)
     alpha = float(start.body.alpha)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
+from tt_precise.arithmetic import Array
 from tt_precise.claims import evidence
 from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.evidence.potential import minima
@@ -76,7 +76,7 @@ def deforming_potential() -> Figure:
         )
 
 
-def _bottoms(lows: Any, lambda_: float) -> tuple[list[float], list[float]]:
+def _bottoms(lows: Array, lambda_: float) -> tuple[list[float], list[float]]:
     """The minima of theta that lie beyond the minimum of V, and that minimum at all of them."""
     body = load_scene("reference").body.numbers(float)
     there = series.columns(["theta", "D"], list(lows))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
+from tt_precise.untyped import Json
 
 MOST_DIGITS = 10.0
 MARKS = {"refused": "–", "failed": "✗", "measured": ""}
 
 
-def scoreboard(board: dict[str, Any]) -> Figure:
+def scoreboard(board: dict[str, Json]) -> Figure:
     """Digits at the smallest step of every engine on every test; from the file's object."""
     engines = [one["name"] for one in board["engines"]]
     rungs = [one["name"] for one in board["rungs"] if one["name"] != "inversion"]
@@ -42,11 +41,11 @@ def scoreboard(board: dict[str, Any]) -> Figure:
         )
 
 
-def _digits(row: dict[str, Any] | None) -> float:
+def _digits(row: dict[str, Json] | None) -> float:
     return max(0.0, row["digits"][-1]) if row and row["digits"] else 0.0
 
 
-def _label(row: dict[str, Any] | None) -> str:
+def _label(row: dict[str, Json] | None) -> str:
     if row is None:
         return ""
     if not row["digits"]:

@@ -7,12 +7,12 @@ drawn from what the cases found (``reports/extremes.json``), or None if that has
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
 
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
+from tt_precise.untyped import Json
 
-Case = Mapping[str, Any]
+Case = Mapping[str, Json]
 PRECISIONS = {
     "double": style.RED, "extended": style.ORANGE, "quad": style.GREEN, "mp": style.BLUE,
 }  # fmt: skip
@@ -136,7 +136,7 @@ PICTURES: tuple[Callable[[Sequence[Case]], Figure | None], ...] = (
 )
 
 
-def _data(cases: Iterable[Case], names: Iterable[str]) -> list[Mapping[str, Any]]:
+def _data(cases: Iterable[Case], names: Iterable[str]) -> list[Mapping[str, Json]]:
     """The data of those cases that have all of ``names``, sorted by the first."""
     wanted = tuple(names)
     found = [case["data"] for case in cases if set(wanted) <= set(case.get("data", {}))]

@@ -18,7 +18,7 @@ def axis_at_the_pole() -> Figure:
     import numpy
 
     turns = evidence.times_of("theta_min")
-    passage = float(turns["t"][turns["theta"].astype(float).idxmin()])
+    passage = float(turns["t"].iloc[int(turns["theta"].astype(float).argmin())])
     times = numpy.arange(passage - BEFORE, passage + AFTER, EVERY)
     path = series.columns(["kx", "ky"], list(times))
     near = numpy.linspace(passage - 3e-4, passage + 3e-4, 400)

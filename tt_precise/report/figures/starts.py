@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tt_precise.claims.evidence import section22_sweep
 from tt_precise.report.document import Figure
@@ -81,7 +81,9 @@ def _rows(names: tuple[str, ...], x: str) -> tuple[pandas.DataFrame, list[tuple[
     return rows, spans
 
 
-def _draw(axes: list[Axes], rows: Any, x: str, lost: list[tuple[float, float]]) -> None:
+def _draw(
+    axes: list[Axes], rows: pandas.DataFrame, x: str, lost: list[tuple[float, float]]
+) -> None:
     for panel, (name, label) in zip(axes, PANELS, strict=True):
         for definition, (colour, dashes) in DEFINITIONS.items():
             # gaps where a time does not exist; a curve is not drawn across them

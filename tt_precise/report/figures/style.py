@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from tt_precise import plotting
+from tt_precise.arithmetic import Array
 from tt_precise.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, thinned
 from tt_precise.report.document import Figure
 
@@ -75,8 +76,8 @@ def _rounded(found: re.Match[str]) -> str:
 
 def curve(
     axes: Axes,
-    times: Any,
-    values: Any,
+    times: Array,
+    values: Array,
     label: str,
     colour: str,
     **style: Any,

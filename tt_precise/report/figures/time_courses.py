@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Array
 from tt_precise.claims import evidence
 from tt_precise.claims.evidence import reference_series as series
 
@@ -14,7 +15,7 @@ EVERY = 0.004  # s, between the extrema; a nutation lasts 0.037 s
 TIME = "$t$ (s)"
 
 
-def course(*names: str, scene: evidence.SceneLike = "reference") -> dict[str, Any]:
+def course(*names: str, scene: evidence.SceneLike = "reference") -> dict[str, Array]:
     """Float columns by name, and "t": samples united with every extremum of each of them."""
     frame = series.course(names, scene, EVERY)
     return {str(name): frame[name].to_numpy(dtype=float) for name in frame}

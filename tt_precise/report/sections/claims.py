@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from tt_precise.claims import Judgement, Verdict, counts
 from tt_precise.report.document import Claims, Section, Text
 from tt_precise.report.entries import SECTIONS, Entry, entry
+from tt_precise.untyped import Json
 
 ERRATA = {
     Verdict.MISPRINT: (
@@ -46,7 +46,7 @@ def errata(judgements: Sequence[Judgement]) -> Section:
     return Section("errata", "Errata", [Text(_counted(found)), *groups])
 
 
-def all_claims(judgements: Sequence[Judgement], run: Mapping[str, Any]) -> Section:
+def all_claims(judgements: Sequence[Judgement], run: Mapping[str, Json]) -> Section:
     """Every claim with its verdict, by section of the paper; ``run`` is what computed them."""
     tally, every = counts(judgements), entries(judgements)
     legend = "; ".join(f"{tally[str(one)]} {one}: {one.meaning}" for one in Verdict)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures.engines import scoreboard
+from tt_precise.untyped import Json
 
 FILE = "engines.json"
 COMMAND = "tt-precise engines --out reports/engines.json"
@@ -60,7 +60,7 @@ def section(folder: Path) -> Section:
     return Section("engines", TITLE, blocks, verdicts)
 
 
-def _row(row: dict[str, Any]) -> tuple[str, ...]:
+def _row(row: dict[str, Json]) -> tuple[str, ...]:
     drift = ", ".join(f"{name} {max(values):.1e}" for name, values in row["drift"].items())
     told = row["verdict"]
     if row["message"]:

@@ -6,11 +6,11 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from tt_precise.extremes.case import TOPICS, shown
 from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures import extremes as pictures
+from tt_precise.untyped import Json
 
 FILE = "extremes.json"
 COMMAND = "tt-precise extremes --out reports/extremes.json"
@@ -53,14 +53,14 @@ def section(folder: Path) -> Section:
     return Section("extremes", TITLE, blocks, results)
 
 
-def _families(cases: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:
-    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+def _families(cases: Sequence[Mapping[str, Json]]) -> list[list[Mapping[str, Json]]]:
+    groups: dict[tuple[str, str], list[Mapping[str, Json]]] = {}
     for case in cases:
         groups.setdefault((case["topic"], case["family"]), []).append(case)
     return list(groups.values())
 
 
-def _rows(members: list[Mapping[str, Any]]) -> list[tuple[str, ...]]:
+def _rows(members: list[Mapping[str, Json]]) -> list[tuple[str, ...]]:
     failed = [case for case in members if case["verdict"] == "fail"]
     if failed or len(members) == 1:
         return [_row(case, case["name"], case["found"]) for case in failed or members]
@@ -71,5 +71,5 @@ def _rows(members: list[Mapping[str, Any]]) -> list[tuple[str, ...]]:
     return [_row(worst, shown(worst["family"], members), found)]
 
 
-def _row(case: Mapping[str, Any], name: str, found: str) -> tuple[str, ...]:
+def _row(case: Mapping[str, Json], name: str, found: str) -> tuple[str, ...]:
     return case["topic"], name, case["expected"], case["source"], found, case["verdict"]

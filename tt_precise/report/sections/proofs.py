@@ -6,13 +6,13 @@ Everything is read from the files that ``golden certify`` wrote; a spoiled proof
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import Record
 from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.figures import golden_scenes
+from tt_precise.untyped import Json
 
 THEOREM = (
     "Let p be polynomials, exact as numbers, that solve the equations on a step up to a defect d, "
@@ -126,21 +126,21 @@ def _judged(name: str) -> tuple[str, Record | None]:
     return record.incomplete or "whole", record
 
 
-def _events(content: dict[str, Any]) -> str:
+def _events(content: dict[str, Json]) -> str:
     decided = content["proved_events"].values()
     total = len(content["proved_events"].keys() | content["undecided_events"].keys())
     kinds = f"{len(decided)} of {total} kinds"
     return f"{sum(decided)}, {kinds}" if len(decided) < total else str(sum(decided))
 
 
-def _contact(contact: dict[str, Any]) -> str:
+def _contact(contact: dict[str, Json]) -> str:
     if contact.get("lost_at_s"):
         return f"lost at {Decimal(contact['lost_at_s']['middle']):.12f} s"
     least = contact.get("g_n_at_least_mg")
     return f"g_n > {Decimal(least):f} m g" if least else "not proved"
 
 
-def _times(scene: str, inversion: dict[str, Any]) -> list[tuple[str, ...]]:
+def _times(scene: str, inversion: dict[str, Json]) -> list[tuple[str, ...]]:
     rows = []
     for definition in "ABC":
         ends = inversion.get(definition, {})
@@ -152,7 +152,7 @@ def _times(scene: str, inversion: dict[str, Any]) -> list[tuple[str, ...]]:
     return rows
 
 
-def _ends(scene: str, found: dict[str, Any]) -> list[tuple[str, ...]]:
+def _ends(scene: str, found: dict[str, Json]) -> list[tuple[str, ...]]:
     """What is proved for ever; nothing where the solution is in no block that contracts."""
     return [
         (
