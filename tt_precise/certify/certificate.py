@@ -1,9 +1,8 @@
 """``certify``: how many printed digits of a scene's golden data are proved, and the enclosure.
 
-Three files go beside the golden tables: ``enclosure.csv`` (at each sampled row midpoint and radius
-of each vector column, SI, decimal, rounded outward), ``events-enclosure.csv`` (at each event the
-last digits of the exact numbers) and ``proof.json`` (what is proved, about the tables with the
-hashes that it names).
+Three files go beside the golden tables: ``enclosure.csv`` and ``events-enclosure.csv`` (at each
+sampled row and each event the last digits of the exact numbers, ``golden.tails``) and
+``proof.json`` (what is proved, about the tables with the hashes that it names).
 """
 
 from __future__ import annotations
@@ -24,12 +23,12 @@ from tt_precise.certify.matching import match_events, match_rows
 from tt_precise.certify.pieces import FILE, content_of, packed
 from tt_precise.certify.printed import Tally, outward, rounded, tally
 from tt_precise.certify.proof import BITS, Proof, prove
-from tt_precise.certify.tables import State, enclosure_table, events_table
+from tt_precise.certify.tables import State, tails_table
 from tt_precise.certify.verdict import NotProved
 from tt_precise.files import atomic_write, locked
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import is_near_zero, scale_of
-from tt_precise.golden.enclosures import LABELS
+from tt_precise.golden.enclosures import LABELS, Enclosures
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.seal import record_proof
@@ -171,8 +170,8 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
         failure = why
     tallies = [*trajectory.values(), *events.values()]
     digits = min((t.digits for t in tallies if t.digits is not None), default=None)
-    enclosure = enclosure_table(stored.scene, stored.trajectory.column("t"), rows.states)
-    tails, short = events_table(stored, happened.states, scales)
+    enclosure, short = tails_table(stored, store.TRAJECTORY, rows.states, scales)
+    tails, few = tails_table(stored, store.EVENTS, happened.states, scales)
     content = {
         "schema": proofs.SCHEMA,
         "scene": stored.name,
@@ -185,11 +184,11 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
         "digits": digits,
         "entries": sum(t.entries for t in tallies),
         "rounded": sum(t.rounded for t in tallies),
-        "unproved": sum(t.entries - t.enclosed for t in tallies) + short,
+        "unproved": sum(t.entries - t.enclosed for t in tallies) + short + few,
         "mismatches": [*rows.mismatches, *happened.mismatches],
         "contact": _contact(proof),
         "inversion": _inversion(proof),
-        "forever": _forever(stored, enclosure),
+        "forever": _forever(Enclosures(stored, enclosure, tails)),
         "conserved_within": within,
         "proved_events": {
             name: len(found.zeros) for name, found in proof.all_events.items() if not found.failure
@@ -212,7 +211,7 @@ def judged(stored: store.Stored, proof: Proof) -> Certificate:
     return Certificate(
         record=proofs.Record(content, enclosure, tails),
         wrong=sum(t.wrong for t in tallies),
-        settled=all(one.settled for one in tallies) and not short,
+        settled=all(one.settled for one in tallies) and not short + few,
     )
 
 
@@ -267,9 +266,9 @@ def _inversion(proof: Proof) -> dict[str, Any]:
     return found
 
 
-def _forever(stored: store.Stored, enclosure: Table) -> dict[str, Any]:
+def _forever(enclosures: Enclosures) -> dict[str, Any]:
     try:
-        entered, final = forever(stored.scene, enclosure)
+        entered, final = forever(enclosures.stored.scene, enclosures)
     except NotProved as why:
         return {"failure": str(why)}
     return {"entered": entered.as_dict(), "at_the_end": final.as_dict()}

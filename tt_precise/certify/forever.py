@@ -50,7 +50,8 @@ from tt_precise.certify.printed import outward, rounded
 from tt_precise.certify.problem import BALLS
 from tt_precise.certify.slopes import Slope, variables
 from tt_precise.certify.verdict import NotProved
-from tt_precise.golden.table import Table
+from tt_precise.golden.enclosures import Enclosures
+from tt_precise.golden.store import TRAJECTORY
 from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
@@ -137,7 +138,7 @@ class Reduced:
         }
 
 
-def forever(scene: Scene, enclosure: Table) -> tuple[TrappingBlock, TrappingBlock]:
+def forever(scene: Scene, enclosures: Enclosures) -> tuple[TrappingBlock, TrappingBlock]:
     """The first block that the solution is in at a row of its enclosure, and that of the last row.
 
     The first is the largest, and contracts slowly; the last one comes close to the linear rates.
@@ -147,22 +148,23 @@ def forever(scene: Scene, enclosure: Table) -> tuple[TrappingBlock, TrappingBloc
     NotProved
         No row is in such a block; the scene may have to be proved for longer.
     """
+    count = len(enclosures.rows.rows)
     if scene.model != "gliding" or not scene.body.mu:
         raise NotProved("F2", "without friction nothing tends to a vertical spin")
     if scene.start.theta.at_pole:
         raise NotProved("F4", "the axis is vertical from the start")
-    if not enclosure.rows:
+    if not count:
         raise NotProved("F4", "no row is enclosed")
     with flint.ctx.workprec(BITS):
-        last = _entries(scene, enclosure, len(enclosure.rows) - 1)
+        last = _entries(scene, enclosures, count - 1)
         reduced = Reduced(scene, 1 if last["kz"] > 0 else -1)
         frame = _Frame(reduced)
-        found = final = frame.entered(scene, enclosure, len(enclosure.rows) - 1)
-        low, high = 0, len(enclosure.rows) - 1
+        found = final = frame.entered(scene, enclosures, count - 1)
+        low, high = 0, count - 1
         while high - low > 1:
             middle = (low + high) // 2
             try:
-                found, high = frame.entered(scene, enclosure, middle), middle
+                found, high = frame.entered(scene, enclosures, middle), middle
             except NotProved:
                 low = middle
         return found, final
@@ -187,8 +189,8 @@ class _Frame:
             raise NotProved("F1", "no basis could be found") from None
         self.linear = self.inverse * arb_mat(linear) * self.basis
 
-    def entered(self, scene: Scene, enclosure: Table, row: int) -> TrappingBlock:
-        entries = _entries(scene, enclosure, row)
+    def entered(self, scene: Scene, enclosures: Enclosures, row: int) -> TrappingBlock:
+        entries = _entries(scene, enclosures, row)
         if not entries["kz"] * self.reduced.pole > 0:
             raise NotProved("F4", "the axis is nearer to the other pole")
         x = arb_mat(6, 1, [entries[name] for name in COLUMNS])
@@ -208,7 +210,7 @@ class _Frame:
             tilt = _length([box[0].abs_upper(), box[1].abs_upper()])
             return TrappingBlock(
                 self.reduced.pole,
-                enclosure.rows[row][0],
+                enclosures.rows.rows[row][0],
                 rate / self.reduced.units.time,
                 force,
                 tilt,
@@ -282,13 +284,13 @@ def _length(numbers: Sequence[arb]) -> arb:
     return sum((x * x for x in numbers), start=arb(0)).sqrt().upper()
 
 
-def _entries(scene: Scene, enclosure: Table, row: int) -> dict[str, arb]:
-    """Balls around the vectors in a row of enclosure.csv, dimensionless."""
+def _entries(scene: Scene, enclosures: Enclosures, row: int) -> dict[str, arb]:
+    """Balls around the enclosed vectors of a row of trajectory.csv, dimensionless."""
     units = InitialState.of(scene, BALLS).units
-    cells = dict(zip(enclosure.columns, enclosure.rows[row], strict=True))
+    texts = enclosures.stored.trajectory.rows[row]
+    known = enclosures.proved(TRAJECTORY, texts, enclosures.rows.rows[row])
     found = {}
     for name in NewtonState._fields:
-        middle, radius = (ball(Fraction(cells[key])) for key in (name, f"{name}_radius"))
-        si = middle + around(radius.upper())
-        found[name] = si / units.of_dimension(STATE_DIMENSIONS[name])
+        low, high = (ball(Fraction(end)) for end in (known[name].low, known[name].high))
+        found[name] = low.union(high) / units.of_dimension(STATE_DIMENSIONS[name])
     return found

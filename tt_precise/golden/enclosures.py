@@ -1,8 +1,8 @@
 """Intervals around every number of the golden tables, from the two files that prove them.
 
-``enclosure.csv`` has the vector columns and recorded quadratures at the sampled rows, as middle
-and radius; ``events-enclosure.csv`` the last digits of times and vectors at events (``tails``).
-Euler columns are derived from the vectors, by the formulas of the mechanics.
+They have the last digits (``tails``) of vector columns and recorded quadratures: ``enclosure.csv``
+at the sampled rows, ``events-enclosure.csv`` at events, with their times. Euler columns are derived
+from the vectors, by the formulas of the mechanics.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 
 from tt_precise.golden.digits import scale_of
 from tt_precise.golden.outward import IntervalFunctions, Outward, pi
-from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
+from tt_precise.golden.store import TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.tails import enclosed
 from tt_precise.mechanics.conversion import euler_from_vectors
@@ -60,20 +60,17 @@ class Enclosures:
 
     def row(self, file: str, texts: Sequence[str], cells: Sequence[str]) -> Cells:
         """The intervals of one row, from what is printed and what is stored."""
-        printed = self.stored.table(file)
-        if file == EVENTS:
-            texts_of = dict(zip(printed.columns, texts, strict=True))
-            known = {
-                name: enclosed(texts_of[name], cell, self.scales[name])
-                for name, cell in zip(self.events.columns, cells, strict=True)
-                if name not in LABELS
-            }
-        else:
-            names = self.rows.columns
-            known = {
-                names[i]: Outward.around(cells[i], cells[i + 1]) for i in range(1, len(names), 2)
-            }
+        known = self.proved(file, texts, cells)
         return {**known, **self.euler(known)}
+
+    def proved(self, file: str, texts: Sequence[str], cells: Sequence[str]) -> dict[str, Outward]:
+        """Those of them that are stored themselves."""
+        printed = dict(zip(self.stored.table(file).columns, texts, strict=True))
+        _, *names = self.table(file).columns
+        return {
+            name: enclosed(printed[name], cell, self.scales[name])
+            for name, cell in zip(names, cells[1:], strict=True)
+        }
 
     def euler(self, known: dict[str, Outward]) -> Cells:
         """The Euler columns that belong to enclosed vectors."""

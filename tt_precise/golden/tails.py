@@ -1,8 +1,9 @@
 """Enclosures of printed numbers by their last digits.
 
-An event's numbers are proved to more digits than are printed. Of these the last twelve are stored,
-eight that are printed and four beyond: with the printed number they say where the exact one lies,
-and a printed number that is changed by less than 5e7 units in its last place does not fit them.
+Numbers are proved to more digits than are printed. Of these the last sixteen are stored, thirteen
+that are printed and three beyond: with the printed number they say where the exact one lies, to a
+unit of the sixteenth. A printed number that is changed by less than 5e12 units in its last place
+does not fit them; a larger change is one in the first 22 digits, which ``verify`` computes again.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from tt_precise.golden.digits import ZERO
 from tt_precise.golden.outward import Outward
 from tt_precise.golden.runs import DIGITS
 
-BEYOND = 4  # digits behind the last printed one
-STORED = 12
+BEYOND = 3  # digits behind the last printed one
+STORED = 16
 _MODULUS = 10**STORED
 _WIDE = Context(prec=200)
 

@@ -35,7 +35,7 @@ KINDS = {
     store.EVENTS: ("events", "decimal strings"),
     store.MANIFEST: ("manifest", "units, digits and evidence of the scene's files"),
     "proof.json": ("proof", "what is proved of the digits"),
-    "enclosure.csv": ("enclosure", "intervals that hold the exact solution"),
+    "enclosure.csv": ("enclosure", "last digits of the exact solution"),
     "events-enclosure.csv": ("enclosure", "last digits of the exact numbers at events"),
 }
 
