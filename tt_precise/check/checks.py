@@ -33,7 +33,7 @@ class RowCheck:
     """One check: its name, what it says, when it is skipped (a reason, else ""), and how.
 
     Values pass that are ``sense`` the limit. ``watch(setup, first, limit)`` makes the function
-    that is handed one block after the other; where it has a ``doubt``, limits below that
+    that is handed one block after the other; where it has an ``error_bound``, limits below that
     cannot be told, and its ``note`` says why.
     """
 

@@ -7,13 +7,16 @@ in rising order until the interval is resolved. The differences are added up fro
 that the sampling interval does not matter: what is measured is
 |x(t) - x(0) - integral of rates|, in units of the size of x at the start.
 
-Where rows lie too far apart for the highest order, the interval is left out and counted. From
-the sum of the others, the doubts of the quadrature and the rounding are subtracted: a value that
-remains is the trajectory's own. Rows closer together than the equations need are passed over.
+What the highest order leaves open is followed from row to row (``shooting``), and the solution's
+end compared with the next row. Where rows lie too far apart even for that, the interval is left out
+and counted. From the sum of the others, the error bounds of the quadrature and the rounding are
+subtracted: a value that remains is the trajectory's own. Rows closer together than the equations
+need are passed over.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,20 +24,22 @@ from typing import Any
 import numpy
 
 from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.check.shooting import follow
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries, integral, solution
+from tt_precise.mechanics.taylor import SeriesFunctions, integral, solution
 from tt_precise.mechanics.vectors import cross, dot
 
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval
-RESOLVED = 1e-9  # wanted doubt of a whole check, before a higher order is tried
+RESOLVED = 1e-9  # wanted error bound of a whole check, before a higher order is tried
 HORIZON = 100.0  # in sqrt(R/g), over which RESOLVED is shared out; the reference has 177
 # What a rule misses is taken to be the difference from the rule one order below, times its ratio
 # to the difference before, times MARGIN; where the ratio is no small one, MOST times it.
 MARGIN, MOST = 100.0, 10.0
+WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows tell the equations nothing new
 EPS = float(numpy.finfo(float).eps)
 
@@ -44,20 +49,21 @@ class Residuals:
     """Changes minus integrals of rates of every interval, and how far to trust them.
 
     ``state`` has shape (entries, intervals), ``energy`` (intervals,), both in units of their size
-    at the start; ``doubt`` (intervals,) bounds the quadrature's error in all of them. ``ends``
-    are the rows where the intervals end.
+    at the start; ``bound`` (intervals,) is that of the error of these numbers. ``ends`` are the
+    rows where the intervals end; ``within`` (s, intervals) is how far the solution was followed.
     """
 
     state: numpy.ndarray
     energy: numpy.ndarray
-    doubt: numpy.ndarray
+    bound: numpy.ndarray
     ends: numpy.ndarray
+    within: numpy.ndarray
 
 
 class EquationResidual:
     """The balances of one setup; sizes are taken from its first row.
 
-    ``resolved`` is the doubt of a whole trajectory at which no higher order is tried.
+    ``resolved`` is the error bound of a whole trajectory at which no higher order is tried.
     """
 
     def __init__(self, setup: CheckSetup, first: Samples, resolved: float = RESOLVED):
@@ -68,16 +74,16 @@ class EquationResidual:
         spin = float(numpy.sqrt(dot(q.state.L, q.state.L))) or 1.0
         speed = float(setup.body.R * numpy.sqrt(dot(q.omega, q.omega))) or 1.0
         self._energy_size = float(INTEGRALS["energy"].scale(q)) or 1.0
-        if setup.columns.azimuth:
-            self._sizes = [1.0] * 3 + [spin] * 3 + [speed] * 2
-        else:
-            self._sizes = [1.0, spin, spin, spin, speed, speed]
+        self._entry_sizes = [1.0] * 3 + [spin] * 3 + [speed] * 2
+        one_axis = [1.0, spin, spin, spin, speed, speed]
+        self._sizes = self._entry_sizes if setup.columns.azimuth else one_axis
 
     def balance(self, samples: Samples) -> Residuals:
         """The balance of every interval of ``samples``; computed once for all checks."""
         if "balance" not in samples.shared:
             kept = self._apart(samples.t)
-            samples.shared["balance"] = self._balance(samples.rows(kept), kept[1:])
+            rows = samples.rows(kept)
+            samples.shared["balance"] = self._followed(rows, self._balance(rows, kept[1:]))
         found: Residuals = samples.shared["balance"]
         return found
 
@@ -100,18 +106,41 @@ class EquationResidual:
         steps = numpy.diff(samples.t)
         every = numpy.arange(len(steps))
         with numpy.errstate(all="ignore"):
-            mismatch, doubt = self._intervals(samples, every, ORDERS[0])
+            mismatch, bound = self._intervals(samples, every, ORDERS[0])
             for order in ORDERS[1:]:
-                wanted = numpy.maximum(self._resolved * steps / (HORIZON * self._time), 4 * EPS)
-                open_ = every[~(doubt <= wanted)]
+                open_ = every[~(bound <= self._wanted(steps))]
                 if not len(open_):
                     break
-                finer, finer_doubt = self._intervals(samples, open_, order)
-                better = (finer_doubt <= doubt[open_]) | numpy.isnan(doubt[open_])
+                finer, finer_bound = self._intervals(samples, open_, order)
+                better = (finer_bound <= bound[open_]) | numpy.isnan(bound[open_])
                 mismatch[:, open_[better]] = finer[:, better]
-                doubt[open_[better]] = finer_doubt[better]
-        doubt = numpy.where(numpy.isfinite(mismatch).all(axis=0), doubt, numpy.inf)
-        return Residuals(mismatch[:-1], mismatch[-1], doubt, ends)
+                bound[open_[better]] = finer_bound[better]
+        bound = numpy.where(numpy.isfinite(mismatch).all(axis=0), bound, numpy.inf)
+        return Residuals(mismatch[:-1], mismatch[-1], bound, ends, steps)
+
+    def _wanted(self, steps: numpy.ndarray) -> numpy.ndarray:
+        return numpy.maximum(self._resolved * steps / (HORIZON * self._time), 4 * EPS)
+
+    def _followed(self, samples: Samples, found: Residuals) -> Residuals:
+        """The balance with the solution followed through what the quadrature left open."""
+        steps = numpy.diff(samples.t)
+        open_ = numpy.flatnonzero(~(found.bound <= self._wanted(steps)))
+        if not len(open_):
+            return found
+        width = len(self._form.columns)
+        start = numpy.array([entry[open_] for entry in samples.state])
+        sizes = numpy.array(self._entry_sizes[:width])
+        with numpy.errstate(all="ignore"):
+            shot = follow(self._rates, start[:width], steps[open_], sizes, WIDEST_BOUND)
+            start[:width] = shot.state
+            there, _ = self._functions(NewtonState(*start), 1)
+            given = NewtonState(*(entry[open_ + 1] for entry in samples.state))
+            mismatch = self._functions(given, 1)[0] - there
+        better = shot.error < found.bound[open_]
+        chosen, mismatch = open_[better], mismatch[:, better]
+        found.state[:, chosen], found.energy[chosen] = mismatch[:-1], mismatch[-1]
+        found.bound[chosen], found.within[open_] = shot.error[better], shot.reached
+        return found
 
     def _intervals(
         self, samples: Samples, chosen: numpy.ndarray, order: int
@@ -138,16 +167,16 @@ class EquationResidual:
         rounding = EPS * abs(best).max(axis=0)
         return change - best, last * shrinking + rounding
 
+    def _rates(self, entries: tuple[Any, ...]) -> Sequence[Any]:
+        form = self._form
+        found: Sequence[Any] = form.rates(self.setup.body, form.State(*entries), SeriesFunctions)
+        return found
+
     def _functions(self, state: NewtonState, order: int) -> tuple[numpy.ndarray, numpy.ndarray]:
         """Values (functions, rows), and Taylor coefficients of their rates, of every row."""
-        body, model, form = self.setup.body, self.setup.scene.model, self._form
-        width = len(form.columns)
-
-        def rates(entries: tuple[TaylorSeries, ...]) -> Sequence[Any]:
-            found: Sequence[Any] = form.rates(body, form.State(*entries), SeriesFunctions)
-            return found
-
-        entries = solution(rates, list(state[:width]), order)
+        body, model = self.setup.body, self.setup.scene.model
+        width = len(self._form.columns)
+        entries = solution(self._rates, list(state[:width]), order)
         full = NewtonState(*entries, *(0,) * (8 - width))
         functions = full[:width] if self.setup.columns.azimuth else _without_azimuth(full, width)
         values = [f.c[0] / size for f, size in zip(functions, self._sizes, strict=False)]
@@ -169,40 +198,50 @@ def _without_azimuth(state: NewtonState, width: int) -> tuple[Any, ...]:
 
 
 class SummedResidual:
-    """The balances added up from the start: values for the rows of each block, and the doubt."""
+    """The balances added up from the start: values for the rows of each block, and the bound."""
 
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
         self._sum: Any = 0.0
-        self._doubt = 4 * EPS  # the first and the last row are rounded, in two numbers each
+        self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
+        self._within = numpy.inf  # s: what was followed of the unresolved interval that is worst
         self.intervals = self.unresolved = 0
 
     def __call__(self, samples: Samples) -> numpy.ndarray:
         if len(samples.t) < 2:
             return numpy.zeros(len(samples.t))
         found = self._residual.balance(samples)
-        resolved = found.doubt <= self._limit
+        resolved = found.bound <= self._limit
         self.intervals += len(resolved)
         self.unresolved += int((~resolved).sum())
+        self._within = min(self._within, float(found.within[~resolved].min(initial=numpy.inf)))
         mismatch = numpy.atleast_2d(getattr(found, self._part))
         sums = numpy.cumsum(numpy.where(resolved, mismatch, 0.0), axis=1)
         sums += numpy.reshape(self._sum, (-1, 1))
-        doubts = self._doubt + numpy.cumsum(numpy.where(resolved, found.doubt, 0.0))
-        self._sum, self._doubt = sums[:, -1], float(doubts[-1])
-        values = numpy.maximum(abs(sums).max(axis=0) - doubts, 0.0)
+        bounds = self._bound + numpy.cumsum(numpy.where(resolved, found.bound, 0.0))
+        self._sum, self._bound = sums[:, -1], float(bounds[-1])
+        values = numpy.maximum(abs(sums).max(axis=0) - bounds, 0.0)
         # a row that was passed over has the value of the end before it
         before = numpy.searchsorted(found.ends, numpy.arange(len(samples.t)), side="right")
         return numpy.concatenate(([0.0], values))[before]
 
     @property
-    def doubt(self) -> float:
+    def error_bound(self) -> float:
         """Largest error that would go unnoticed, in the units of the value."""
-        return self._doubt if self.unresolved < self.intervals else numpy.inf
+        return self._bound if self.unresolved < self.intervals else numpy.inf
 
     @property
     def note(self) -> str:
-        """What was not resolved."""
-        told = f"own doubt {self.doubt:.0e}"
+        """What was not resolved, and from which spacing of the rows on it would be."""
+        said = f"error bound {self.error_bound:.0e}"
         if self.unresolved:
-            told += f"; {self.unresolved} of {self.intervals} intervals too wide to tell"
-        return told
+            said += f"; {self.unresolved} of {self.intervals} intervals too wide"
+            if self._within > 0:
+                said += f"; rows {_rounded_down(self._within):g} s apart would do"
+        return said
+
+
+def _rounded_down(value: float) -> float:
+    """To one digit."""
+    unit = 10.0 ** math.floor(math.log10(value))
+    return math.floor(value / unit) * unit

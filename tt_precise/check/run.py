@@ -217,11 +217,11 @@ class _Running:
         if self._watch and value is not None:
             holds = HOLDS[check.sense](value, limit)
             verdict = "pass" if holds else "fail"
-            doubt = getattr(self._watch, "doubt", -math.inf)
+            bound = getattr(self._watch, "error_bound", -math.inf)
             reason = getattr(self._watch, "note", "")
             if not math.isfinite(value):
                 reason = "not finite there"
-            if holds and doubt > limit:
+            if holds and bound > limit:
                 verdict, reason = "skipped", f"rows too far apart: {reason}"
         return CheckFinding(
             name=check.name,

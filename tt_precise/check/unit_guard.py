@@ -111,7 +111,7 @@ def _explained(as_given: dict[str, float], otherwise: dict[str, float]) -> str:
     """
     if any(part >= FIT for name, part in otherwise.items() if name != MOTION):
         return ""
-    better = (n for n, part in otherwise.items() if part < FIT and as_given[n] >= MISFIT)
+    better = (n for n, part in otherwise.items() if part < FIT and as_given.get(n, 0.0) >= MISFIT)
     return next(better, "")
 
 
@@ -133,20 +133,20 @@ def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict
     samples = moving.samples(Block(known, str, lambda row, names: []))
     change, mismatch = EquationResidual(moving, samples, ROUGHLY).changes(samples)
     axis = slice(0, 3 if setup.columns.azimuth else 1)
-    found[AXIS] = _part(change[axis], mismatch[axis])
+    parts = {AXIS: _part(change[axis], mismatch[axis])}
     if whole:
-        found[MOTION] = _part(change, mismatch)
-    return found
+        parts[MOTION] = _part(change, mismatch)
+    return found | {name: part for name, part in parts.items() if part is not None}
 
 
-def _part(change: numpy.ndarray, mismatch: numpy.ndarray) -> float:
-    """Median over intervals of the mismatch in terms of the change."""
+def _part(change: numpy.ndarray, mismatch: numpy.ndarray) -> float | None:
+    """Median over intervals of the mismatch in terms of the change; None where little moves."""
     with numpy.errstate(all="ignore"):
         parts = numpy.sqrt((mismatch**2).sum(axis=0) / (change**2).sum(axis=0))
     # an axis that does not move says nothing
     parts = parts[abs(change).max(axis=0) > STILL]
     if len(parts) < FEWEST:
-        return 0.0
+        return None
     # numpy.median would import numpy.ma
     return float(numpy.sort(numpy.where(numpy.isfinite(parts), parts, numpy.inf))[len(parts) // 2])
 
