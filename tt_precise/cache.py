@@ -20,6 +20,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
 
@@ -84,7 +85,7 @@ class Records:
         if self.folder is None:
             return None
         try:
-            return json.loads(gzip.decompress(self.path(name, key).read_bytes()))
+            return json_file.parse(gzip.decompress(self.path(name, key).read_bytes()))
         except UNREADABLE:
             return None
 

@@ -93,5 +93,5 @@ def test_a_spoiled_file_is_refused_and_a_missing_one_is_none(tmp_path: Path) -> 
     assert committed(file) is None
     for text in ("{", "{}", '{"claims": {"claims": []}}', '{"claims": {"claims": [1], "run": {}}}'):
         file.write_text(text, "utf-8")
-        with pytest.raises(InputError, match=r"got no verdicts .* --again"):
+        with pytest.raises(InputError, match=r"expected verdicts.* --again"):
             committed(file)

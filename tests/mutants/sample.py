@@ -1,9 +1,10 @@
 """``make mutants``: a seeded sample of small mistakes in the core, each of which a test has to see.
 
-Every mutant stands in a copy of the checkout and is tested by the tests of its own folder, those of
-its own file first, in a process that ends at the first failure. cosmic-ray would start pytest anew
-for each (minutes where this takes seconds) and cannot draw a sample; mutmut leaves out every
-function with a decorator (a third of them here) and all constants of modules.
+What every test calls and costs is written down once. Then every mutant, in a copy of the checkout,
+meets those tests of its folder that reach it: the cheapest of its own file first, in one process
+that ends at the first failure. cosmic-ray would start pytest anew for each (minutes where this
+takes seconds) and cannot draw a sample; mutmut leaves out every function with a decorator (a third
+of them here) and all constants of modules.
 
 Exit status 0: at least ``ENOUGH`` of the sample were killed, and the rest are listed with a reason
 in ``equivalent.toml``; 1: not so; 2: the tests fail without any mutant, or nothing was tested.
@@ -15,8 +16,8 @@ import argparse
 import json
 import os
 import random
+import resource
 import shutil
-import signal
 import sys
 import tempfile
 import time
@@ -31,11 +32,13 @@ if __name__ == "__main__":
     sys.path.insert(0, str(HERE))
 
 from operators import Key, Mutant, count, mutant  # type: ignore[import-not-found]  # noqa: E402
+from reach import Reached, Recorder, Selected, instrument  # type: ignore[import-not-found]  # noqa: E402
 
 Task = TypeVar("Task")
 ROOMS = ("mechanics", "integrate", "exact", "golden", "check", "certify")
 SEED, SAMPLE, ENOUGH = 1, 200, 0.92
-LIMIT_S = 900.0  # a mutant may loop for ever
+# a mutant may loop for ever: so much processor time, beside three times that of its tests
+LIMIT_S = 60.0
 # imported once, before the processes are forked; the package itself is not
 HEAVY = ("heyoka", "numpy", "pandas", "scipy.integrate", "scipy.optimize", "mpmath", "sympy",
          "pytest", "matplotlib", "flint")  # fmt: skip
@@ -52,23 +55,37 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--sample", type=int, default=SAMPLE)
     parser.add_argument("--room", choices=ROOMS, action="append", help="only these folders")
     parser.add_argument("--workers", type=int, default=1, help="processes at once")
-    parser.add_argument("--log", type=Path, default=ROOT / "build" / "mutants.jsonl",
+    parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutants",
                         help="results so far, which a second run takes over")  # fmt: skip
+    parser.add_argument("--again", action="store_true", help="those that lived are tried again")
     given = parser.parse_args(argv)
     sample = drawn(given.room or ROOMS, given.seed, given.sample)
-    given.log.parent.mkdir(exist_ok=True)
+    given.folder.mkdir(parents=True, exist_ok=True)
+    log, map_ = given.folder / "results.jsonl", given.folder / "reach.jsonl"
     _import_what_is_heavy()
     with tempfile.TemporaryDirectory() as place:
-        checkouts = [Path(place) / str(number) for number in range(given.workers)]
-        for checkout in checkouts:
-            shutil.copytree(ROOT, checkout, ignore=LEFT_OUT)
-        known = dict(results(given.log))
-        todo = [one for one in sample if one.key not in known]
-        rooms = sorted({Path(one.path).parent.name for one in todo})
-        if not shared_out(rooms, checkouts, healthy):
+        checkouts = copies(Path(place), given.workers)
+        instrumented = copies(Path(place) / "instrumented", given.workers)
+        for checkout in instrumented:
+            instrument(checkout / "tt_precise")
+        known = dict(results(log))
+        todo = [
+            one for one in sample if one.key not in known or (given.again and not known[one.key])
+        ]
+        files = files_of({Path(one.path).parent.name for one in todo}) - set(mapped(map_))
+        if not shared_out(sorted(files), instrumented, lambda at, file: map_out(map_, at, file)):
             return 2
-        shared_out(todo, checkouts, lambda checkout, one: noted(given.log, checkout, one))
-    return report(sample, dict(results(given.log)))
+        reach = [test for tests in mapped(map_).values() for test in tests]
+        shared_out(todo, checkouts, lambda at, one: noted(log, at, one, reach))
+    return report(sample, dict(results(log)))
+
+
+def copies(place: Path, number: int) -> list[Path]:
+    """Copies of the checkout."""
+    made = [place / str(one) for one in range(number)]
+    for checkout in made:
+        shutil.copytree(ROOT, checkout, ignore=LEFT_OUT)
+    return made
 
 
 def _import_what_is_heavy() -> None:
@@ -94,23 +111,45 @@ def shared_out(
     return not any(statuses)
 
 
-def healthy(checkout: Path, room: str) -> bool:
-    """Whether the tests of a room pass without any mutant."""
-    passes = tested(checkout, [room_tests(room)]) == PASSED
-    if not passes:
-        print(f"tests/{room} fails, or has no tests, without any mutant", flush=True)
-    return passes
+def files_of(rooms: Iterable[str]) -> set[str]:
+    """The test files of rooms."""
+    return {
+        str(file.relative_to(ROOT))
+        for room in rooms
+        for file in (ROOT / "tests" / room).glob("test_*.py")
+    }
 
 
-def noted(log: Path, checkout: Path, one: Mutant) -> bool:
+def map_out(log: Path, checkout: Path, file: str) -> bool:
+    """Write down what each test of a file calls; whether they pass without any mutant."""
+    end = checkout / "recorded.json"
+    status = tested(checkout, [file], None, 3600.0, end)
+    if status not in (PASSED, NOTHING):
+        print(f"{file} fails without any mutant", flush=True)
+        return False
+    with log.open("a") as lines:
+        lines.write(json.dumps({"file": file, "tests": json.loads(end.read_text())}) + "\n")
+    return True
+
+
+def mapped(log: Path) -> dict[str, list[Reached]]:
+    """The tests of each file that was looked at."""
+    lines = log.read_text().splitlines() if log.is_file() else []
+    return {
+        entry["file"]: [Reached(**test) for test in entry["tests"]]
+        for entry in map(json.loads, lines)
+    }
+
+
+def noted(log: Path, checkout: Path, one: Mutant, reach: Sequence[Reached]) -> bool:
     """Test a mutant, and write down what came of it."""
     begin = time.monotonic()
-    was_killed = killed(checkout, one)
+    was_killed = killed(checkout, one, reach)
     took = round(time.monotonic() - begin, 1)
     entry = {"key": one.key, "line": one.line, "killed": was_killed, "s": took}
     with log.open("a") as file:  # a line is written at once
         file.write(json.dumps(entry) + "\n")
-    print(f"{'killed' if was_killed else 'LIVES '} {described(one)}", flush=True)
+    print(f"{'killed' if was_killed else 'LIVES '} {took:6.1f} s {described(one)}", flush=True)
     return True
 
 
@@ -128,46 +167,44 @@ def drawn(rooms: Iterable[str], seed: int, size: int) -> list[Mutant]:
     ]
 
 
-def killed(checkout: Path, one: Mutant) -> bool:
+def killed(checkout: Path, one: Mutant, reach: Sequence[Reached]) -> bool:
     """Whether a test fails with it; also what hangs or does not import is noticed."""
     file = checkout / one.path
+    room = f"tests/{file.parent.name}/"
+    tests = [test for test in reach if test.test.startswith(room)]
+    selected = Selected(tests, one.path, one.within)
+    if not selected.order():  # executed when it is imported: by all of them
+        selected = Selected(tests, "", "")
     healthy = file.read_text()
     file.write_text(one.source)
     try:
-        room = file.parent.name
-        own = Path("tests") / room / f"test_{file.name}"
-        stages = [own] if (checkout / own).is_file() else []
-        return any(
-            tested(checkout, [stage]) not in (PASSED, NOTHING)
-            for stage in (*stages, room_tests(room))
+        return tested(checkout, selected.files, selected, 3 * selected.s, None) not in (
+            PASSED,
+            NOTHING,
         )
     finally:
         file.write_text(healthy)
 
 
-def room_tests(room: str) -> Path:
-    """The tests that a room's mutants are tested by."""
-    return Path("tests") / room
-
-
-def tested(checkout: Path, tests: Sequence[Path]) -> int:
-    """pytest's exit status (``FAILED`` if it takes too long), from a forked process."""
+def tested(
+    checkout: Path,
+    files: Sequence[str],
+    selected: Selected | None,
+    s: float,
+    record: Path | None,
+) -> int:
+    """pytest's exit status (not ``PASSED`` if it takes too long), from a forked process."""
     child = os.fork()
     if child == 0:
-        os.setsid()
-        os._exit(_pytest(checkout, tests))
-    until = time.monotonic() + LIMIT_S
-    while time.monotonic() < until:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status)
-        time.sleep(0.05)
-    os.killpg(child, signal.SIGKILL)
-    os.waitpid(child, 0)
-    return FAILED
+        limit = int(LIMIT_S + s)
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+        os._exit(_pytest(checkout, files, selected, record))
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
-def _pytest(checkout: Path, tests: Sequence[Path]) -> int:
+def _pytest(
+    checkout: Path, files: Sequence[str], selected: Selected | None, record: Path | None
+) -> int:
     import pytest
 
     os.chdir(checkout)
@@ -177,11 +214,15 @@ def _pytest(checkout: Path, tests: Sequence[Path]) -> int:
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(silence, stream)
-    arguments = ["-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--tb=no"]
+    plugin = selected or Recorder()
+    arguments = ["-x", "-q", "-n", "0", "-p", "no:cacheprovider", "-p", "no:randomly", "--tb=no"]
     try:
-        return int(pytest.main([*arguments, *map(str, tests)]))
+        status = int(pytest.main([*arguments, *files], plugins=[plugin]))
     except BaseException:
         return FAILED
+    if record is not None:
+        record.write_text(json.dumps(plugin.entries()))
+    return status
 
 
 def equivalents() -> dict[Key, str]:

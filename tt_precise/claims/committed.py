@@ -7,7 +7,6 @@ beside them. Documentation and comments do not change it.
 from __future__ import annotations
 
 import hashlib
-import json
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -15,9 +14,9 @@ from functools import cache
 from pathlib import Path
 from types import CodeType
 
+from tt_precise import json_file
 from tt_precise.cache import fingerprint as fingerprint_of
 from tt_precise.cache import source_hash
-from tt_precise.errors import InputError
 from tt_precise.files import shipped
 from tt_precise.untyped import Json
 
@@ -25,8 +24,8 @@ FILE = "results.json"  # in reports/
 PACKAGE = Path(__file__).resolve().parents[1]
 # whatever a verdict may rest on; the rows of section 2.2 have a fingerprint of their own
 CODE = (
-    "arithmetic.py", "body.py", "initial_state.py", "numerals.py", "scene.py", "toml.py",
-    "claims/claim.py", "claims/measured.py", "claims/verdicts.py", "claims/evidence",
+    "arithmetic.py", "body.py", "initial_state.py", "json_file.py", "numerals.py", "scene.py",
+    "toml.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py", "claims/evidence",
     "claims/statements", "exact", "golden", "integrate", "mechanics", "sweep",
 )  # fmt: skip
 SCENES = "scenes"
@@ -78,14 +77,15 @@ def committed(file: Path | None = None) -> Committed | None:
     place = file or shipped("reports") / FILE
     if not place.is_file():
         return None
-    try:
-        content = json.loads(place.read_text("utf-8"))["claims"]
-        return Committed({one["id"]: one for one in content["claims"]}, content["run"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"{place}: got no verdicts ({type(error).__name__}: {error}), expected what "
-            "`tt-precise report` writes; compute them by --again"
-        ) from None
+    return json_file.read_as(
+        place,
+        "verdicts, as `tt-precise report` writes them; compute them by --again",
+        lambda content: _taken(content["claims"]),
+    )
+
+
+def _taken(content: Mapping[str, Json]) -> Committed:
+    return Committed({one["id"]: one for one in content["claims"]}, content["run"])
 
 
 def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> dict[str, Json]:

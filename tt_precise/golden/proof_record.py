@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, Enclosures
@@ -91,9 +92,8 @@ def read(name: str, folder: Path | None = None) -> Record | None:
     if not any((place / file).is_file() for file in files):
         return None
     try:
-        proof, *tables = ((place / file).read_text("utf-8") for file in files)
-        content = json.loads(proof)
-        enclosure, events = map(Table.parse, tables)
+        content = json_file.parse_strictly((place / PROOF).read_bytes())
+        enclosure, events = (Table.parse((place / file).read_text("utf-8")) for file in files[1:])
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(

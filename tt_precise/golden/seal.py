@@ -6,10 +6,10 @@ takes a signature of the release, see ``reference_data/README.md``.
 
 from __future__ import annotations
 
-import json
 from functools import lru_cache
 from pathlib import Path
 
+from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
 from tt_precise.golden import places, proof_record, store
@@ -97,10 +97,10 @@ def proof_hash(place: Path) -> str | None:
     if not path.is_file():
         return None
     try:
-        content = json.loads(path.read_text("utf-8"))
+        content = json_file.read(path, "a proof")
         sealed = self_hash(content, proof_record.SELF_HASH)
         return sealed if sealed == content[proof_record.SELF_HASH] else ""
-    except (OSError, ValueError, KeyError, AttributeError, TypeError):
+    except (InputError, KeyError):
         return ""
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import errno
-import json
 import os
 import shutil
 import time
@@ -14,6 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.golden.places import MANIFEST, OWN, Folder, require
 from tt_precise.golden.places import home as home
@@ -99,14 +99,7 @@ def _number(place: Path) -> int | None:
 
 def _read(name: str, home: Path) -> Stored:
     place = home / name
-    try:
-        manifest = json.loads(_text(place / MANIFEST))
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{place / MANIFEST}: no JSON: {error}") from None
-    if not isinstance(manifest, dict):
-        raise InputError(f"{place / MANIFEST}: got no JSON object, expected one")
+    manifest = json_file.read(place / MANIFEST, "the manifest of golden data")
     tables = {file: _table(place / file) for file in (TRAJECTORY, EVENTS)}
     return Stored(name, _text(place / SCENE), tables[TRAJECTORY], tables[EVENTS], manifest, home)
 

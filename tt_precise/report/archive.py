@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
+from tt_precise import json_file
 from tt_precise.cache import UNREADABLE, user_folder
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
@@ -51,7 +52,7 @@ def kept(file: Path | None = None) -> Report:
     """
     place = file or user_folder() / FILE
     try:
-        return _report(json.loads(gzip.decompress(place.read_bytes())))
+        return _report(json_file.parse(gzip.decompress(place.read_bytes())))
     except UNREADABLE as error:
         raise InputError(
             f"{place}: got no report ({type(error).__name__}), expected one that `tt-precise "

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.sweep.chunk_file import chunk_name, parquet, unpacked
 from tt_precise.sweep.place import Place, place_of
@@ -61,7 +61,7 @@ def _chunks_of(place: Place) -> pandas.DataFrame:
 
     summary = place.read(SUMMARY)
     try:
-        known = json.loads(summary or b"")
+        known = json_file.parse(summary or b"")
         numbers = range(-(-known["expected"] // known["how"]["chunk"]))
     except (ValueError, KeyError, TypeError):
         raise InputError(

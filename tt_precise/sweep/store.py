@@ -16,6 +16,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tt_precise import json_file
 from tt_precise._version import __version__
 from tt_precise.errors import InputError
 from tt_precise.files import locked, replacing
@@ -252,7 +253,7 @@ class Files:
             self.place.write(MANIFEST, (json.dumps(manifest, indent=2) + "\n").encode())
             return manifest
         try:
-            found: Any = json.loads(content)
+            found: Any = json_file.parse(content)
         except ValueError:
             found = None
         if not isinstance(found, dict) or not isinstance(found.get("chunk"), int):
@@ -275,7 +276,7 @@ class Files:
         """The lines of a log that are of this kind; others are torn, or somebody else's."""
         for text in self.place.log(log).splitlines():
             try:
-                line = json.loads(text)
+                line = json_file.parse(text)
             except ValueError:
                 continue  # the line that was being written when the power went
             if isinstance(line, dict) and all(

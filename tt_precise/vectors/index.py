@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
 from tt_precise.golden import store
@@ -69,8 +70,8 @@ def stale(folder: Path) -> Iterator[str]:
         yield f"{INDEX}: missing; tt-precise golden vectors --build makes it"
         return
     try:
-        listed = {entry["path"]: entry for entry in json.loads(file.read_text("utf-8"))["files"]}
-    except (ValueError, KeyError, TypeError):
+        listed = json_file.read_as(file, "the index", _listed)
+    except InputError:
         yield f"{INDEX}: no index; tt-precise golden vectors --build makes it"
         return
     present = {entry["path"]: entry for entry in entries(folder)}
@@ -81,6 +82,10 @@ def stale(folder: Path) -> Iterator[str]:
     for path in sorted(listed.keys() & present.keys()):
         if listed[path] != present[path]:
             yield f"{path}: not as {INDEX} says"
+
+
+def _listed(index: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    return {entry["path"]: entry for entry in index["files"]}
 
 
 def vector_texts(progress: Progress = silent) -> dict[str, str]:
@@ -134,7 +139,7 @@ def entries(folder: Path) -> Iterator[dict[str, Any]]:
     if not names:
         raise InputError(f"folder: got {folder}, expected one with golden data")
     for name in names:
-        manifest = json.loads((folder / name / store.MANIFEST).read_text("utf-8"))
+        manifest = json_file.read(folder / name / store.MANIFEST, "the manifest of golden data")
         for file in sorted((folder / name).iterdir()):
             if file.name in KINDS:
                 kind, content = KINDS[file.name]

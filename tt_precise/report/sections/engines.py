@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
+from tt_precise import json_file
 from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures.engines import scoreboard
 from tt_precise.untyped import Json
@@ -19,7 +19,10 @@ def section(folder: Path) -> Section:
     file = folder / FILE
     if not file.is_file():
         return Section("engines", TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
-    board = json.loads(file.read_text("utf-8"))
+    return json_file.read_as(file, f"what `{COMMAND}` writes", _measured)
+
+
+def _measured(board: dict[str, Json]) -> Section:
     versions = ", ".join(
         f"{one['name']} {one['version'] or 'not installed'}" for one in board["engines"]
     )

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from tt_precise import json_file
 from tt_precise.extremes.case import TOPICS, shown
 from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures import extremes as pictures
@@ -22,7 +22,12 @@ def section(folder: Path) -> Section:
     file = folder / FILE
     if not file.is_file():
         return Section("extremes", TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
-    cases = json.loads(file.read_text("utf-8"))["cases"]
+    return json_file.read_as(
+        file, f"what `{COMMAND}` writes", lambda content: _measured(content["cases"])
+    )
+
+
+def _measured(cases: Sequence[Mapping[str, Json]]) -> Section:
     counts = Counter(case["verdict"] for case in cases)
     by_topic = Counter(case["topic"] for case in cases)
     listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
