@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from fractions import Fraction
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.errors import InputError
@@ -74,7 +74,7 @@ class TippeTop(Parameters):
         )
 
     @classmethod
-    def from_ratios(cls, **given: Any) -> TippeTop:
+    def from_ratios(cls, **given: str | int | Fraction) -> TippeTop:
         """A body whose I1 and I3 are given in units of m R^2, as in a scene file."""
         values = {name: written(value, name) for name, value in given.items()}
         scale = values["m"] * values["R"] ** 2

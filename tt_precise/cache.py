@@ -18,11 +18,12 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -46,7 +47,7 @@ def user_folder() -> Path:
     return Path(home) / "tt-precise"
 
 
-def fingerprint(definition: Any) -> str:
+def fingerprint(definition: Json) -> str:
     """SHA-256 of a definition in plain JSON values."""
     return hashlib.sha256(json.dumps(definition, sort_keys=True).encode("utf-8")).hexdigest()
 
@@ -69,18 +70,18 @@ class Records:
     else is not found. Where nothing can be written nothing is cached.
     """
 
-    def __init__(self, folder: Path | None, made_by: Any):
+    def __init__(self, folder: Path | None, made_by: Json):
         self.folder, self._made_by = folder, made_by
 
     @classmethod
-    def of_user(cls, name: str, made_by: Any) -> Records:
+    def of_user(cls, name: str, made_by: Json) -> Records:
         """Those in a folder of the user's cache."""
         try:
             return cls(user_folder() / name, made_by)
         except OSError:
             return cls(None, made_by)
 
-    def get(self, name: str, key: Any) -> Any:
+    def get(self, name: str, key: Json) -> Json:
         """The record of ``key``, None if there is none; ``name`` is only for people."""
         if self.folder is None:
             return None
@@ -89,7 +90,7 @@ class Records:
         except UNREADABLE:
             return None
 
-    def put(self, name: str, key: Any, value: Any) -> None:
+    def put(self, name: str, key: Json, value: Json) -> None:
         """Keep the record of ``key``."""
         if self.folder is None:
             return
@@ -102,14 +103,14 @@ class Records:
         if self.folder is not None:
             shutil.rmtree(self.folder, ignore_errors=True)
 
-    def path(self, name: str, key: Any) -> Path:
+    def path(self, name: str, key: Json) -> Path:
         """Where the record of ``key`` is, or would be."""
         assert self.folder is not None
         return self.folder / f"{name}-{fingerprint([self._made_by, key])[:24]}.json.gz"
 
 
 def cached_table(
-    file: str, definition: Mapping[str, Any], compute: Callable[[], pandas.DataFrame]
+    file: str, definition: Mapping[str, Json], compute: Callable[[], pandas.DataFrame]
 ) -> pandas.DataFrame:
     """The table in ``file``, or from ``compute`` if there is none of this ``definition``.
 

@@ -10,10 +10,9 @@ import inspect
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 
-def docstring(function: Callable[..., Any]) -> str:
+def docstring(function: Callable[..., object]) -> str:
     """The cleaned docstring of a function of a module; "" if it has none."""
     text = function.__doc__
     if text is None:

@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import ClassVar
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters, TippeTop
 from tt_precise.errors import InputError
 from tt_precise.numerals import exact
+from tt_precise.untyped import Json
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class CoulombParameters(Parameters):
 
     law: ClassVar[str] = "coulomb"
 
-    def map(self, convert: Callable[[Any], Any]) -> Parameters:
+    def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
         """These parameters with every one of them converted."""
         return type(self)(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
 
@@ -32,7 +34,7 @@ class CoulombParameters(Parameters):
 class RegularisedParameters(CoulombParameters):
     """Parameters of a top with regularised friction; ``epsilon`` is a speed, mu dimensionless."""
 
-    epsilon: Any
+    epsilon: Scalar
     law: ClassVar[str] = "regularised"
 
 
@@ -43,11 +45,11 @@ class CoulombTop(TippeTop):
     law: ClassVar[str] = "coulomb"
     numbers_as: ClassVar[type[Parameters]] = CoulombParameters
 
-    def map(self, convert: Callable[[Any], Any]) -> Parameters:
+    def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
         """These parameters (SI) in another arithmetic; ``convert`` rounds one exact number."""
         return self.numbers_as(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
 
-    def dimensionless(self, fn: Any, convert: Callable[[Fraction], Any]) -> Parameters:
+    def dimensionless(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Parameters:
         """The same top with m = R = g = 1."""
         scale = self.m * self.R**2
         ratios = {
@@ -56,7 +58,7 @@ class CoulombTop(TippeTop):
         }  # fmt: skip
         return self.numbers_as(**ratios, **self._speeds(fn, convert))
 
-    def _speeds(self, fn: Any, convert: Callable[[Fraction], Any]) -> dict[str, Any]:
+    def _speeds(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> dict[str, Scalar]:
         """Parameters that are speeds, in units of sqrt(g R)."""
         return {}
 
@@ -80,7 +82,7 @@ class RegularisedTop(CoulombTop):
         if self.epsilon <= 0:
             raise InputError(f"epsilon: got {self.epsilon}, expected a speed above 0 in m/s")
 
-    def _speeds(self, fn: Any, convert: Callable[[Fraction], Any]) -> dict[str, Any]:
+    def _speeds(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> dict[str, Scalar]:
         return {"epsilon": fn.sqrt(convert(self.epsilon**2 / (self.g * self.R)))}
 
 
@@ -89,7 +91,7 @@ LAWS: dict[str, type[TippeTop]] = {
 }  # fmt: skip
 
 
-def top_with_friction(body: dict[str, Any], friction: dict[str, Any]) -> TippeTop:
+def top_with_friction(body: dict[str, Json], friction: dict[str, Json]) -> TippeTop:
     """The top of a scene file's tables ``[body]`` and ``[friction]``.
 
     Raises

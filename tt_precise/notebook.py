@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from html import escape
-from typing import Any
 
 
-def table(caption: str, rows: Iterable[tuple[str, Any]]) -> str:
+def table(caption: str, rows: Iterable[tuple[str, object]]) -> str:
     """Two columns in HTML: a name and what it is."""
     body = "".join(
         f'<tr><th style="text-align:left">{escape(name)}</th>'

@@ -6,8 +6,8 @@ import math
 import re
 from fractions import Fraction
 from numbers import Integral
-from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.errors import InputError
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+", re.ASCII)
@@ -55,14 +55,14 @@ def written(value: str | float | Fraction, what: str = "number") -> Fraction:
     return exact(value, what)  # type: ignore[arg-type]
 
 
-def to_mpmath(value: Fraction, context: Any) -> Any:
+def to_mpmath(value: Fraction, context: Functions) -> Scalar:
     """The exact ``value`` rounded once into an mpmath context (``mpmath.mp`` or an own one)."""
     from mpmath.libmp import from_rational  # here, so that a check in double need not import it
 
     return context.make_mpf(from_rational(value.numerator, value.denominator, context.prec, "n"))
 
 
-def as_fraction(t: Any) -> Fraction:
+def as_fraction(t: Scalar) -> Fraction:
     """The exact value of a time given as a string, or as an int, fraction, float of any kind.
 
     Raises

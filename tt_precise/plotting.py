@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write, replacing
 
@@ -45,7 +46,7 @@ _SETTINGS: Any = {
     "svg.hashsalt": "tt-precise",
 }
 # neither time nor version, so that a file changes only with its picture
-_METADATA: dict[str, dict[str, Any]] = {
+_METADATA: dict[str, dict[str, None]] = {
     ".svg": {"Date": None, "Creator": None},
     ".png": {"Software": None},
     ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
@@ -75,7 +76,7 @@ def new_figure(width: float, height: float) -> Figure:
     return drawn
 
 
-def thinned(times: Any, values: Any, bins: int = BINS) -> Any:
+def thinned(times: Array, values: Array, bins: int = BINS) -> Array:
     """Indices of the first, least, greatest and last value in each of ``bins`` spans of time."""
     import numpy
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tt_precise.body import TippeTop, require_si
 from tt_precise.dry_friction import top_with_friction
@@ -18,6 +18,10 @@ from tt_precise.notebook import table
 from tt_precise.numerals import exact, written
 from tt_precise.start import START_KEYS, Inclination, Start, is_derived
 from tt_precise.toml import parse, read_text, shown
+from tt_precise.untyped import Json
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
 
 MODELS = ("gliding", "rolling")
 RECORDABLE = ("phi", "psi", "x", "y")
@@ -62,13 +66,13 @@ class Scene:
     record: tuple[str, ...] = ()
     events: tuple[str, ...] = ()
     text: str = field(default="", repr=False, compare=False)
-    given: Mapping[str, Any] = field(default_factory=dict, repr=False, compare=False)
+    given: Mapping[str, Json] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("until", "sample_every"):
             object.__setattr__(self, name, written(getattr(self, name), name))
         _typed(self.body, TippeTop, "body", "a TippeTop")
-        start: Any = self.start
+        start: object = self.start
         if isinstance(start, Mapping):
             object.__setattr__(self, "start", Start.of(self.body, start))
             object.__setattr__(self, "given", dict(start) if is_derived(start) else {})
@@ -119,7 +123,7 @@ class Scene:
             )
         return replace(self, body=top, **self._start_with(start, top), **run)
 
-    def _start_with(self, changes: Mapping[str, Any], body: TippeTop) -> dict[str, Any]:
+    def _start_with(self, changes: Mapping[str, Json], body: TippeTop) -> dict[str, Any]:
         """Fields of a scene with this start changed: ``start``, and ``given`` where it counts."""
         # replace(scene, start=...) leaves ``given`` behind: then it says nothing any more
         given = self.given if self.given and Start.of(self.body, self.given) == self.start else {}
@@ -133,7 +137,7 @@ class Scene:
                         values.pop(other, None)
         return {"start": values}
 
-    def perturbed(self, **relative: Any) -> Scene:
+    def perturbed(self, **relative: str | Fraction) -> Scene:
         """The same scene with parameters (in SI) and rates off by exact relative sizes.
 
         ``perturbed(alpha="1e-9")`` has a top whose alpha is larger by 1e-9. With another m or R the
@@ -145,7 +149,7 @@ class Scene:
             There is no such parameter or rate, or the size is no exact number.
         """
         start: dict[str, Any] = {}
-        body: dict[str, Any] = {}
+        body: dict[str, Fraction] = {}
         known = {*(entry.name for entry in fields(self.body)), *_START}
         for name, size in relative.items():
             _one_of(name, known - {"theta"}, "perturbed")
@@ -222,7 +226,7 @@ def parse_scene(text: str, name: str, where: str) -> Scene:
         raise InputError(f"{where}: {error}") from None
 
 
-def _from_table(table: Mapping[str, Any], name: str, text: str) -> Scene:
+def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
     _keys(table, {"model", "body", "start", "run"}, {"title", "source", "friction"}, "")
     body, start, run = (_subtable(table, key) for key in ("body", "start", "run"))
     friction = _subtable(table, "friction") if "friction" in table else None
@@ -248,18 +252,18 @@ def _from_table(table: Mapping[str, Any], name: str, text: str) -> Scene:
     )
 
 
-def _top(body: Mapping[str, Any], friction: Mapping[str, Any] | None) -> TippeTop:
+def _top(body: Mapping[str, Json], friction: Mapping[str, Json] | None) -> TippeTop:
     if friction is None:
         return TippeTop.from_ratios(**body)
     return top_with_friction(dict(body), dict(friction))
 
 
-def _typed(value: Any, kind: type, what: str, expected: str) -> None:
+def _typed(value: object, kind: type, what: str, expected: str) -> None:
     if not isinstance(value, kind):
         raise InputError(f"{what}: got a {type(value).__name__}, expected {expected}")
 
 
-def _keys(table: Mapping[str, Any], required: set[str], optional: set[str], prefix: str) -> None:
+def _keys(table: Mapping[str, Json], required: set[str], optional: set[str], prefix: str) -> None:
     known = required | optional
     for key in table:
         if key not in known:
@@ -271,21 +275,21 @@ def _keys(table: Mapping[str, Any], required: set[str], optional: set[str], pref
         raise InputError(f"missing key {prefix}{key}, expected it to be given")
 
 
-def _subtable(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+def _subtable(table: Mapping[str, Json], key: str) -> Mapping[str, Json]:
     value = table[key]
     if not isinstance(value, dict):
         raise InputError(f"{key}: got {str(value)[:60]!r}, expected a table [{key}]")
     return value
 
 
-def _text(table: Mapping[str, Any], key: str) -> str:
+def _text(table: Mapping[str, Json], key: str) -> str:
     value = table.get(key, "")
     if not isinstance(value, str):
         raise InputError(f"{key}: got {str(value)[:60]!r}, expected text")
     return value
 
 
-def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
+def _names(table: Mapping[str, Json], key: str) -> tuple[str, ...]:
     value = table.get(key, [])
     if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
         raise InputError(f"run.{key}: got {str(value)[:60]!r}, expected a list of names")
@@ -299,5 +303,5 @@ def _one_of(value: str, allowed: Collection[str], what: str) -> None:
         )
 
 
-def _folder() -> Any:
+def _folder() -> Traversable:
     return resources.files("tt_precise") / "scenes"

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import TippeTop
 from tt_precise.errors import InputError
 from tt_precise.numerals import exact, written
+from tt_precise.untyped import Json
 
 # what some authors give instead of omega_3, and instead of nu_x and nu_y
 PSI_DOT, AT_REST = "psi_dot", "at_rest"
@@ -33,7 +35,7 @@ class Inclination(NamedTuple):
     from_pi: bool = False
 
     @classmethod
-    def parse(cls, value: Any) -> Inclination:
+    def parse(cls, value: str | int | float | Fraction) -> Inclination:
         """Read "0.1", "pi" or "pi - 1e-9"; radians, within [0, pi]."""
         form = _PI_FORM.fullmatch(value) if isinstance(value, str) else None
         if form:
@@ -52,14 +54,16 @@ class Inclination(NamedTuple):
         """Whether the axis is exactly vertical, where Euler angles are undefined."""
         return self.offset == 0
 
-    def sine_cosine(self, fn: Any, convert: Any) -> tuple[Any, Any]:
+    def sine_cosine(
+        self, fn: Functions, convert: Callable[[Fraction], Scalar]
+    ) -> tuple[Scalar, Scalar]:
         """``(sin theta, cos theta)`` in the arithmetic ``fn``."""
         if self.at_pole:
             return convert(Fraction(0)), convert(Fraction(-1 if self.from_pi else 1))
         sine, cosine = fn.sin(convert(self.offset)), fn.cos(convert(self.offset))
         return sine, -cosine if self.from_pi else cosine
 
-    def radians(self, fn: Any, convert: Any) -> Any:
+    def radians(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Scalar:
         """Theta itself in the arithmetic ``fn``."""
         offset = convert(self.offset)
         return fn.acos(convert(Fraction(-1))) - offset if self.from_pi else offset
@@ -89,7 +93,7 @@ class Start:
             object.__setattr__(self, name, written(getattr(self, name), name))
 
     @classmethod
-    def of(cls, body: TippeTop, given: Mapping[str, Any]) -> Start:
+    def of(cls, body: TippeTop, given: Mapping[str, Json]) -> Start:
         """The start that ``given`` says: its own entries, psi_dot for omega_3, or what is at rest.
 
         ``psi_dot`` (rad/s) makes omega_3 = psi_dot + phi_dot cos theta. ``at_rest`` is "contact
@@ -115,12 +119,12 @@ _ENTRIES = tuple(field.name for field in fields(Start))
 START_KEYS = (*_ENTRIES, PSI_DOT, AT_REST)
 
 
-def is_derived(given: Mapping[str, Any]) -> bool:
+def is_derived(given: Mapping[str, Json]) -> bool:
     """Whether a start has entries from which others are computed."""
     return PSI_DOT in given or AT_REST in given
 
 
-def _check_entries(given: Mapping[str, Any]) -> None:
+def _check_entries(given: Mapping[str, Json]) -> None:
     for name in given:
         if name not in START_KEYS:
             shown = str(name)[:60]
@@ -177,7 +181,7 @@ def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
     return replace(start, nu_x=_rounded(along), nu_y=_rounded(across))
 
 
-def _arithmetic() -> tuple[Any, Any]:
+def _arithmetic() -> tuple[Functions, Callable[[Fraction], Scalar]]:
     import mpmath
 
     from tt_precise.numerals import to_mpmath
@@ -187,7 +191,7 @@ def _arithmetic() -> tuple[Any, Any]:
     return context, lambda value: to_mpmath(value, context)
 
 
-def _rounded(value: Any) -> Fraction:
+def _rounded(value: Scalar) -> Fraction:
     """An mpmath number as the decimal of ``DERIVED_DIGITS`` digits nearest to it."""
     import mpmath
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.untyped import Json
 
 LARGEST_FILE = 100_000  # bytes; a scene is a page of text
 # tomllib's time grows with the square of the parts of a dotted key, which stands in one line:
@@ -36,7 +36,7 @@ def read_text(path: Path, what: str) -> str:
         raise InputError(f"{shown(path)}: not UTF-8 text, expected {what}") from None
 
 
-def parse(text: str) -> dict[str, Any]:
+def parse(text: str) -> dict[str, Json]:
     """The table in ``text``, with floats as the strings that stand there.
 
     Raises

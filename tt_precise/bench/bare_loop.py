@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.precision import precision_named
@@ -13,9 +13,10 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import numeric_options
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import Scene
+from tt_precise.untyped import Adaptive
 
 
-def bare_adaptive(setup: Setup, state: Sequence[Any], parameters: Sequence[Any]) -> Any:
+def bare_adaptive(setup: Setup, state: Sequence[Scalar], parameters: Sequence[Scalar]) -> Adaptive:
     """The equations as a ``taylor_adaptive``: no events, not even the end of contact."""
     import heyoka
 
@@ -28,7 +29,7 @@ def bare_adaptive(setup: Setup, state: Sequence[Any], parameters: Sequence[Any])
     )
 
 
-def bare_batch(setup: Setup, state: Any, parameters: Any) -> Any:
+def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:
     """The same in SIMD lanes: a column of ``state`` and of ``parameters`` for each."""
     import heyoka
 
@@ -41,7 +42,7 @@ def bare_batch(setup: Setup, state: Any, parameters: Any) -> Any:
 
 
 @cache
-def _compiled(setup: Setup) -> Any:
+def _compiled(setup: Setup) -> Adaptive:
     form, number = setup.formulation, setup.precision.number
     zero = setup.precision.context.mpf(0)
     return bare_adaptive(

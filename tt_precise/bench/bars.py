@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from tt_precise.bench import calls, plan, processes
 from tt_precise.bench.evaluators import CostTo, TableEntry
@@ -20,6 +19,7 @@ from tt_precise.bench.findings import TradeoffComparison, met
 from tt_precise.bench.tables import TradeoffTables
 from tt_precise.bench.timing import Turn, interleaved
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 
 FILE = "bench.csv"
 SCENES = 100
@@ -115,7 +115,7 @@ def measured(
     only: Sequence[str] = (),
     notify: Notify = lambda line: None,
     progress: Progress = silent,
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[dict[str, Json]]:
     """A row for each bar whose name contains one of ``only`` (all by default), as they come.
 
     ``value`` is the ratio (None where a peer is not installed), ``milliseconds`` the fastest of
@@ -133,7 +133,7 @@ def _asked(name: str, only: Sequence[str]) -> bool:
     return not only or any(part in name for part in only)
 
 
-def _row(bar: Bar) -> dict[str, Any]:
+def _row(bar: Bar) -> dict[str, Json]:
     from statistics import median
 
     times = interleaved(bar.make(), rounds=bar.rounds, budget_s=bar.budget_s)
@@ -145,7 +145,7 @@ def _row(bar: Bar) -> dict[str, Any]:
     )  # fmt: skip
 
 
-def _engine_rows(compared: Sequence[TradeoffComparison], notify: Notify) -> list[dict[str, Any]]:
+def _engine_rows(compared: Sequence[TradeoffComparison], notify: Notify) -> list[dict[str, Json]]:
     from tt_precise.bench.tradeoff import measure
 
     tables = TradeoffTables(measure(plan.engine(), notify).rows)
@@ -160,7 +160,7 @@ def _entry(
     aim: tuple[str, float] | None,
     seconds: float | None,
     turns: int | None,
-) -> dict[str, Any]:
+) -> dict[str, Json]:
     return {
         "name": name,
         "against": against,

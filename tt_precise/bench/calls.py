@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
-from typing import Any
 
 from tt_precise.bench.bare_loop import bare_loop
 from tt_precise.bench.estimates import right_digits
 from tt_precise.bench.random_scenes import gliding_scenes
 from tt_precise.bench.timing import Action, Turn, processor_time
-from tt_precise.integrate import catalogue, integrate
+from tt_precise.integrate import Trajectory, catalogue, integrate
 from tt_precise.scene import Scene, load_scene
 
 REFERENCE, ROLLING = "reference", "rolling"
@@ -48,7 +47,7 @@ def reading(what: str) -> Turns:
     """Read ``what`` off a trajectory that nothing was read off before, beside integrating it."""
     from tt_precise.mechanics.quantities import QUANTITIES
 
-    readers: dict[str, Callable[[Any], Any]] = {
+    readers: dict[str, Callable[[Trajectory], object]] = {
         "frame": lambda trajectory: trajectory.frame(*QUANTITIES),
         "text": lambda trajectory: trajectory.frame(*QUANTITIES, numbers="text"),
         "drift": lambda trajectory: trajectory.drift,
@@ -91,7 +90,7 @@ def sweep_rows() -> Sequence[Turn]:
     bare = bare_loop(scene)
     asked = specification(REFERENCE, vary={"omega_3": f"150:155:{SWEEP_ROWS}"})
 
-    def rows() -> Any:
+    def rows() -> object:
         return sweep(asked, one_in=0, workers=1)
 
     return [_turn(again(rows), lambda: [bare() for _ in range(SWEEP_ROWS)])]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import cache, partial
 from typing import Any
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.bench.right_hand_side import flat
@@ -39,7 +40,7 @@ def cyrk(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
     address, tolerance = _callback(problem.form).address, settings.tolerance
     stages = {"DOP853": 11, "VERN8": 13, "TSIT5": 6}.get(method, 0)
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         wanted = numpy.array(times)
         found = CyRK.nbsolve2_ivp(
             address, (0.0, float(wanted[-1])), start, method, wanted, False, parameters,
@@ -65,7 +66,7 @@ def cvode(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
     function = _compiled(problem.form, tuple(problem.parameters(settings.precision)))
 
     # it looks at the signature, which a compiled function does not show
-    def filling(t: float, y: Any, dy: Any) -> None:
+    def filling(t: float, y: Array, dy: Array) -> None:
         function(t, y, dy)
 
     start, tolerance = problem.state(settings.precision), settings.tolerance
@@ -73,7 +74,7 @@ def cvode(method: str, problem: GoldenProblem, settings: Settings) -> Solve:
         filling, method=method, rtol=tolerance, atol=tolerance, max_num_steps=CVODE_STEPS
     )
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         found = solver.solve(numpy.array([0.0, *times]), numpy.array(start))
         if not found.success:
             raise ArithmeticError(f"CVODE: {found.message}")

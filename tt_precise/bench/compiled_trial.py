@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, method_named
 from tt_precise.bench.plan import Trial
 from tt_precise.bench.problem import GoldenProblem, StateErrors, golden_problem
@@ -25,7 +25,7 @@ class CompiledTrial:
     problem: GoldenProblem
     solve: Solve
     setup_s: float
-    times: list[Any]
+    times: list[Scalar]
     grid: SolverResult | None = None
     _end: SolverResult | None = None
 

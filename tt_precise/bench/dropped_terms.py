@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+
+from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.body import Parameters
 
 LONGEST_NAME = 60
 
@@ -19,9 +21,9 @@ class TermTally:
     """The terms met so far, and the number of the one that is to be left out (None: none)."""
 
     drop: int | None = None
-    terms: list[Any] = field(default_factory=list)
+    terms: list[Scalar] = field(default_factory=list)
 
-    def stays(self, term: Any) -> bool:
+    def stays(self, term: Scalar) -> bool:
         """Count a term; whether it stays."""
         self.terms.append(term)
         return len(self.terms) - 1 != self.drop
@@ -32,60 +34,64 @@ class Counted:
 
     __slots__ = ("is_sum", "tally", "value")
 
-    def __init__(self, value: Any, tally: TermTally, is_sum: bool = False):
+    def __init__(self, value: Scalar, tally: TermTally, is_sum: bool = False):
         self.value, self.tally, self.is_sum = value, tally, is_sum
 
-    def _sum(self, left: Any, right: Any, sign: int) -> Counted:
+    def _sum(self, left: Scalar, right: Scalar, sign: int) -> Counted:
         # the left side of a sum that goes on has had its terms counted
         left_stays = (isinstance(left, Counted) and left.is_sum) or self.tally.stays(_bare(left))
         right_stays = self.tally.stays(sign * _bare(right))
         found = (_bare(left) if left_stays else 0) + (sign * _bare(right) if right_stays else 0)
         return Counted(found, self.tally, is_sum=True)
 
-    def _product(self, value: Any) -> Counted:
+    def _product(self, value: Scalar) -> Counted:
         return Counted(value, self.tally)
 
-    def __add__(self, other: Any) -> Counted:
+    def __add__(self, other: Scalar) -> Counted:
         return self._sum(self, other, 1)
 
-    def __radd__(self, other: Any) -> Counted:
+    def __radd__(self, other: Scalar) -> Counted:
         return self._sum(other, self, 1)
 
-    def __sub__(self, other: Any) -> Counted:
+    def __sub__(self, other: Scalar) -> Counted:
         return self._sum(self, other, -1)
 
-    def __rsub__(self, other: Any) -> Counted:
+    def __rsub__(self, other: Scalar) -> Counted:
         return self._sum(other, self, -1)
 
     def __neg__(self) -> Counted:
         return self._product(-self.value)
 
-    def __mul__(self, other: Any) -> Counted:
+    def __mul__(self, other: Scalar) -> Counted:
         return self._product(self.value * _bare(other))
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Counted:
+    def __truediv__(self, other: Scalar) -> Counted:
         return self._product(self.value / _bare(other))
 
-    def __rtruediv__(self, other: Any) -> Counted:
+    def __rtruediv__(self, other: Scalar) -> Counted:
         return self._product(other / self.value)
 
 
 class CountedFunctions:
     """sin, cos, ... of ``fn`` for counted scalars."""
 
-    def __init__(self, fn: Any, tally: TermTally):
+    def __init__(self, fn: Functions, tally: TermTally):
         self._fn, self._tally = fn, tally
 
-    def __getattr__(self, name: str) -> Callable[[Any], Counted]:
+    def __getattr__(self, name: str) -> Callable[[Scalar], Counted]:
         function = getattr(self._fn, name)
         return lambda x: Counted(function(_bare(x)), self._tally)
 
 
 def rates_without(
-    drop: int | None, rates: Callable[..., Sequence[Any]], body: Any, state: Sequence[Any], fn: Any
-) -> tuple[list[Any], list[Any]]:
+    drop: int | None,
+    rates: Callable[..., Sequence[Scalar]],
+    body: Parameters,
+    state: Sequence[Scalar],
+    fn: Functions,
+) -> tuple[list[Scalar], list[Scalar]]:
     """Rates with term ``drop`` (None: none) left out, and all terms in the order they are met."""
     tally = TermTally(drop)
     counted = [Counted(entry, tally) for entry in state]
@@ -117,5 +123,5 @@ def term_names() -> list[str]:
     return names
 
 
-def _bare(x: Any) -> Any:
+def _bare(x: Scalar) -> Scalar:
     return x.value if isinstance(x, Counted) else x

@@ -10,17 +10,19 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+from tt_precise.arithmetic import Array
 from tt_precise.bench.bare_loop import bare_batch
 from tt_precise.body import Parameters
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -48,7 +50,7 @@ def table(spans: tuple[LongRuns, ...], progress: Progress = silent) -> pandas.Da
     """Rows of ``scene, seed, t_s, jellett, energy``: relative signed errors."""
     import pandas
 
-    rows: list[dict[str, Any]] = []
+    rows: list[dict[str, Json]] = []
     runs = [(name, span) for name in SCENES for span in spans]
     work = sum(span.seeds * span.until_s for _, span in runs)
     done = 0.0
@@ -81,7 +83,7 @@ def seeded(scene: Scene, seed: int) -> Scene:
     return replace(scene, start=begin)
 
 
-def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Any]]:
+def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
     import numpy
 
     precision = precision_named("double")
@@ -110,7 +112,7 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Any]]:
     return rows
 
 
-def integrals(form: Any, values: dict[str, float], state: Any) -> dict[str, Any]:
+def integrals(form: Formulation, values: dict[str, float], state: Array) -> dict[str, Array]:
     """Lambda and E of columns of states, in 80-bit numbers: double would add its own rounding."""
     import numpy
 
@@ -146,7 +148,7 @@ def exponent(rows: pandas.DataFrame, scene: str, integral: str, until_s: float) 
     times = numpy.log(numpy.unique(mine["t_s"]))
     seeds = len(errors)
 
-    def slope(chosen: Any) -> Any:
+    def slope(chosen: Array) -> Array:
         rms = numpy.sqrt((chosen**2).mean(axis=0))
         return numpy.polyfit(times, numpy.log(numpy.maximum(rms, 1e-20)), 1)
 

@@ -11,11 +11,13 @@ import random
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.bench.random_scenes import random_scene, stands
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -50,7 +52,7 @@ def sample(seed: int) -> Sample:
             return Sample(seed, scene, wanted)
 
 
-def row(one: Sample) -> dict[str, Any]:
+def row(one: Sample) -> dict[str, Json]:
     """What was chosen for a sample, the digits it claims, and the digits that are right.
 
     ``estimated`` and ``right`` are missing where it raised.
@@ -90,7 +92,7 @@ def right_digits(trajectory: Trajectory, reference: str = "") -> float:
     truth = integrate(trajectory.scene, name, bits=bits, formulation=trajectory.formulation)
     if truth.status != trajectory.status:
         return 0.0
-    errors: dict[str, Any] = {
+    errors: dict[str, Scalar] = {
         name: abs(context.mpf(value) - truth.state.values[name])
         for name, value in trajectory.state.values.items()
         if value is not None and truth.state.values[name] is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
@@ -70,7 +70,7 @@ class CostTo:
         return MISSING if fastest is None else Amount(prices[fastest], fastest, self.error)
 
 
-def _beginning(names: Any, prefixes: tuple[str, ...]) -> Collection[str]:
+def _beginning(names: Iterable[str], prefixes: tuple[str, ...]) -> Collection[str]:
     # a name is a prefix of itself: "heyoka" is the bare loop, not "heyoka, 8 lanes"
     exact = {name for name in names if name in prefixes}
     return exact or {str(name) for name in names if str(name).startswith(prefixes)}
@@ -84,8 +84,8 @@ class TableEntry:
     """
 
     column: str
-    row: Mapping[str, Any]
-    among: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    row: Mapping[str, object]
+    among: Mapping[str, tuple[object, ...]] = field(default_factory=dict)
     table: str = "rows"
 
     def amount(self, tables: TradeoffTables) -> Amount:

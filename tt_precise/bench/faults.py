@@ -14,13 +14,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
+from tt_precise.arithmetic import Array
+from tt_precise.body import Parameters
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
 
+    from tt_precise.body import Units
     from tt_precise.check.result import Result
+    from tt_precise.initial_state import InitialState
 
 SCENE = "reference"
 OUT = Path("reports/faults.csv")
@@ -32,6 +37,9 @@ DIGITS = 8.0  # asked of the distance from golden data
 MOST_STEPS = 100_000  # the healthy equations take 5,000; a wrong one may blow up
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+
+
+Column = Callable[["pandas.DataFrame"], Any]  # gives the faulty column
 
 
 @dataclass(frozen=True)
@@ -137,7 +145,7 @@ def _without_term(scene: Scene, number: int) -> Callable[[], pandas.DataFrame]:
 
 
 def _runge_kutta(
-    scene: Scene, step_s: float, kind: Any = numpy.float64
+    scene: Scene, step_s: float, kind: type = numpy.float64
 ) -> Callable[[], pandas.DataFrame]:
     """The classical method with a fixed step, the state in the number type ``kind``."""
 
@@ -152,7 +160,7 @@ def _runge_kutta(
         stride = round(float(scene.sample_every) / step_s)
         count = len(scene.sample_times)
         h = float(scene.sample_every) / stride / units.time
-        x = numpy.array([float(entry) for entry in start.vectors]).astype(kind)
+        x: Array = numpy.array([float(entry) for entry in start.vectors]).astype(kind)
         rows = [x.astype(float)]
         for _ in range(count - 1):
             for _ in range(stride):
@@ -169,7 +177,7 @@ def _runge_kutta(
     return frame
 
 
-def _initial_state(scene: Scene) -> tuple[Any, Any, Any]:
+def _initial_state(scene: Scene) -> tuple[InitialState, Parameters, Units]:
     from tt_precise.body import Units
     from tt_precise.initial_state import InitialState
     from tt_precise.integrate.precision import precision_named
@@ -178,7 +186,7 @@ def _initial_state(scene: Scene) -> tuple[Any, Any, Any]:
     return start, start.body.map(float), Units(*map(float, start.units))
 
 
-def _table(times: Any, entries: Any, names: tuple[str, ...], units: Any) -> pandas.DataFrame:
+def _table(times: Array, entries: Array, names: tuple[str, ...], units: Units) -> pandas.DataFrame:
     import pandas
 
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
@@ -195,10 +203,10 @@ def _table(times: Any, entries: Any, names: tuple[str, ...], units: Any) -> pand
 def _spoiled_columns(scene: Scene) -> Iterator[Fault]:
     from tt_precise.integrate import integrate
 
-    def euler(**columns: Callable[[pandas.DataFrame], Any]) -> Callable[[], pandas.DataFrame]:
+    def euler(**columns: Column) -> Callable[[], pandas.DataFrame]:
         return lambda: integrate(scene).frame(*EULER).assign(**columns)
 
-    def vectors(**columns: Callable[[pandas.DataFrame], Any]) -> Callable[[], pandas.DataFrame]:
+    def vectors(**columns: Column) -> Callable[[], pandas.DataFrame]:
         return lambda: _vectors(scene).assign(**columns)
 
     yield Fault("column", "omega_3 with the other sign", "", euler(omega_3=lambda f: -f.omega_3))
@@ -221,13 +229,13 @@ def _spoiled_columns(scene: Scene) -> Iterator[Fault]:
     yield Fault("column", "one glitch of Lz at t = 4 s", "1e-6", glitch)
 
 
-def row(fault: Fault) -> dict[str, Any]:
+def row(fault: Fault) -> dict[str, Json]:
     """One row of the table."""
     from tt_precise.check import conservation
     from tt_precise.errors import InputError
 
-    scene: Any = _slippery(load_scene(SCENE)) if "mu = 0.1" in fault.name else SCENE
-    known: dict[str, Any] = {"kind": fault.kind, "fault": fault.name, "size": fault.size}
+    scene: str | Scene = _slippery(load_scene(SCENE)) if "mu = 0.1" in fault.name else SCENE
+    known: dict[str, Json] = {"kind": fault.kind, "fault": fault.name, "size": fault.size}
     try:
         result = conservation(fault.frame(), scene)
     except InputError as error:
@@ -237,7 +245,7 @@ def row(fault: Fault) -> dict[str, Any]:
     return known | _found(result)
 
 
-def _found(result: Result) -> dict[str, Any]:
+def _found(result: Result) -> dict[str, Json]:
     # a limit that the rows do not allow to ask about is asked about by nobody
     values: dict[str, float] = {
         name: float(result[name].value or 0.0) for name in SHOWN if result[name].value is not None

@@ -14,6 +14,7 @@ from typing import Any
 from tt_precise.bench import error_growth, plan, statistics
 from tt_precise.bench.evaluators import CostTo, Evaluator, Statistic, TableEntry
 from tt_precise.bench.tables import ACCURACIES, WHOLE_S, TradeoffTables
+from tt_precise.untyped import Json
 
 AIMS = ("at least", "at most", "below")
 FORMULATIONS = ("newton", "euler")
@@ -146,7 +147,7 @@ def _at_best(variant: str, formulation: str) -> TableEntry:
     return TableEntry("ratio", _row(variant, formulation))
 
 
-def _row(variant: str, formulation: str, **others: Any) -> dict[str, Any]:
+def _row(variant: str, formulation: str, **others: Any) -> dict[str, Json]:
     return {
         "method": f"{BARE}, {variant}" if variant else BARE,
         "precision": "double", "formulation": formulation, "tolerance": 0.0, "horizon_s": WHOLE_S,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, partial
-from typing import Any
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.body import Parameters
@@ -22,7 +22,7 @@ def diffrax_solver(solver: str, problem: GoldenProblem, settings: Settings) -> S
     parameters = numpy.array(problem.parameters(settings.precision))
     at_end, at_times = _jitted(solver, problem.form, False), _jitted(solver, problem.form, True)
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         chosen = at_end if len(times) == 1 else at_times
         states, steps, evaluations = chosen(
             start, numpy.array(times), settings.tolerance, parameters
@@ -34,7 +34,7 @@ def diffrax_solver(solver: str, problem: GoldenProblem, settings: Settings) -> S
 
 
 @cache
-def _jitted(solver: str, form: Formulation, between: bool) -> Any:
+def _jitted(solver: str, form: Formulation, between: bool) -> Callable[..., Array]:
     import diffrax
     import jax
 
@@ -43,13 +43,13 @@ def _jitted(solver: str, form: Formulation, between: bool) -> Any:
     # first same as last: the last stage of a step is the first one of the next
     stages = method.tableau.num_stages - 1
 
-    def rates(t: Any, y: Any, parameters: Any) -> Any:
+    def rates(t: Array, y: Array, parameters: Array) -> Array:
         given = dict(zip(form.parameters, parameters, strict=True))
         body = Parameters(**{"m": 1, "R": 1, "g": 1, "mu": 0} | given)
         return jax.numpy.stack(form.rates(body, form.State(*y), jax.numpy))
 
     @jax.jit
-    def solve(start: Any, times: Any, tolerance: Any, parameters: Any) -> Any:
+    def solve(start: Array, times: Array, tolerance: Array, parameters: Array) -> Array:
         found = diffrax.diffeqsolve(
             diffrax.ODETerm(rates), method, 0.0, times[-1], None, start, parameters,
             saveat=diffrax.SaveAt(ts=times) if between else diffrax.SaveAt(t1=True),

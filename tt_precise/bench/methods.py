@@ -10,8 +10,9 @@ import importlib
 import importlib.util
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.errors import InputError
 from tt_precise.integrate.precision import Precision
@@ -31,7 +32,7 @@ class SolverResult(NamedTuple):
     the exact times and not at the rounded ones that were handed over.
     """
 
-    states: Sequence[Any]
+    states: Sequence[Sequence[Scalar]]
     steps: int
     work: int
     order: int | None = None
@@ -39,7 +40,9 @@ class SolverResult(NamedTuple):
     published: bool = False
 
 
-Solve = Callable[[Sequence[Any]], SolverResult]  # from dimensionless times, in the method's numbers
+Solve = Callable[
+    [Sequence[Scalar]], SolverResult
+]  # from dimensionless times, in the method's numbers
 
 
 class Settings(NamedTuple):

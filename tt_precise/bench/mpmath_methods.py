@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any
 
 import mpmath
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.body import Parameters
@@ -25,10 +25,10 @@ def odefun(problem: GoldenProblem, settings: Settings) -> Solve:
     state = [own(x) for x in form.start(start.body, start.vectors, start.euler)]
     body = Parameters(**{f.name: own(getattr(start.body, f.name)) for f in fields(start.body)})
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         evaluations = 0
 
-        def rates(t: Any, y: Any) -> list[Any]:
+        def rates(t: Scalar, y: Sequence[Scalar]) -> list[Scalar]:
             nonlocal evaluations
             evaluations += 1
             return list(form.rates(body, form.State(*y), mpmath))

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import VECTOR_COLUMNS
@@ -26,6 +27,9 @@ from tt_precise.mechanics.formulations import (
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    import pandas
 
 GOLDEN_BITS = 160  # holds the 34 decimals of golden data with room for the differences
 MOST_SAMPLES = 40  # of the golden rows, evenly taken, at which a method is compared on its way
@@ -58,18 +62,18 @@ class GoldenProblem:
         """Body, units and start, rounded once to the guarded ``precision``."""
         return InitialState.of(self.scene, precision.arithmetic)
 
-    def state(self, precision: Precision) -> list[Any]:
+    def state(self, precision: Precision) -> list[Scalar]:
         """The start in heyoka's numbers."""
         start = self.start(precision)
         first = self.form.start(start.body, start.vectors, start.euler)
         return list(map(precision.number, first))
 
-    def parameters(self, precision: Precision) -> list[Any]:
+    def parameters(self, precision: Precision) -> list[Scalar]:
         """The parameters that the equations contain, in heyoka's numbers."""
         body = self.start(precision).body
         return [precision.number(getattr(body, name)) for name in self.form.parameters]
 
-    def clock(self, precision: Precision, times: Sequence[Fraction]) -> list[Any]:
+    def clock(self, precision: Precision, times: Sequence[Fraction]) -> list[Scalar]:
         """Times in s as dimensionless numbers of heyoka's."""
         unit = self.start(precision).units.time
         return [precision.number(precision.exact(t) / unit) for t in times]
@@ -107,9 +111,9 @@ class StateErrors:
     known), ``jellett_drift`` likewise.
     """
 
-    error: Any
-    error_on_way: Any
-    jellett_drift: Any
+    error: Scalar
+    error_on_way: Scalar
+    jellett_drift: Scalar
 
 
 @dataclass(frozen=True)
@@ -122,7 +126,7 @@ class Truth:
     states: tuple[NewtonState, ...]
 
     def errors(
-        self, rows: Sequence[Any], precision: Precision, times: Sequence[Any] | None
+        self, rows: Sequence[Sequence[Scalar]], precision: Precision, times: Sequence[Scalar] | None
     ) -> StateErrors:
         """The errors of states at the last ``len(rows)`` of the problem's times.
 
@@ -150,18 +154,18 @@ class Truth:
         drifts = drift(INTEGRALS["jellett"], motions)[1:]
         return StateErrors(off[-1], max(off), max(drifts))
 
-    def _number(self, value: Any, precision: Precision) -> Any:
+    def _number(self, value: Scalar, precision: Precision) -> Scalar:
         number = value if hasattr(value, "_mpf_") else precision.guarded(value)
         return self.precision.context.mpf(number)
 
-    def _moved(self, state: NewtonState, delay: Any) -> NewtonState:
+    def _moved(self, state: NewtonState, delay: Scalar) -> NewtonState:
         form = formulation(self.problem.scene.model, "newton", self.problem.scene.body.law)
         rates = form.rates(self.start.body, form.State(*state[: len(form.columns)]), None)
         moved = [x + rate * delay for x, rate in zip(state, rates, strict=False)]
         return NewtonState(*moved, *state[len(moved) :])
 
 
-def golden_rows(scene: str, times: Sequence[Fraction]) -> Any:
+def golden_rows(scene: str, times: Sequence[Fraction]) -> pandas.DataFrame:
     """The rows of golden data at exact times, as text; raises if one is not there."""
     from tt_precise import golden
 

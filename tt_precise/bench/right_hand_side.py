@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.untyped import Json
 
 # arguments, and what is done with the rates; without a p the parameters are constants of the text
 SHAPES = {
@@ -23,16 +24,16 @@ SHAPES = {
 }
 
 
-def flat(form: Formulation, shape: str, parameters: Sequence[float] = ()) -> Callable[..., Any]:
+def flat(form: Formulation, shape: str, parameters: Sequence[float] = ()) -> Callable[..., Array]:
     """A flat Python function of the formulation's rates, of one of the ``SHAPES``.
 
     ``parameters`` are the values of ``form.parameters``, for the shapes that have no ``p``.
     """
     import numpy
 
-    names: dict[str, Any] = {"math": math, "array": numpy.array}
+    names: dict[str, Json] = {"math": math, "array": numpy.array}
     exec(source(form, shape, tuple(parameters)), names)
-    rates: Callable[..., Any] = names["rates"]
+    rates: Callable[..., Array] = names["rates"]
     return rates
 
 
@@ -58,7 +59,7 @@ def source(form: Formulation, shape: str, parameters: tuple[float, ...] = ()) ->
 
 
 @cache
-def _shared(form: Formulation) -> Any:
+def _shared(form: Formulation) -> tuple[list[tuple[Scalar, Scalar]], list[Scalar]]:
     import sympy
 
     parameters = dict(zip(form.parameters, sympy.symbols(form.parameters), strict=True))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import Any
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.bench.right_hand_side import flat
@@ -15,7 +16,9 @@ LEAST = 2.3e-14  # solve_ivp takes no smaller relative tolerance
 ODEINT_STEPS = 1_000_000  # at most between two outputs; its default, 500, does not reach 8 s
 
 
-def right_hand_side(problem: GoldenProblem, settings: Settings, compiled: bool) -> Any:
+def right_hand_side(
+    problem: GoldenProblem, settings: Settings, compiled: bool
+) -> Callable[..., Array]:
     """``f(t, y)``: a flat Python function, or the same compiled by numba."""
     parameters = tuple(problem.parameters(settings.precision))
     if not compiled:
@@ -24,7 +27,7 @@ def right_hand_side(problem: GoldenProblem, settings: Settings, compiled: bool) 
 
 
 @cache
-def _jitted(form: Formulation, parameters: tuple[float, ...]) -> Any:
+def _jitted(form: Formulation, parameters: tuple[float, ...]) -> Callable[..., Array]:
     import numba
     import numpy
 
@@ -43,7 +46,7 @@ def solve_ivp(method: Any, compiled: bool, problem: GoldenProblem, settings: Set
     function = right_hand_side(problem, settings, compiled)
     start, tolerance = problem.state(settings.precision), settings.tolerance
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         found = scipy.integrate.solve_ivp(
             function,
             (0.0, times[-1]),
@@ -69,7 +72,7 @@ def odeint(compiled: bool, problem: GoldenProblem, settings: Settings) -> Solve:
     function = right_hand_side(problem, settings, compiled)
     start, tolerance = problem.state(settings.precision), settings.tolerance or None
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         rows, info = scipy.integrate.odeint(
             function, start, [0.0, *times], tfirst=True, rtol=tolerance, atol=tolerance,
             mxstep=ODEINT_STEPS, full_output=True,

@@ -14,9 +14,11 @@ import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -149,7 +151,7 @@ def right_digits(trajectory: Trajectory) -> float:
     return float(digits_over_rows(values, errors, trajectory.start.units, bits).min())
 
 
-def _float(value: Any) -> float:
+def _float(value: Scalar) -> float:
     return math.nan if value is None else float(value)
 
 
@@ -171,7 +173,7 @@ def _costs(found: dict[MeasuredSetting, Trajectory]) -> dict[MeasuredSetting, fl
     return {setting: seconds / best[BASE] for setting, seconds in best.items()}
 
 
-def _row(setting: MeasuredSetting, found: list[Performance]) -> dict[str, Any]:
+def _row(setting: MeasuredSetting, found: list[Performance]) -> dict[str, Json]:
     digits = [one.digits for one in found]
     (cost,) = (one.cost for one in found if one.cost is not None)
     return {

@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.bench.bare_loop import bare_adaptive, bare_batch
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
@@ -15,6 +16,7 @@ from tt_precise.integrate.events import catalogue
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import Integrator, build
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.untyped import Adaptive
 
 LANES = (4, 8)
 SPREAD = 1e-6  # of the starts in a batch: lanes that all take the same steps would flatter it
@@ -60,7 +62,7 @@ def supplied(
 
 
 def _solver(
-    adaptive: Any,
+    adaptive: Adaptive,
     problem: GoldenProblem,
     settings: Settings,
     made: Integrator | None = None,
@@ -77,7 +79,7 @@ def _solver(
     for i, value in enumerate(problem.parameters(precision)):
         adaptive.pars[i] = value
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         for i, value in enumerate(start):
             adaptive.state[i] = value
         adaptive.time = zero
@@ -88,7 +90,7 @@ def _solver(
             outcome, _, _, steps, _, _ = adaptive.propagate_until(times[0])
             states = [[adaptive.state[i] for i in range(entries)]]
         else:
-            grid: Any = [zero, *times]
+            grid: Array = [zero, *times]
             if precision.name in ("double", "extended"):
                 grid = numpy.array(grid, dtype=precision.fp_type)
             outcome, _, _, steps, _, rows = adaptive.propagate_grid(grid)
@@ -113,7 +115,7 @@ def lanes(width: int, problem: GoldenProblem, settings: Settings) -> Solve:
         numpy.outer(problem.parameters(precision), numpy.ones(width)),
     )
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         batch.state[:] = start
         batch.set_time(0.0)
         states, steps = [], numpy.zeros(width, dtype=int)
@@ -144,7 +146,7 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
         asked["bits"] = precision.bits if precision.name == "mp" else None
         asked["formulation"] = problem.coordinates
 
-    def solve(times: Sequence[Any]) -> SolverResult:
+    def solve(times: Sequence[Scalar]) -> SolverResult:
         found = integrate(scene, **asked)
         context = found.precision.context
         state = [

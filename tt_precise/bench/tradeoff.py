@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from functools import partial
 from importlib.util import find_spec
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.bench.compiled_trial import CompiledTrial, prepare
 from tt_precise.bench.methods import method_named
@@ -19,6 +19,7 @@ from tt_precise.bench.plan import SCENE, Group, Trial
 from tt_precise.bench.timing import Action, Timings, Turn, interleaved, timed
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -62,7 +63,7 @@ def _part(progress: Progress, base: float, share: float) -> Progress:
 
 def _group(
     group: Group, yardstick: Action, skipped: _Skipped, notify: Notify, progress: Progress
-) -> list[dict[str, Any]]:
+) -> list[dict[str, Json]]:
     moments = [time.monotonic()]
     ready = list(_prepared(group.trials, skipped))
     moments.append(time.monotonic())
@@ -126,7 +127,7 @@ def _compiled_anew() -> Iterator[Callable[[], None]]:
         state.set_diskcache_enabled(enabled)
 
 
-def _row(one: CompiledTrial, times: Timings) -> dict[str, Any]:
+def _row(one: CompiledTrial, times: Timings) -> dict[str, Json]:
     trial, end, errors = one.trial, one.ended, one.errors()
     return {
         "scene": trial.scene,
@@ -158,7 +159,7 @@ def _setting(trial: Trial) -> str:
     return f"{width}{tolerance}, {trial.coordinates}"
 
 
-def _workload(yardstick: Action, when: str) -> dict[str, Any]:
+def _workload(yardstick: Action, when: str) -> dict[str, Json]:
     """The bare heyoka loop, many times: the drift of the machine from start to end."""
     seconds = [timed(yardstick) for _ in range(WORKLOAD_ROUNDS)]
     return {
@@ -170,7 +171,7 @@ def _workload(yardstick: Action, when: str) -> dict[str, Any]:
     }
 
 
-def _imports() -> Iterator[dict[str, Any]]:
+def _imports() -> Iterator[dict[str, Json]]:
     """Seconds to start Python and import a package, in a process of its own; and without one."""
     for name in ("", *(one for one in IMPORTED if find_spec(one.partition(".")[0]))):
         command = [sys.executable, "-c", f"import {name}" if name else ""]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy
 
@@ -72,7 +71,10 @@ class ColumnSource(RowSource):
     """Columns in memory; ``column(name)`` gives one of those called ``names``."""
 
     def __init__(
-        self, names: Sequence[Any], column: Callable[[Any], Any], rename: Mapping[str, str]
+        self,
+        names: Sequence[Hashable],
+        column: Callable[[Hashable], object],
+        rename: Mapping[str, str],
     ):
         self._theirs, self._column = list(names), column
         super().__init__("the table", [str(name) for name in names], rename)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tt_precise.errors import InputError
 
 if TYPE_CHECKING:
     import os
+    from pathlib import Path
 
     from tt_precise.check.result import Result
+    from tt_precise.scene import Scene
 
 
 def assert_conserves(
-    trajectory: Any,
-    scene: Any,
+    trajectory: object,
+    scene: str | Path | Scene,
     *,
     limits: Mapping[str, float] | None = None,
     until: float | None = None,
@@ -66,8 +68,8 @@ def assert_conserves(
 
 
 def assert_matches_golden(
-    trajectory: Any,
-    scene: Any,
+    trajectory: object,
+    scene: str | Path | Scene,
     *,
     digits: float,
     until: float | None = None,

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
 
 SHOWN = 40  # characters of a bad cell
@@ -68,7 +69,7 @@ def _is_complex(text: str) -> bool:
     return text[-1:] in "jJ)"
 
 
-def column_of(values: Any, name: str, where: str) -> Any:
+def column_of(values: Any, name: str, where: str) -> Array:
     """``values`` as an array with one entry a row.
 
     Raises
@@ -100,7 +101,7 @@ def column_of(values: Any, name: str, where: str) -> Any:
 
 
 def numbers_of(
-    array: Any, name: str, where: str, first: int = 0, *, strict: bool = True
+    array: Array, name: str, where: str, first: int = 0, *, strict: bool = True
 ) -> numpy.ndarray:
     """The numbers in an array of ``column_of``, NaN where there are none; row ``first`` onwards.
 
@@ -123,7 +124,7 @@ def numbers_of(
     return found
 
 
-def bad_cell(place: str, name: str, value: Any, error: ValueError) -> str:
+def bad_cell(place: str, name: str, value: object, error: ValueError) -> str:
     """The line that refuses a cell."""
     # Python does not print integers of more than some thousand digits
     huge = isinstance(value, int) and value.bit_length() > 1000

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Array
 from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.finding import Sense
 from tt_precise.check.samples import CheckSetup, Samples
@@ -143,7 +143,7 @@ def _quaternion(setup: CheckSetup, first: Samples, limit: float) -> Watch:
     names = ("qw", "qx", "qy", "qz")
 
     def error(samples: Samples) -> numpy.ndarray:
-        squared: Any = sum(samples.given[name] ** 2 for name in names)
+        squared: Array = sum(samples.given[name] ** 2 for name in names)
         return abs(numpy.sqrt(squared) - 1)
 
     return error

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.mechanics.conversion import (
@@ -38,7 +39,7 @@ class ColumnSet:
     name: str
     required: tuple[str, ...]
     velocity: tuple[str, ...]
-    state: Callable[[Parameters, Columns, Any], tuple[NewtonState, Any]]
+    state: Callable[[Parameters, Columns, Functions], tuple[NewtonState, Scalar]]
     azimuth: bool = True
 
     @property
@@ -51,16 +52,16 @@ class ColumnSet:
         return [name for name in self.required if name not in set(present)]
 
 
-def _from_vectors(body: Parameters, c: Columns, fn: Any) -> tuple[NewtonState, Any]:
+def _from_vectors(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
     return NewtonState(*(c[name] for name in NewtonState._fields)), 0
 
 
-def _from_euler(body: Parameters, c: Columns, fn: Any) -> tuple[NewtonState, Any]:
+def _from_euler(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
     state = EulerState(*(c[name] for name in EulerState._fields))
     return vectors_from_euler(body, state, fn), 0
 
 
-def _from_rigid_body(body: Parameters, c: Columns, fn: Any) -> tuple[NewtonState, Any]:
+def _from_rigid_body(body: Parameters, c: Columns, fn: Functions) -> tuple[NewtonState, Scalar]:
     return vectors_from_rigid_body(
         body, RigidBodyState(*(c[name] for name in RigidBodyState._fields))
     )

@@ -90,7 +90,7 @@ class TextSource(RowSource):
         def lines() -> list[tuple[int, str]]:
             return self._lines(text, line)
 
-        def cells(row: int, wanted: Sequence[str]) -> list[Any]:
+        def cells(row: int, wanted: Sequence[str]) -> list[str]:
             split = self._split(lines()[row][1], lines()[row][0])
             positions = [self.names.index(name) for name in wanted]
             return [split[i].strip() if i < len(split) else "" for i in positions]

@@ -11,8 +11,9 @@ import re
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
 from tt_precise.scene import Scene
 
@@ -134,7 +135,7 @@ def _numbered(path: Path) -> dict[str, numpy.ndarray]:
     import pandas
 
     frame = pandas.read_csv(path)
-    found: dict[str, Any] = {}
+    found: dict[str, Array] = {}
     for column in frame.columns:
         name = str(column).strip()
         numbered = re.fullmatch(r"([A-Za-z_]+?)_?(\d)", name)

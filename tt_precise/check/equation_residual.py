@@ -19,10 +19,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.shooting import follow
 from tt_precise.mechanics import quantities
@@ -167,9 +167,9 @@ class EquationResidual:
         rounding = EPS * abs(best).max(axis=0)
         return change - best, last * shrinking + rounding
 
-    def _rates(self, entries: tuple[Any, ...]) -> Sequence[Any]:
+    def _rates(self, entries: tuple[Scalar, ...]) -> Sequence[Scalar]:
         form = self._form
-        found: Sequence[Any] = form.rates(self.setup.body, form.State(*entries), SeriesFunctions)
+        found: Sequence[Scalar] = form.rates(self.setup.body, form.State(*entries), SeriesFunctions)
         return found
 
     def _functions(self, state: NewtonState, order: int) -> tuple[numpy.ndarray, numpy.ndarray]:
@@ -183,15 +183,15 @@ class EquationResidual:
         slopes = [f.rate / size for f, size in zip(functions, self._sizes, strict=False)]
         q, q_rows = Motion(body, full, SeriesFunctions, model), Motion(body, state, numpy, model)
         values.append(quantities.E(q_rows) / self._energy_size)
-        power: Any = 0.0 if model == "rolling" else quantities.E_dot(q).c[:order]
+        power: Array = 0.0 if model == "rolling" else quantities.E_dot(q).c[:order]
         slopes.append(power / self._energy_size + numpy.zeros_like(slopes[0]))
         return numpy.array(values), numpy.array(slopes)
 
 
-def _without_azimuth(state: NewtonState, width: int) -> tuple[Any, ...]:
+def _without_azimuth(state: NewtonState, width: int) -> tuple[Scalar, ...]:
     # what turning the whole motion about the vertical leaves alone
     k, L, v = state.k, state.L, state.v
-    found: tuple[Any, ...] = (k[2], L[2], dot(L, k), cross(L, k)[2])
+    found: tuple[Scalar, ...] = (k[2], L[2], dot(L, k), cross(L, k)[2])
     if width == len(state):
         found += (v[0] * k[0] + v[1] * k[1], v[1] * k[0] - v[0] * k[1])
     return found
@@ -202,7 +202,7 @@ class SummedResidual:
 
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
-        self._sum: Any = 0.0
+        self._sum: Array = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self._within = numpy.inf  # s: what was followed of the unresolved interval that is worst
         self.intervals = self.unresolved = 0

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
+
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import numpy
@@ -37,11 +39,11 @@ class CheckFinding:
         default=None, repr=False, compare=False
     )
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Json]:
         """For JSON."""
         # JSON has no infinity: an infinite worst value is told by its reason
         value = None if self.value is None or not math.isfinite(self.value) else self.value
-        found: dict[str, Any] = {
+        found: dict[str, Json] = {
             "name": self.name,
             "verdict": self.verdict,
             "value": value,

@@ -13,7 +13,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from tt_precise.check.result import Result
+    from tt_precise.scene import Scene
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -37,7 +40,7 @@ def assert_conserves(request: pytest.FixtureRequest) -> Callable[..., Result]:
 
     given = read_limits(request.config.getoption("--tt-limit"))
 
-    def checked(trajectory: Any, scene: Any, **keywords: Any) -> Result:
+    def checked(trajectory: object, scene: str | Path | Scene, **keywords: Any) -> Result:
         __tracebackhide__ = True
         keywords["limits"] = {**keywords.get("limits", {}), **given}
         keywords |= {name: value for name, value in given.items() if name in keywords}
@@ -53,7 +56,7 @@ def assert_matches_golden(request: pytest.FixtureRequest) -> Callable[..., Resul
 
     digits = request.config.getoption("--tt-digits")
 
-    def checked(trajectory: Any, scene: Any, **keywords: Any) -> Result:
+    def checked(trajectory: object, scene: str | Path | Scene, **keywords: Any) -> Result:
         __tracebackhide__ = True
         if digits is not None:
             keywords["digits"] = digits

@@ -10,7 +10,6 @@ import os
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from tt_precise.check.array_sources import ColumnSource, ParquetSource
 from tt_precise.check.blocks import RowSource
@@ -18,7 +17,7 @@ from tt_precise.check.csv_source import TextSource
 from tt_precise.errors import InputError
 
 
-def open_source(source: Any, rename: Mapping[str, str] | None = None) -> RowSource:
+def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowSource:
     """A table from a path, "-" (standard input), a DataFrame, a mapping or a ``Trajectory``.
 
     The caller closes it.

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from tt_precise.check import outputs
 from tt_precise.check.finding import CheckFinding
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -66,7 +67,7 @@ class Result:
         names = ["name", "verdict", "value", "limit", "sense", "at", "reason", "meaning"]
         return pandas.DataFrame(rows, columns=names)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Json]:
         """The JSON object of the command."""
         return {
             "schema": SCHEMA,

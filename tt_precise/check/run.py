@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy
 
@@ -34,7 +33,7 @@ HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
 
 
 def conservation(
-    trajectory: Any,
+    trajectory: object,
     scene: str | Path | Scene,
     *,
     limits: Mapping[str, float] | None = None,

@@ -108,7 +108,7 @@ class Samples:
             {name: _carried(self.given[name], later.given[name]) for name in later.given},
         )
 
-    def rows(self, wanted: Any) -> Samples:
+    def rows(self, wanted: slice | numpy.ndarray) -> Samples:
         """Some of the rows, by a slice or an array of indices."""
         return Samples(
             self.setup,

@@ -6,7 +6,6 @@ import json
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 import numpy
 
@@ -15,6 +14,7 @@ from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.engine-job/1"
 SCHEMA_FILE = Path(__file__).with_name("job.schema.json")
@@ -42,7 +42,7 @@ class Friction:
             scene.body.law, float(scene.body.mu), None if epsilon is None else float(epsilon)
         )
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Json]:
         """As it stands in the job."""
         known = {"law": self.law, "mu": self.mu}
         return known if self.epsilon is None else known | {"epsilon": self.epsilon}
@@ -50,7 +50,7 @@ class Friction:
 
 def job(
     scene: Scene, step: Fraction, friction: Friction, *, contact: str = "rigid"
-) -> dict[str, Any]:
+) -> dict[str, Json]:
     """The job to simulate ``scene`` with the fixed ``step`` (s) under ``friction``.
 
     ``contact`` is "rigid" (a horizontal table at z = 0) or "none" (free flight). The sample times
@@ -85,6 +85,6 @@ def job(
     }
 
 
-def as_text(content: dict[str, Any]) -> str:
+def as_text(content: dict[str, Json]) -> str:
     """The job as one line of JSON."""
     return json.dumps(content) + "\n"

@@ -6,16 +6,17 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
-from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Array
 from tt_precise.engines.run import TIME_LIMIT_S, ProgramRun, run
 from tt_precise.engines.rungs import STEPS, Rung, States
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 
 LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together
 HIGHEST_ORDER = 4.0  # of the methods that engines have; more is seen where a coarse run blew up
@@ -59,7 +60,7 @@ class RungResult:
     limit: float | None = None
     equator: tuple[float | None, ...] = ()
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Json]:
         """Plain values for JSON, numbers to four digits."""
         return {name: _rounded(value) for name, value in asdict(self).items()}
 
@@ -101,7 +102,7 @@ def measured(
             where = "" if verdict == "refused" else f"step {float(step):g} s: {one.status}: "
             return RungResult(engine, rung.name, verdict, f"{where}{one.message}")
     states = [one.states for one in runs if one.states is not None]
-    known: dict[str, Any] = {
+    known: dict[str, Json] = {
         "steps": tuple(map(float, steps)),
         "drift": {
             name: tuple(DRIFTS[name](rung, one) for one in states) for name in rung.conserved
@@ -176,7 +177,7 @@ def _equator(rung: Rung, states: States) -> float | None:
     return float(rung.scene.sample_times[int(below[0])]) if len(below) else None
 
 
-def _momentum(rung: Rung, states: States) -> Any:
+def _momentum(rung: Rung, states: States) -> Array:
     body = rung.start.body
     along = (states.omega * states.k).sum(axis=1, keepdims=True)
     return body.I1 * states.omega + (body.I3 - body.I1) * along * states.k
@@ -188,7 +189,7 @@ def _motion(rung: Rung, states: States) -> Motion:
     return Motion(rung.start.body, vectors, numpy, s_dot=tuple(states.s_dot.T))
 
 
-def _relative(values: Any) -> float:
+def _relative(values: Array) -> float:
     return float((abs(values - values[0]) / abs(values[0])).max())
 
 
@@ -203,7 +204,7 @@ DRIFTS: dict[str, Callable[[Rung, States], float]] = {
 }
 
 
-def _rounded(value: Any) -> Any:
+def _rounded(value: Json) -> Json:
     if isinstance(value, float):
         return float(f"{value:.4g}")
     if isinstance(value, dict):

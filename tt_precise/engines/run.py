@@ -6,7 +6,6 @@ import io
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy
 
@@ -14,6 +13,7 @@ from tt_precise.engines.job import as_text
 from tt_precise.engines.program import COLUMNS, REFUSED
 from tt_precise.engines.rungs import States
 from tt_precise.errors import InputError
+from tt_precise.untyped import Json
 
 TIME_LIMIT_S = 60.0
 TIME_SLACK = 1e-9  # s
@@ -33,7 +33,7 @@ class ProgramRun:
 
 
 def run(
-    command: Sequence[str], job: dict[str, Any], time_limit: float = TIME_LIMIT_S
+    command: Sequence[str], job: dict[str, Json], time_limit: float = TIME_LIMIT_S
 ) -> ProgramRun:
     """Give ``job`` to the program, wait at most ``time_limit`` seconds, and read its rows.
 
@@ -65,7 +65,7 @@ def run(
         return ProgramRun("unreadable", str(error))
 
 
-def _read(text: str, job: dict[str, Any]) -> ProgramRun:
+def _read(text: str, job: dict[str, Json]) -> ProgramRun:
     import pandas
 
     try:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Array
 from tt_precise.engines.job import DOUBLE, Friction, job
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate import integrate
@@ -18,6 +19,7 @@ from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene, load_scene
+from tt_precise.untyped import Json
 
 UNTIL, INVERSION_UNTIL = "0.5", "4"
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
@@ -27,11 +29,11 @@ STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
 class States:
     """A motion at the sample times: axis, angular velocity, velocity of CM, each (rows, 3); SI."""
 
-    k: Any
-    omega: Any
-    s_dot: Any
+    k: Array
+    omega: Array
+    s_dot: Array
 
-    def distance(self, other: States, spin: float, radius: float) -> Any:
+    def distance(self, other: States, spin: float, radius: float) -> Array:
         """Largest of |dk|, |d omega|/spin, |d s_dot|/(radius spin), row by row."""
         return numpy.max(
             [
@@ -65,7 +67,7 @@ class Rung:
         """The friction in the job."""
         return self.friction or Friction.of(self.scene)
 
-    def job(self, step: Fraction) -> dict[str, Any]:
+    def job(self, step: Fraction) -> dict[str, Json]:
         """The job for one step size."""
         return job(self.scene, step, self.asked, contact=self.contact)
 
@@ -124,7 +126,7 @@ def standing(scene: Scene) -> States:
     )
 
 
-def _rows(vector: Any) -> Any:
+def _rows(vector: Array) -> Array:
     return numpy.stack(numpy.broadcast_arrays(*vector), axis=1).astype(float)
 
 

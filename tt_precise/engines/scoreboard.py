@@ -5,13 +5,13 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
 
 from tt_precise._version import __version__
 from tt_precise.engines.catalogue import Engine
 from tt_precise.engines.ladder import VERDICTS, RungResult, climb
 from tt_precise.engines.rungs import Rung, rungs
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.engines/1"
 
@@ -25,7 +25,7 @@ def measure(
     workers: int,
     note: Callable[[str], None] = lambda line: None,
     progress: Progress = silent,
-) -> dict[str, Any]:
+) -> dict[str, Json]:
     """Every engine that is installed on every chosen rung; the others are skipped with a line."""
     rows: list[RungResult] = []
     skipped: list[str] = []
@@ -52,7 +52,7 @@ def as_dict(
     steps: Sequence[Fraction],
     rows: Sequence[RungResult],
     skipped: Sequence[str] = (),
-) -> dict[str, Any]:
+) -> dict[str, Json]:
     """The scoreboard as plain values: the same for the same engines, whenever it is measured."""
     return {
         "schema": SCHEMA,
@@ -77,7 +77,7 @@ def as_dict(
     }
 
 
-def line(row: dict[str, Any]) -> str:
+def line(row: dict[str, Json]) -> str:
     """One row of the scoreboard in one line of a terminal."""
     told = [f"{row['engine']:10} {row['rung']:18} {row['verdict']:10}"]
     if row["message"]:

@@ -10,14 +10,16 @@ are a Groebner basis, and the ideal is prime.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from sympy import QQ
 from sympy.polys.fields import field
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 
 PARAMETERS = "m R alpha I1 I3 g mu"
 
@@ -47,7 +49,7 @@ class Chart:
         self.symbol = dict(zip(names, symbols, strict=True))
         self.body = Parameters(*(self.symbol[name] for name in PARAMETERS.split()))
 
-    def _relate(self, z: Any, sine_squared: Any, *unit: Any) -> None:
+    def _relate(self, z: Scalar, sine_squared: Scalar, *unit: Scalar) -> None:
         """Fix q^2 = I3^2 d(z) and the relations ``unit`` = 0."""
         body, q = self.body, self.symbol["q"]
         u = body.alpha - z
@@ -56,11 +58,11 @@ class Chart:
         relations = [self.here(one).numer for one in (q**2 - self._q_squared, *unit)]
         self._relations = [one for one in relations if one]
 
-    def here(self, value: Any) -> Any:
+    def here(self, value: Scalar) -> Scalar:
         """``value`` at azimuth 0 in a leaning chart, as it is in others."""
         return self.at_azimuth_0(value) if self.leaning else self.field(value)
 
-    def at_azimuth_0(self, value: Any) -> Any:
+    def at_azimuth_0(self, value: Scalar) -> Scalar:
         """``value`` where the axis leans along X."""
         element = self.field(value)
         for name, number in self.azimuth.items():
@@ -71,7 +73,7 @@ class Chart:
             element = numerator / denominator
         return element
 
-    def remainder(self, value: Any) -> Remainder:
+    def remainder(self, value: Scalar) -> Remainder:
         """Reduce ``value`` modulo the relations.
 
         Raises
@@ -84,18 +86,18 @@ class Chart:
             raise ZeroDivisionError("the denominator vanishes on the relations of the chart")
         return Remainder(not element.numer.rem(self._relations), len(element.numer))
 
-    def derivative(self, value: Any, rates: dict[str, Any]) -> Any:
+    def derivative(self, value: Scalar, rates: dict[str, Scalar]) -> Scalar:
         """Time derivative of ``value`` by the chain rule; ``rates`` of the symbols that change."""
         q_rate = self._chain(self._q_squared, rates) / (2 * self.symbol["q"])
         return self._chain(self.field(value), rates | {"q": q_rate})
 
-    def _chain(self, value: Any, rates: dict[str, Any]) -> Any:
+    def _chain(self, value: Scalar, rates: dict[str, Scalar]) -> Scalar:
         return sum(
             (self.here(value.diff(self.symbol[name])) * rate for name, rate in rates.items()),
             self.field.zero,
         )
 
-    def sqrt(self, value: Any) -> Any:
+    def sqrt(self, value: Scalar) -> Scalar:
         """The root in Routh's function, I3 sqrt(d) = q; no other root is a rational function."""
         if not self.remainder(self.body.I3**2 * value - self._q_squared).vanishes:
             raise ValueError("the chart knows no square root of this")
@@ -114,7 +116,7 @@ class EulerChart(Chart):
         self.state = EulerState(*(self.symbol[name] for name in EulerState._fields))
         self._relate(self.c, self.s**2, self.c**2 + self.s**2 - 1, self.C**2 + self.S**2 - 1)
 
-    def along(self, value: Any, rates: Any) -> Any:
+    def along(self, value: Scalar, rates: EulerState | RollingEulerState) -> Scalar:
         """Time derivative of ``value`` while the Euler state changes at ``rates``."""
         turning, precession = rates.theta, self.state.phi_dot
         trigonometric = {
@@ -125,21 +127,21 @@ class EulerChart(Chart):
         }
         return self.derivative(value, trigonometric | rates._asdict())
 
-    def sin(self, angle: Any) -> Any:
+    def sin(self, angle: Scalar) -> Scalar:
         """Sine of theta or phi."""
         return {self.state.theta: self.s, self.phi: self.S}[angle]
 
-    def cos(self, angle: Any) -> Any:
+    def cos(self, angle: Scalar) -> Scalar:
         """Cosine of theta or phi."""
         return {self.state.theta: self.c, self.phi: self.C}[angle]
 
-    def hypot(self, x: Any, y: Any) -> Any:
+    def hypot(self, x: Scalar, y: Scalar) -> Scalar:
         """The horizontal length of the axis, sin theta > 0."""
         if not self.remainder(x**2 + y**2 - self.s**2).vanishes:
             raise ValueError("the chart knows the horizontal length of the axis only")
         return self.s
 
-    def atan2(self, y: Any, x: Any) -> Any:
+    def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         """The angle with sine ``y`` and cosine ``x``: theta."""
         if (y, x) != (self.s, self.c):
             raise ValueError("the chart knows no angle with this sine and cosine")
@@ -159,7 +161,7 @@ class VectorChart(Chart):
         kx, ky, kz = self.state.k
         self._relate(kz, 1 - kz**2, kx**2 + ky**2 + kz**2 - 1)
 
-    def along(self, value: Any, rates: Any) -> Any:
+    def along(self, value: Scalar, rates: NewtonState | RollingState) -> Scalar:
         """Time derivative of ``value`` while the vector state changes at ``rates``."""
         return self.derivative(value, rates._asdict())
 
@@ -188,11 +190,11 @@ class ForceChart(VectorChart):
     more: ClassVar = ("vz", "Fx", "Fy", "Fz")
 
     @property
-    def v(self) -> tuple[Any, Any, Any]:
+    def v(self) -> tuple[Scalar, Scalar, Scalar]:
         """Velocity of the contact point, not necessarily horizontal."""
         return (*self.state.v[:2], self.symbol["vz"])
 
     @property
-    def force(self) -> tuple[Any, Any, Any]:
+    def force(self) -> tuple[Scalar, Scalar, Scalar]:
         """The force, three symbols."""
         return (self.symbol["Fx"], self.symbol["Fy"], self.symbol["Fz"])

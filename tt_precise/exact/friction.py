@@ -11,8 +11,8 @@ import random
 from collections.abc import Iterable
 from fractions import Fraction
 from math import isqrt
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import Parameters
 from tt_precise.dry_friction import CoulombParameters, RegularisedParameters
 from tt_precise.exact.chart import ForceChart
@@ -25,13 +25,13 @@ from tt_precise.mechanics.vectors import cross, dot, subtracted
 
 
 @identity("lambda is constant under any contact force", "after (1)")
-def _jellett(chart: ForceChart) -> Iterable[Any]:
+def _jellett(chart: ForceChart) -> Iterable[Scalar]:
     """d lambda/dt = 0 for every force F at the contact point: L_dot = a x F, k_dot = L x k/I1."""
     yield chart.along(quantities.jellett(_motion(chart)), _rates(chart))
 
 
 @identity("E changes by the power of any contact force", "section 1")
-def _energy(chart: ForceChart) -> Iterable[Any]:
+def _energy(chart: ForceChart) -> Iterable[Scalar]:
     """dE/dt = v_A.F for every force F at the contact point, from m s_ddot = F - m g z."""
     q = _motion(chart)
     s_dot = subtracted(chart.v, newton.swing(chart.body, chart.state))
@@ -41,7 +41,7 @@ def _energy(chart: ForceChart) -> Iterable[Any]:
 
 
 @identity("dry friction: size, direction and loss", "section 1", RATIONAL_POINTS)
-def _dry_laws(draws: random.Random) -> Iterable[Any]:
+def _dry_laws(draws: random.Random) -> Iterable[Scalar]:
     """F_f opposes v_A; |F_f| sqrt(v^2 + epsilon^2) = mu g_n v; dE/dt = -|F_f| v."""
     for body, state, speed in _gliding(draws):
         q = Motion(body, state, Roots)
@@ -54,7 +54,7 @@ def _dry_laws(draws: random.Random) -> Iterable[Any]:
 
 
 @identity("Coulomb's law in polar form", "(1)", RATIONAL_POINTS)
-def _polar(draws: random.Random) -> Iterable[Any]:
+def _polar(draws: random.Random) -> Iterable[Scalar]:
     """The rates along tau are v times those along t, with v_A = v e; |e| does not change."""
     _, (body, state, speed) = _gliding(draws)
     e = (state.vx / speed, state.vy / speed)
@@ -68,7 +68,7 @@ def _polar(draws: random.Random) -> Iterable[Any]:
 
 
 @identity("rolling meets gliding at the cone", "(1), v_A = 0", RATIONAL_POINTS)
-def _cone(draws: random.Random) -> Iterable[Any]:
+def _cone(draws: random.Random) -> Iterable[Scalar]:
     """With e = -F_f/(mu F_z) of rolling Coulomb's law has v_A_dot = 0; |e| = 1 on the cone."""
     _, (body, state, _) = _gliding(draws)
     force = rolling.constraint_force(body, state)

@@ -13,8 +13,9 @@ import random
 from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TypeVar
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.exact import friction as friction  # registers its identities
@@ -36,6 +37,8 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector
 
+VectorState = TypeVar("VectorState", NewtonState, RollingState)
+
 
 def prove(name: str) -> IdentityProof:
     """Prove, or refute, one identity.
@@ -56,7 +59,7 @@ def prove_all() -> list[IdentityProof]:
 
 
 @identity("Euler form = Newton form", "(1) to (6)")
-def _euler_is_newton(chart: LeaningEulerChart) -> Iterable[Any]:
+def _euler_is_newton(chart: LeaningEulerChart) -> Iterable[Scalar]:
     """The vectors of the Euler state change as the Newton equations say."""
     vectors = _vectors(chart)
     by_euler = euler.rates(chart.body, chart.state, chart)
@@ -65,7 +68,7 @@ def _euler_is_newton(chart: LeaningEulerChart) -> Iterable[Any]:
 
 
 @identity("Euler angles turn with the frame", "section 1")
-def _azimuth(chart: EulerChart) -> Iterable[Any]:
+def _azimuth(chart: EulerChart) -> Iterable[Scalar]:
     """The vectors of an Euler state are those at azimuth 0, turned about z by phi."""
     vectors = _vectors(chart)
     leaning = NewtonState(*map(chart.at_azimuth_0, vectors))
@@ -73,7 +76,7 @@ def _azimuth(chart: EulerChart) -> Iterable[Any]:
 
 
 @identity("g_n Euler = g_n Newton", "(7)")
-def _normal_forces(chart: EulerChart) -> Iterable[Any]:
+def _normal_forces(chart: EulerChart) -> Iterable[Scalar]:
     """Normal force, its numerator and its denominator are the same in both forms."""
     by_euler = euler.contact_terms(chart.body, chart.state, chart)
     by_newton = newton.contact_terms(chart.body, _vectors(chart))
@@ -84,7 +87,7 @@ def _normal_forces(chart: EulerChart) -> Iterable[Any]:
 
 
 @identity("the contact keeps", "(1), (7), (13)")
-def _contact(chart: VectorChart) -> Iterable[Any]:
+def _contact(chart: VectorChart) -> Iterable[Scalar]:
     """m s_ddot = F - m g z with s_dot = v_A - omega x a, so that the contact keeps."""
     force = newton.contact_force(chart.body, chart.state)
     rates = newton.rates(chart.body, chart.state)
@@ -92,7 +95,7 @@ def _contact(chart: VectorChart) -> Iterable[Any]:
 
 
 @identity("rate of g_n", "(7)")
-def _normal_force_slope(chart: LeaningVectorChart) -> Iterable[Any]:
+def _normal_force_slope(chart: LeaningVectorChart) -> Iterable[Scalar]:
     """d g_n/dt times the denominator of eq (7) is the slope that finds extrema of g_n."""
     here = _here(chart)
     rates = newton.rates(chart.body, here)
@@ -104,7 +107,7 @@ def _normal_force_slope(chart: LeaningVectorChart) -> Iterable[Any]:
 
 
 @identity("the axis stays a unit vector", "(1)")
-def _unit_axis(chart: LeaningVectorChart) -> Iterable[Any]:
+def _unit_axis(chart: LeaningVectorChart) -> Iterable[Scalar]:
     """|k|^2 does not change, gliding or rolling."""
     gliding = newton.rates(chart.body, _here(chart))
     for rates in (gliding, _rolling_rates(chart)):
@@ -112,7 +115,7 @@ def _unit_axis(chart: LeaningVectorChart) -> Iterable[Any]:
 
 
 @identity("equations turn with the frame", "(1)", RATIONAL_POINTS)
-def _symmetry(draws: random.Random) -> Iterable[Any]:
+def _symmetry(draws: random.Random) -> Iterable[Scalar]:
     """Gliding and rolling equations commute with rotations about z: azimuth 0 stands for all."""
     body = Parameters(*(positive(draws) for _ in range(7)))
     (ring, height), (x, y), angle = circle(draws), circle(draws), circle(draws)
@@ -125,33 +128,33 @@ def _symmetry(draws: random.Random) -> Iterable[Any]:
 
 
 @identity("Euler angles there and back", "section 1")
-def _there_and_back(chart: EulerChart) -> Iterable[Any]:
+def _there_and_back(chart: EulerChart) -> Iterable[Scalar]:
     """Vectors of an Euler state, converted back, give its rates and velocities again."""
     back = conversion.euler_from_vectors(chart.body, _vectors(chart), chart)
     return _differences(back, chart.state)
 
 
 @identity("lambda in Euler angles", "(14)")
-def _jellett_forms(chart: EulerChart) -> Iterable[Any]:
+def _jellett_forms(chart: EulerChart) -> Iterable[Scalar]:
     """-L.a is eq (14)."""
     yield _quantity(chart, "lambda") - euler.jellett(chart.body, chart.state, chart)
 
 
 @identity("lambda is constant, vectors", "(10)")
-def _jellett_vectors(chart: VectorChart) -> Iterable[Any]:
+def _jellett_vectors(chart: VectorChart) -> Iterable[Scalar]:
     """d lambda/dt = 0 along the Newton equations, for every friction."""
     yield _rate(chart, "lambda")
 
 
 @identity("lambda is constant, Euler angles", "(10)")
-def _jellett_euler(chart: EulerChart) -> Iterable[Any]:
+def _jellett_euler(chart: EulerChart) -> Iterable[Scalar]:
     """d lambda/dt = 0 along the Euler equations, for every friction."""
     lambda_ = euler.jellett(chart.body, chart.state, chart)
     yield chart.along(lambda_, euler.rates(chart.body, chart.state, chart))
 
 
 @identity("E falls by friction", "section 1")
-def _energy(chart: LeaningVectorChart) -> Iterable[Any]:
+def _energy(chart: LeaningVectorChart) -> Iterable[Scalar]:
     """dE/dt = v_A.F = -mu g_n v_A^2."""
     state, body = _here(chart), chart.body
     loss = -body.mu * newton.normal_force(body, state) * (state.vx**2 + state.vy**2)
@@ -160,52 +163,52 @@ def _energy(chart: LeaningVectorChart) -> Iterable[Any]:
 
 
 @identity("rates of the parts of E", "section 2.3")
-def _energy_parts(chart: LeaningVectorChart) -> Iterable[Any]:
+def _energy_parts(chart: LeaningVectorChart) -> Iterable[Scalar]:
     """Translational, rotational and potential energy change at their stated rates."""
     for name in ("E_trans", "E_rot", "E_pot"):
         yield _rate(chart, name) - _gliding(chart, f"{name}_dot")
 
 
 @identity("E_trans in Euler angles", "(22)")
-def _translational(chart: EulerChart) -> Iterable[Any]:
+def _translational(chart: EulerChart) -> Iterable[Scalar]:
     """m s_dot^2/2 of the vectors is the paper's expression in Euler angles."""
     by_euler = euler.translational_energy(chart.body, chart.state, chart)
     yield _quantity(chart, "E_trans") - by_euler
 
 
 @identity("E~ in Euler angles", "(8)")
-def _modified(chart: EulerChart) -> Iterable[Any]:
+def _modified(chart: EulerChart) -> Iterable[Scalar]:
     """E with s_dot = -omega x a is the paper's expression in Euler angles."""
     by_euler = euler.modified_energy(chart.body, chart.state, chart)
     yield _quantity(chart, "E_tilde") - by_euler
 
 
 @identity("Main Equation", "(17), (18)")
-def _main_equation(chart: EulerChart) -> Iterable[Any]:
+def _main_equation(chart: EulerChart) -> Iterable[Scalar]:
     """E~ = g(cos theta) theta_dot^2 + V(cos theta, D, lambda)."""
     yield _quantity(chart, "E_tilde") - _quantity(chart, "E_tilde_main")
 
 
 @identity("rate of D", "(11)")
-def _routh(chart: LeaningVectorChart) -> Iterable[Any]:
+def _routh(chart: LeaningVectorChart) -> Iterable[Scalar]:
     """dD/dt = gamma m/(alpha sqrt(d)) (z x a).v_A_dot along the Newton equations."""
     yield _rate(chart, "D") - _gliding(chart, "D_dot")
 
 
 @identity("rate of E~", "(12)")
-def _modified_rate(chart: LeaningVectorChart) -> Iterable[Any]:
+def _modified_rate(chart: LeaningVectorChart) -> Iterable[Scalar]:
     """dE~/dt = m (omega x a).v_A_dot along the Newton equations."""
     yield _rate(chart, "E_tilde") - _gliding(chart, "E_tilde_dot")
 
 
 @identity("omega_3_dot", "(4)")
-def _spin_rate(chart: VectorChart) -> Iterable[Any]:
+def _spin_rate(chart: VectorChart) -> Iterable[Scalar]:
     """I3 omega_3_dot = (a x F).k, and is what the derivative of L.k says."""
     yield _rate(chart, "omega_3") - _gliding(chart, "omega_3_dot")
 
 
 @identity("rolling vectors obey Newton", "(1), v_A = 0")
-def _rolling_contact(chart: LeaningVectorChart) -> Iterable[Any]:
+def _rolling_contact(chart: LeaningVectorChart) -> Iterable[Scalar]:
     """m s_ddot = F - m g z with s_dot = -omega x a and the force of the constraint."""
     motion = _rolling_motion(chart)
     force = rolling.constraint_force(chart.body, NewtonState(*map(chart.here, motion.state)))
@@ -213,7 +216,7 @@ def _rolling_contact(chart: LeaningVectorChart) -> Iterable[Any]:
 
 
 @identity("rolling Euler = rolling vectors", "(10) to (12), v_A = 0")
-def _rolling_forms(chart: LeaningEulerChart) -> Iterable[Any]:
+def _rolling_forms(chart: LeaningEulerChart) -> Iterable[Scalar]:
     """The Euler equations made from constant lambda, D, E~ move the vectors as Newton's do."""
     vectors = RollingState(*_rolling_vectors(chart)[:6])
     by_euler = _rolling_euler_rates(chart)
@@ -222,7 +225,7 @@ def _rolling_forms(chart: LeaningEulerChart) -> Iterable[Any]:
 
 
 @identity("lambda, D, E~ are constant when rolling, vectors", "(10) to (12), v_A = 0")
-def _rolling_integrals(chart: LeaningVectorChart) -> Iterable[Any]:
+def _rolling_integrals(chart: LeaningVectorChart) -> Iterable[Scalar]:
     """lambda, D and E~ = E do not change along the rolling equations in vectors."""
     motion, rates = _rolling_motion(chart), _rolling_rates(chart)
     for name in ("lambda", "D", "E_tilde", "E"):
@@ -230,7 +233,7 @@ def _rolling_integrals(chart: LeaningVectorChart) -> Iterable[Any]:
 
 
 @identity("lambda, D, E~ are constant when rolling, Euler angles", "(10) to (12), v_A = 0")
-def _rolling_euler_integrals(chart: EulerChart) -> Iterable[Any]:
+def _rolling_euler_integrals(chart: EulerChart) -> Iterable[Scalar]:
     """lambda, D and E~ do not change along the rolling equations in Euler angles."""
     state = EulerState(*chart.state[:4], 0, 0)
     rates = _rolling_euler_rates(chart)
@@ -241,7 +244,7 @@ def _rolling_euler_integrals(chart: EulerChart) -> Iterable[Any]:
 
 
 @identity("integrals without friction", "(1), mu = 0")
-def _frictionless(chart: VectorChart) -> Iterable[Any]:
+def _frictionless(chart: VectorChart) -> Iterable[Scalar]:
     """With mu = 0: E, omega_3, L_z and the horizontal velocity of CM do not change."""
     smooth = replace(chart.body, mu=chart.field.zero)
     motion = Motion(smooth, chart.state, chart)
@@ -250,7 +253,7 @@ def _frictionless(chart: VectorChart) -> Iterable[Any]:
         yield chart.along(QUANTITIES[name].evaluate(motion), rates)
 
 
-def _differences(left: Iterable[Any], right: Iterable[Any]) -> list[Any]:
+def _differences(left: Iterable[Scalar], right: Iterable[Scalar]) -> list[Scalar]:
     return [one - other for one, other in zip(left, right, strict=True)]
 
 
@@ -258,7 +261,7 @@ def _vectors(chart: EulerChart) -> NewtonState:
     return conversion.vectors_from_euler(chart.body, chart.state, chart, chart.phi)
 
 
-def _quantity(chart: EulerChart, name: str) -> Any:
+def _quantity(chart: EulerChart, name: str) -> Scalar:
     return QUANTITIES[name].evaluate(Motion(chart.body, _vectors(chart), chart))
 
 
@@ -266,12 +269,12 @@ def _here(chart: VectorChart) -> NewtonState:
     return NewtonState(*map(chart.here, chart.state))
 
 
-def _gliding(chart: VectorChart, name: str) -> Any:
+def _gliding(chart: VectorChart, name: str) -> Scalar:
     """A quantity as it stands at the chart's azimuth."""
     return QUANTITIES[name].evaluate(Motion(chart.body, _here(chart), chart))
 
 
-def _rate(chart: VectorChart, name: str) -> Any:
+def _rate(chart: VectorChart, name: str) -> Scalar:
     """Time derivative of a quantity along the Newton equations, by the chain rule."""
     value = QUANTITIES[name].evaluate(Motion(chart.body, chart.state, chart))
     return chart.along(value, newton.rates(chart.body, _here(chart)))
@@ -295,11 +298,11 @@ def _rolling_rates(chart: VectorChart) -> RollingState:
     return rolling.rates(chart.body, RollingState(*map(chart.here, chart.state[:6])))
 
 
-def _turned(state: Any, angle: tuple[Fraction, Fraction]) -> Any:
+def _turned(state: VectorState, angle: tuple[Fraction, Fraction]) -> VectorState:
     """A state whose vectors are turned about z by the angle of this cosine and sine."""
     c, s = angle
 
-    def turned(name: str) -> dict[str, Any]:
+    def turned(name: str) -> dict[str, Scalar]:
         x, y = getattr(state, f"{name}x"), getattr(state, f"{name}y")
         return {f"{name}x": c * x - s * y, f"{name}y": s * x + c * y}
 
@@ -308,8 +311,8 @@ def _turned(state: Any, angle: tuple[Fraction, Fraction]) -> Any:
 
 
 def _newtons_second_law(
-    chart: VectorChart, rates: Any, motion: Motion, force: Vector
-) -> Iterable[Any]:
+    chart: VectorChart, rates: NewtonState | RollingState, motion: Motion, force: Vector
+) -> Iterable[Scalar]:
     """The three components of m s_ddot - F + m g z."""
     body = chart.body
     for along, component, axis in zip(motion.s_dot, force, (0, 0, 1), strict=True):

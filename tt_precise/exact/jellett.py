@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.exact.arithmetic import arithmetic_of, checked_digits, own_context
@@ -33,26 +33,26 @@ class JellettTrack:
     ``worst`` is its row, counted from 0.
     """
 
-    context: Any
+    context: Functions
     columns: tuple[str, ...]
-    values: tuple[Any, ...]
-    start: Any
-    difference: Any
-    drift: Any
+    values: tuple[Scalar, ...]
+    start: Scalar
+    difference: Scalar
+    drift: Scalar
     worst: int
 
 
 @dataclass(frozen=True)
 class _Form:
     columns: tuple[str, ...]
-    evaluate: Callable[[Parameters, Sequence[Any], Any], Any]
+    evaluate: Callable[[Parameters, Sequence[Scalar], Functions], Scalar]
 
 
-def _of_vectors(body: Parameters, numbers: Sequence[Any], fn: Any) -> Any:
+def _of_vectors(body: Parameters, numbers: Sequence[Scalar], fn: Functions) -> Scalar:
     return quantities.jellett(Motion(body, NewtonState(*(*numbers, 0, 0)), fn))
 
 
-def _of_euler(body: Parameters, numbers: Sequence[Any], fn: Any) -> Any:
+def _of_euler(body: Parameters, numbers: Sequence[Scalar], fn: Functions) -> Scalar:
     theta, phi_dot, omega_3 = numbers
     return euler.jellett(body, EulerState(theta, 0, phi_dot, omega_3, 0, 0), fn)
 

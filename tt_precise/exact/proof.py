@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.docstrings import docstring
 from tt_precise.exact.chart import (
     Chart,
@@ -70,7 +71,7 @@ class Identity:
     name: str
     equation: str
     kind: str
-    residuals: Callable[[Any], Iterable[Any]]
+    residuals: Callable[[Any], Iterable[Scalar]]
 
     @property
     def statement(self) -> str:
@@ -106,7 +107,7 @@ class Identity:
 
 IDENTITIES: dict[str, Identity] = {}
 
-Residuals = Callable[[Any], Iterable[Any]]
+Residuals = Callable[[Any], Iterable[Scalar]]  # of a chart, or of a random.Random
 
 
 def identity(name: str, equation: str, kind: str = SYMBOLIC) -> Callable[[Residuals], Residuals]:

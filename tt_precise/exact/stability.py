@@ -18,8 +18,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters, TippeTop, Units
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.mechanics import newton
@@ -41,15 +42,15 @@ class MarginalMomentum:
     """
 
     exists: bool | None
-    spin: Any = None
+    spin: Scalar = None
     reason: str = ""
 
 
 class Eigenvalue(NamedTuple):
     """An eigenvalue, per unit of time, and how far it may be off."""
 
-    value: Any
-    error: Any
+    value: Scalar
+    error: Scalar
 
     def sign(self) -> int:
         """Whether its mode grows (1) or decays (-1)."""
@@ -62,11 +63,11 @@ class _UnresolvedError(ArithmeticError):
     """A sign drowns in the rounding errors of the working precision."""
 
 
-Spectrum = Callable[[Any], list[Eigenvalue]]
+Spectrum = Callable[[Scalar], list[Eigenvalue]]
 
 
 def marginal_spin(
-    body: TippeTop, side: int, digits: int, context: Any, mu: Fraction | None = None
+    body: TippeTop, side: int, digits: int, context: Functions, mu: Fraction | None = None
 ) -> MarginalMomentum:
     """The spin L z at which the steady motion k = ``side`` z changes its stability.
 
@@ -89,7 +90,7 @@ def marginal_spin(
     return MarginalMomentum(None, reason=f"signs not resolved with {accuracy // 2} digits")
 
 
-def linearised(body: Parameters, side: int, step: Any, fn: Any) -> list[list[Any]]:
+def linearised(body: Parameters, side: int, step: Scalar, fn: Functions) -> list[list[Scalar]]:
     """Complex 3x3 matrix of the horizontal perturbations of the spin k = side z, omega_3 = side.
 
     Rows and columns: kx + i ky, (Lx + i Ly)/I3, (vx + i vy)/R; per unit of time. Central
@@ -115,7 +116,7 @@ def linearised(body: Parameters, side: int, step: Any, fn: Any) -> list[list[Any
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def eigenvalues(matrix: list[list[Any]], error: Any, fn: Any) -> list[Eigenvalue]:
+def eigenvalues(matrix: list[list[Scalar]], error: Scalar, fn: Functions) -> list[Eigenvalue]:
     """Eigenvalues of a complex 3x3 matrix, the fastest growing first.
 
     Every entry is known to within ``error`` times the largest one; ``fn`` is the mpmath context.
@@ -141,7 +142,7 @@ def _search(
     digits: int,
     reach: int,
     accuracy: int,
-    context: Any,
+    context: Functions,
     mu: Fraction | None,
 ) -> MarginalMomentum:
     # Central differences err by (friction step)^2 and by eps/step.
@@ -155,7 +156,7 @@ def _search(
         else rounding_to(work)(mu) * work.sqrt(rounding_to(work)(body.g * body.R))
     )
 
-    def spectrum(gravity: Any) -> list[Eigenvalue]:
+    def spectrum(gravity: Scalar) -> list[Eigenvalue]:
         # Friction enters the linearised equations as the drag mu m g on v.
         drag = top.I3 / (1 + top.I3) if own is None else own * work.sqrt(gravity)
         spinning = Parameters(1, 1, top.alpha, top.I1, top.I3, gravity, drag / gravity)
@@ -187,12 +188,12 @@ def fineness(body: TippeTop, mu: Fraction | None = None) -> int:
     return int(bits * 0.30103) + 4
 
 
-def _centre(fn: Any) -> Any:
+def _centre(fn: Functions) -> Scalar:
     """A gravity to search from, of which no threshold is an exact multiple by a power of ten."""
     return fn.pi / 3
 
 
-def _bracket(spectrum: Spectrum, reach: int, fn: Any) -> tuple[Any, Any] | None:
+def _bracket(spectrum: Spectrum, reach: int, fn: Functions) -> tuple[Scalar, Scalar] | None:
     """Two gravities between which stability changes, stepping outwards."""
     centre = _centre(fn)
     sign = spectrum(centre)[0].sign()
@@ -207,7 +208,9 @@ def _bracket(spectrum: Spectrum, reach: int, fn: Any) -> tuple[Any, Any] | None:
     return None
 
 
-def _narrowed(spectrum: Spectrum, near: Any, far: Any, width: Any, fn: Any) -> Any:
+def _narrowed(
+    spectrum: Spectrum, near: Scalar, far: Scalar, width: Scalar, fn: Functions
+) -> Scalar:
     """The gravity of the crossing, to the relative ``width``; the signs on both sides are checked.
 
     Bisection until the eigenvalue that crosses can be followed, then the method of Anderson and
@@ -223,7 +226,7 @@ def _narrowed(spectrum: Spectrum, near: Any, far: Any, width: Any, fn: Any) -> A
             far = middle
     unstable = spectrum(near if sign > 0 else far)[0].value
 
-    def rate(gravity: Any) -> Any:
+    def rate(gravity: Scalar) -> Scalar:
         values = (eigenvalue.value for eigenvalue in spectrum(gravity))
         return min(values, key=lambda value: abs(value - unstable)).real
 

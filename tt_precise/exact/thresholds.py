@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.exact.arithmetic import (
     agreed_digits,
     arithmetic_of,
@@ -31,6 +31,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.scene import Scene
+from tt_precise.untyped import Json
 
 GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
 MOST_GUARD = 5000
@@ -45,8 +46,8 @@ class Determination:
     most the digits asked for, 0 where only one of them exists, None where neither does.
     """
 
-    value: Any
-    independent: Any
+    value: Scalar
+    independent: Scalar
     digits_agreed: int | None
     how: str
     unit: str
@@ -58,15 +59,15 @@ class Thresholds:
     """What ``thresholds`` finds for a scene; ``inverts`` as in ``exact.verdict``."""
 
     digits: int
-    context: Any
+    context: Functions
     quantities: Mapping[str, Determination]
     inverts: bool | None
     inverts_reason: str
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Json]:
         """The same as strings of ``digits`` digits, for ``tt-precise thresholds --json``."""
 
-        def text(number: Any) -> str | None:
+        def text(number: Scalar) -> str | None:
             return None if number is None else decimal(number, self.digits, self.context)
 
         return {
@@ -185,18 +186,18 @@ class _Work:
         )
         return replace(worst, reason="; ".join(reasons))
 
-    def lambda_of_spin(self, crossing: MarginalMomentum, side: int) -> Any:
+    def lambda_of_spin(self, crossing: MarginalMomentum, side: int) -> Scalar:
         return crossing.spin * self.lambda_of_unit_spin(side) if crossing.exists else None
 
-    def lambda_of_unit_spin(self, side: int) -> Any:
+    def lambda_of_unit_spin(self, side: int) -> Scalar:
         return QUANTITIES["lambda"].evaluate(self.spinning(side, 1))
 
-    def spinning(self, side: int, spin: Any) -> Motion:
+    def spinning(self, side: int, spin: Scalar) -> Motion:
         """The steady spin k = side z, L = spin z."""
         state = NewtonState(0, 0, self.fn.mpf(side), 0, 0, self.fn.mpf(spin), 0, 0)
         return Motion(self.top, state, self.fn)
 
-    def asymptotic(self, name: str, side: int, value: Any) -> Determination:
+    def asymptotic(self, name: str, side: int, value: Scalar) -> Determination:
         quantity = QUANTITIES[name]
         lambda_ = QUANTITIES["lambda"].evaluate(self.motion)
         limit = self.spinning(side, lambda_ / self.lambda_of_unit_spin(side))
@@ -234,7 +235,7 @@ class _Work:
             "1",
         )
 
-    def determined(self, value: Any, independent: Any, how: str, unit: str) -> Determination:
+    def determined(self, value: Scalar, independent: Scalar, how: str, unit: str) -> Determination:
         if value is None or independent is None:
             agreed = None if value is independent else 0
         else:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.scene import Scene, Start
 
 
@@ -15,7 +16,12 @@ class InversionVerdict(NamedTuple):
 
 
 def inversion(
-    scene: Scene, lambda_: Any, lambda_thres: Any, lambda_up: Any, on_table: bool, margin: Any
+    scene: Scene,
+    lambda_: Scalar,
+    lambda_thres: Scalar,
+    lambda_up: Scalar,
+    on_table: bool,
+    margin: Scalar,
 ) -> InversionVerdict:
     """Whether the scene's motion tends to the inverted spin.
 

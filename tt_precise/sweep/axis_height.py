@@ -9,12 +9,14 @@ of k.z in each step, between Bernstein bounds, so that nothing inside a step is 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from functools import cache, reduce
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import heyoka
 import numpy
 
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
@@ -39,21 +41,23 @@ class Heights(NamedTuple):
     mean anything.
     """
 
-    columns: Any
-    curvature: Any
-    at_ends: Any
-    changes: Any
-    finite: Any
+    columns: Array
+    curvature: Array
+    at_ends: Array
+    changes: Array
+    finite: Array
 
 
-def height_rates(form: Formulation, parameters: Any, states: Any) -> Any:
+def height_rates(form: Formulation, parameters: Array, states: Array) -> Array:
     """The rate of k.z, eq (1), in states of ``form`` whose first entries are axis and momentum."""
     kx, ky, kz, Lx, Ly, Lz = states[:6]
     q = Motion(form.body(parameters), NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), numpy)
     return newton.axis_rate(q.body, q.state)[2]
 
 
-def read_heights(heights: Any, widths: Any, before: Any, after: Any, closing: Any) -> Heights:
+def read_heights(
+    heights: Array, widths: Array, before: Array, after: Array, closing: Array
+) -> Heights:
     """Bounds of k.z and its derivatives in the steps.
 
     Parameters
@@ -75,7 +79,9 @@ def read_heights(heights: Any, widths: Any, before: Any, after: Any, closing: An
     return bounds(columns)
 
 
-def turning_points(read: Heights, ends: Any, climb: Any, every: Any) -> tuple[Any, Any, Any, Any]:
+def turning_points(
+    read: Heights, ends: Array, climb: Array, every: Array
+) -> tuple[Array, Array, Array, Array]:
     """The turning points of theta.
 
     Parameters
@@ -105,7 +111,7 @@ def turning_points(read: Heights, ends: Any, climb: Any, every: Any) -> tuple[An
     return at[owner[wanted]], since[wanted], time[wanted], rising[wanted]
 
 
-def height_columns(heights: Any, widths: Any) -> Any:
+def height_columns(heights: Array, widths: Array) -> Array:
     """Columns that say how k.z goes in each step, shape (order + 3, steps, lanes).
 
     Its Taylor coefficients but the first, shape (steps, order + 1, lanes); the length of the step,
@@ -120,7 +126,7 @@ def height_columns(heights: Any, widths: Any) -> Any:
     return columns
 
 
-def bounds(columns: Any) -> Heights:
+def bounds(columns: Array) -> Heights:
     """Bounds from ``height_columns``."""
     rows, steps, lanes = columns.shape
     found = _bounds(rows - 2)(columns.reshape(rows, -1), **ALONE).reshape(-1, steps, lanes)
@@ -129,7 +135,7 @@ def bounds(columns: Any) -> Heights:
 
 
 @cache
-def _bounds(terms: int) -> Any:
+def _bounds(terms: int) -> Callable[..., Array]:
     """From a column of ``height_columns``: three bounds and a sum.
 
     The sum is finite only if the others mean anything.
@@ -160,5 +166,5 @@ def _bounds(terms: int) -> Any:
     return heyoka.cfunc(results, vars=[*heights, width, first, last])
 
 
-def _larger(first: Any, second: Any) -> Any:
+def _larger(first: Scalar, second: Scalar) -> Scalar:
     return heyoka.select(heyoka.gt(first, second), first, second)

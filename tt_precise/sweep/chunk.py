@@ -11,11 +11,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import cached_property
-from typing import Any
 
 import numpy
 
-from tt_precise.arithmetic import Arithmetic
+from tt_precise.arithmetic import Arithmetic, Array
 from tt_precise.body import Parameters
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import ended_at_start
@@ -46,7 +45,7 @@ DOUBLE = precision_named("double")
 FLOATS = Arithmetic(math, float)
 
 
-def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
+def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
     """Columns of results of the rows that start from ``values``, shape (rows, names).
 
     Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
@@ -67,7 +66,7 @@ def compute(plan: Plan, values: Any, batch: int) -> dict[str, Any]:
     return _Integrated(plan, form, build, starts, results, events).columns()
 
 
-def _starts(plan: Plan, values: Any) -> list[InitialState]:
+def _starts(plan: Plan, values: Array) -> list[InitialState]:
     rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
     if plan.derived or any(name in PARAMETERS for name in plan.names):
         return [InitialState.of(plan.scene_of(row), FLOATS) for row in rows]
@@ -103,7 +102,6 @@ class _Integrated:
         results: Sequence[LaneResult],
         events: Events,
     ):
-
         self.plan, self.form, self.starts, self.results = plan, form, starts, results
         self.detectors = build.detectors
         self.rows = len(starts)
@@ -111,11 +109,11 @@ class _Integrated:
         self.kind = 2 * events.detector + (events.direction > 0)
         self._drop_starts([one.event for one in build.detectors])
 
-    def columns(self) -> dict[str, Any]:
+    def columns(self) -> dict[str, Array]:
         """All columns of the rows, in SI."""
         times = self._inversion_times()
         unit = numpy.array([one.units.time for one in self.starts])
-        found: dict[str, Any] = {
+        found: dict[str, Array] = {
             "outcome": [self._outcome(row, times[row]) for row in range(self.rows)]
         }
         for when in ("t_init", "t_end"):
@@ -132,9 +130,8 @@ class _Integrated:
         return found
 
     def _asked(
-        self, name: str, found: Mapping[str, Any], times: Sequence[InversionTimes], unit: Any
-    ) -> Any:
-
+        self, name: str, found: Mapping[str, Array], times: Sequence[InversionTimes], unit: Array
+    ) -> Array:
         part = part_named(name)
         if part is not None:
             return self._part(part.part, part.quantity)
@@ -150,7 +147,7 @@ class _Integrated:
         which = name.removeprefix("climb_")
         return found[f"t_end_{which}"] - found[f"t_init_{which}"]
 
-    def _nearest(self, climbs: Any, *, after: bool) -> Any:
+    def _nearest(self, climbs: Array, *, after: bool) -> Array:
         """Time of the crossing of nu_y and nu_x that is next to the climb on one side."""
         chosen = self._events(NU_FALLS if after else NU_RISES)
         owner, times = self.owner[chosen], self.times[chosen]
@@ -168,13 +165,12 @@ class _Integrated:
 
     # ---- evaluation ------------------------------------------------------------------------
 
-    def _motion(self, states: Any, owner: Any) -> Motion:
+    def _motion(self, states: Array, owner: Array) -> Motion:
         body = Parameters(**{name: column[owner] for name, column in self._bodies.items()})
         return self.form.motion(body, self.form.State(*states.T), numpy)
 
     @cached_property
-    def _bodies(self) -> dict[str, Any]:
-
+    def _bodies(self) -> dict[str, Array]:
         return {
             field.name: numpy.array([float(getattr(one.body, field.name)) for one in self.starts])
             for field in fields(Parameters)
@@ -182,17 +178,15 @@ class _Integrated:
 
     @cached_property
     def _start_motion(self) -> Motion:
-
         states = numpy.array([one.state(self.form) for one in self.starts])
         return self._motion(states, numpy.arange(self.rows))
 
     @cached_property
     def _end_motion(self) -> Motion:
-
         states = numpy.array([one.state for one in self.results])
         return self._motion(states, numpy.arange(self.rows))
 
-    def _kinds(self, *names: str) -> Any:
+    def _kinds(self, *names: str) -> Array:
         """Which kinds of events have one of these names."""
         wanted = numpy.zeros(2 * len(self.detectors), dtype=bool)
         for position, one in enumerate(self.detectors):
@@ -200,21 +194,20 @@ class _Integrated:
             wanted[2 * position + 1] = one.rising in names
         return wanted
 
-    def _events(self, *names: str) -> Any:
+    def _events(self, *names: str) -> Array:
         """Positions of the events that have one of these names."""
         return numpy.flatnonzero(self._kinds(*names)[self.kind])
 
-    def _at_events(self, *names: str) -> tuple[Any, Motion]:
+    def _at_events(self, *names: str) -> tuple[Array, Motion]:
         """Positions of the events that have one of these names, and the motion there."""
         chosen = self._events(*names)
         return chosen, self._motion(self.states[chosen], self.owner[chosen])
 
     @cached_property
-    def _turning_points(self) -> tuple[Any, Motion]:
-
+    def _turning_points(self) -> tuple[Array, Motion]:
         return self._at_events("theta_min", "theta_max")
 
-    def _at_extrema(self, part: Part) -> tuple[Any, Motion]:
+    def _at_extrema(self, part: Part) -> tuple[Array, Motion]:
         """Rows and motions among which an extreme value is, if it lies between start and end."""
         if part == SMALLEST_FORCE:
             owner = numpy.repeat(numpy.arange(self.rows), [len(one.lowest) for one in self.results])
@@ -224,7 +217,7 @@ class _Integrated:
         chosen, q = self._at_events(*turning_events(part.quantity))
         return self.owner[chosen], q
 
-    def _part(self, part: str, quantity: str) -> Any:
+    def _part(self, part: str, quantity: str) -> Array:
         """The start, end, smallest or largest value of a quantity in each row."""
         wanted = QUANTITIES[quantity]
         ones = numpy.ones(self.rows)
@@ -241,8 +234,7 @@ class _Integrated:
         unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.starts])
         return found * unit
 
-    def _drift(self) -> Any:
-
+    def _drift(self) -> Array:
         start, end = jellett(self._start_motion), jellett(self._end_motion)
         chosen, q = self._turning_points
         owner = self.owner[chosen]
@@ -253,7 +245,6 @@ class _Integrated:
         return found
 
     def _inversion_times(self) -> list[InversionTimes]:
-
         chosen, q = self._turning_points
         kind, owner = self.kind[chosen], self.owner[chosen]
         with numpy.errstate(all="ignore"):
@@ -266,7 +257,7 @@ class _Integrated:
             columns = (column[mine] for column in (self.times[chosen], theta, phi_dot))
             return list(map(Turns, *(self._by_row(column, owner[mine]) for column in columns)))
 
-        def times(name: str) -> list[list[Any]]:
+        def times(name: str) -> list[list[float]]:
             mine = self._events(name)
             return self._by_row(self.times[mine], self.owner[mine])
 
@@ -276,8 +267,7 @@ class _Integrated:
         )  # fmt: skip
         return [from_marks(Marks(*row), math.pi) for row in zip(*columns, strict=True)]
 
-    def _by_row(self, column: Any, owner: Any) -> list[list[Any]]:
-
+    def _by_row(self, column: Array, owner: Array) -> list[list[float]]:
         cuts = numpy.searchsorted(owner, numpy.arange(self.rows + 1)).tolist()
         items = column.tolist()  # numbers of NumPy's are slow
         return [items[start:end] for start, end in itertools.pairwise(cuts)]

@@ -7,19 +7,24 @@ import io
 import math
 from collections import Counter
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     import pandas
+    import pyarrow
 
     from tt_precise.sweep.place import Place
 
 COMPRESSION = "zstd"
 
 
-def parquet() -> Any:
+def parquet() -> ModuleType:
     """The module ``pyarrow.parquet``.
 
     Raises
@@ -42,14 +47,14 @@ def chunk_name(number: int) -> str:
 
 
 def frame_of(
-    names: tuple[str, ...], first: int, values: Any, results: Mapping[str, Any]
+    names: tuple[str, ...], first: int, values: Array, results: Mapping[str, Array]
 ) -> pandas.DataFrame:
     """The rows from index ``first`` on: index, what was varied, results."""
     import numpy
     import pandas
 
     index = numpy.arange(first, first + len(values), dtype=numpy.int64)
-    columns: dict[str, Any] = {"index": index}
+    columns: dict[str, Array] = {"index": index}
     columns |= {name: values[:, position] for position, name in enumerate(names)}
     columns |= results
     return pandas.DataFrame(columns)
@@ -66,7 +71,7 @@ def packed(frame: pandas.DataFrame) -> bytes:
     return content
 
 
-def unpacked(content: bytes) -> Any:
+def unpacked(content: bytes) -> pyarrow.Table:
     """The table in a Parquet file."""
     return parquet().read_table(io.BytesIO(content))
 
@@ -76,11 +81,11 @@ def digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def summarized(frame: pandas.DataFrame) -> dict[str, Any]:
+def summarized(frame: pandas.DataFrame) -> dict[str, Json]:
     """Rows, outcomes, and of each column least, greatest, sum and number of what is finite."""
     import numpy
 
-    ranges: dict[str, list[Any]] = {}
+    ranges: dict[str, list[Json]] = {}
     for name in frame.columns:
         if name in ("index", "outcome"):
             continue
@@ -97,20 +102,20 @@ def summarized(frame: pandas.DataFrame) -> dict[str, Any]:
     }
 
 
-def written(place: Place, number: int, frame: pandas.DataFrame) -> dict[str, Any]:
+def written(place: Place, number: int, frame: pandas.DataFrame) -> dict[str, Json]:
     """Write a chunk; what the ledger says of it."""
     content = packed(frame)
     place.write(chunk_name(number), content)
     return {**summarized(frame), "sha256": digest(content)}
 
 
-def merged(parts: list[dict[str, Any]]) -> dict[str, Any]:
+def merged(parts: list[dict[str, Json]]) -> dict[str, Json]:
     """The ``summarized`` rows of all parts; the order of the parts does not matter."""
     outcomes: Counter[str] = Counter()
     for part in parts:
         outcomes.update(part["outcomes"])
     rows = sum(part["rows"] for part in parts)
-    columns: dict[str, Any] = {}
+    columns: dict[str, Json] = {}
     for name in dict.fromkeys(name for part in parts for name in part["columns"]):
         mine = [part["columns"][name] for part in parts]
         known = [one for one in mine if one[3]]

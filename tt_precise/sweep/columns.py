@@ -10,13 +10,14 @@ turning points of theta are read off the Taylor polynomials of the steps.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
 from tt_precise.integrate.events import EXTREMUM, Event, axis_fall, event_named
 from tt_precise.integrate.inversion import NEEDED
-from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
 
 DEFINITIONS = ("A", "B", "C")
 TIMES = tuple(f"{when}_{which}" for when in ("t_init", "t_end") for which in DEFINITIONS)
@@ -130,7 +131,7 @@ def turning_events(quantity: str) -> tuple[str, ...]:
 def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
     """The event functions to look for; theta's extrema are its turning points."""
     found: list[Detector] = []
-    wanted: dict[Any, list[Event]] = {}
+    wanted: dict[Callable[[Motion], Scalar], list[Event]] = {}
     for name in NEEDED:
         event = event_named(name, model)
         wanted.setdefault(event.function, []).append(event)

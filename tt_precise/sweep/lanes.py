@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import heyoka
 import numpy
 
+from tt_precise.arithmetic import Array
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
@@ -29,6 +30,7 @@ from tt_precise.mechanics.formulations import integrated
 from tt_precise.sweep.columns import Detector
 from tt_precise.sweep.min_normal_force import Step
 from tt_precise.sweep.step_buffer import ROOM, Events, StepBuffer
+from tt_precise.untyped import Adaptive
 
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
 # heyoka takes the step from the largest of state and event functions: scaled down, these do not
@@ -65,7 +67,7 @@ class LaneResult(NamedTuple):
 
     status: str
     time: float
-    state: Any
+    state: Array
     steps: int
     lowest: Sequence[Step]
 
@@ -98,7 +100,6 @@ class Lanes:
     """A compiled batch integrator, and what its lanes are carrying."""
 
     def __init__(self, build: Build):
-
         heyoka.set_logger_level_critical()  # the status says what it would log
         self.build = build
         # a single lane would take its step sizes with other functions, which differ in the last
@@ -138,7 +139,7 @@ class Lanes:
 
     def integrate(self, starts: Sequence[LaneStart]) -> LaneResults:
         """Integrate from all starts."""
-        ends: dict[int, tuple[str, float, Any]] = {}
+        ends: dict[int, tuple[str, float, Array]] = {}
         waiting = iter(range(len(starts)))
         self._buffer.open(len(starts))
         for lane in range(len(self._row_in) if starts else 0):
@@ -169,7 +170,6 @@ class Lanes:
         )
 
     def _load(self, lane: int, number: int, starts: Sequence[LaneStart]) -> None:
-
         self._row_in[lane] = number
         # an empty lane stands at some valid start with no time left: it takes steps of length 0
         start = starts[max(number, 0)]
@@ -187,7 +187,6 @@ class Lanes:
         self._age[lane] = 0
 
     def _advance(self) -> list[Any]:
-
         before = self._buffer.steps
         self._batch.propagate_until(
             self._goals,
@@ -203,7 +202,6 @@ class Lanes:
         return outcomes
 
     def _ended(self, lane: int, outcome: Any) -> str:
-
         # a step cut short by its longest length has that outcome too
         if outcome == heyoka.taylor_outcome.time_limit and self._time[lane] == self._goals[lane]:
             return "complete"
@@ -212,7 +210,7 @@ class Lanes:
         stopped = -1 - int(outcome)
         return self._terminal[stopped] if 0 <= stopped < len(self._terminal) else ""
 
-    def _end(self, lane: int, status: str) -> tuple[str, float, Any]:
+    def _end(self, lane: int, status: str) -> tuple[str, float, Array]:
         """Status, time and state of a row that has ended."""
         state = self._batch.state[:, lane]
         if status == "failed":
@@ -224,9 +222,9 @@ class Lanes:
         return status, float(self._time[lane]), state.copy()
 
 
-def _noting(hits: array[float], position: int) -> Any:
+def _noting(hits: array[float], position: int) -> Callable[[Adaptive, float, int, int], None]:
     # a function, because heyoka copies callables deeply, but functions with what they refer to
-    def note(_: Any, time: float, sign: int, lane: int) -> None:
+    def note(_: Adaptive, time: float, sign: int, lane: int) -> None:
         if sign:  # 0: the function vanishes identically, so nothing changes sign
             hits.extend((lane, position, time, sign))
 

@@ -8,10 +8,11 @@ at once, and halves of the rest until rounding decides. So no peak inside a step
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy
 
+from tt_precise.arithmetic import Array
 from tt_precise.sweep.axis_height import Heights
 from tt_precise.sweep.step_polynomials import HALVINGS, bernstein_of, halves, states_in
 
@@ -26,10 +27,12 @@ class Step(NamedTuple):
     """The length of a step and its Taylor series, shape (entries, order + 1)."""
 
     width: float
-    series: Any
+    series: Array
 
 
-def may_be_lowest(read: Heights, widths: Any, owner: Any, highest: Any) -> tuple[Any, Any, Any]:
+def may_be_lowest(
+    read: Heights, widths: Array, owner: Array, highest: Array
+) -> tuple[Array, Array, Array]:
     """The steps in which the second derivative of k.z may be the largest of a trajectory.
 
     Parameters
@@ -51,12 +54,12 @@ def may_be_lowest(read: Heights, widths: Any, owner: Any, highest: Any) -> tuple
     return step, lane, read.curvature[step, lane]
 
 
-def reaches(ceiling: Any, highest: Any) -> Any:
+def reaches(ceiling: Array, highest: Array) -> Array:
     """Whether what stays below ``ceiling`` may be as large as ``highest``."""
     return ceiling >= highest - SLACK * numpy.abs(highest)
 
 
-def lowest_states(steps: Sequence[Step], owner: Any, height: int) -> tuple[Any, Any]:
+def lowest_states(steps: Sequence[Step], owner: Array, height: int) -> tuple[Array, Array]:
     """States where g_n is smallest within each step, of the ``EQUAL_PEAKS`` lowest of each owner.
 
     ``height`` is the position of k.z among the entries. Returns states, shape (states, entries),
@@ -74,7 +77,7 @@ def lowest_steps(steps: Sequence[Step], height: int) -> list[Step]:
     return [steps[position] for position in chosen.tolist()]
 
 
-def _lowest(steps: Sequence[Step], owner: Any, height: int) -> tuple[Any, Any, Any]:
+def _lowest(steps: Sequence[Step], owner: Array, height: int) -> tuple[Array, Array, Array]:
     """Series of the steps, times of their peaks, and positions of the highest of each owner."""
     widths = numpy.array([one.width for one in steps])
     series = numpy.array([one.series for one in steps])
@@ -87,7 +90,7 @@ def _lowest(steps: Sequence[Step], owner: Any, height: int) -> tuple[Any, Any, A
     return series, place * widths, numpy.sort(order[rank < EQUAL_PEAKS])
 
 
-def _peaks(polynomials: Any) -> tuple[Any, Any]:
+def _peaks(polynomials: Array) -> tuple[Array, Array]:
     """Where on [0, 1] each polynomial (a row of coefficients) is largest, and how large."""
     count = len(polynomials)
     bernstein = bernstein_of(polynomials)
@@ -107,7 +110,7 @@ def _peaks(polynomials: Any) -> tuple[Any, Any]:
     return place, height
 
 
-def _raise(height: Any, place: Any, owner: Any, values: Any, places: Any) -> None:
+def _raise(height: Array, place: Array, owner: Array, values: Array, places: Array) -> None:
     """Put in the largest of the values of each owner, and its place, where it is a new maximum."""
     order = numpy.lexsort((places, values))
     highest, where = numpy.full(len(height), -numpy.inf), numpy.zeros(len(height))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.plotting import BLACK, BLUE, GREY, ORANGE, PURPLE, RED, new_figure, styled
@@ -173,7 +174,9 @@ def _outcomes(
     )  # fmt: skip
 
 
-def _cells(axes: Axes, table: pandas.DataFrame, x: str, y: str, z: Any, **style: Any) -> Any:
+def _cells(
+    axes: Axes, table: pandas.DataFrame, x: str, y: str, z: Array, **style: Any
+) -> ScalarMappable:
     grid = table.assign(z=z).pivot_table(index=y, columns=x, values="z", dropna=False)
     if len(table) == grid.size and len(grid.index) > 1 and len(grid.columns) > 1:
         return axes.pcolormesh(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tt_precise._version import __version__
+from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
 from tt_precise.sweep import spot_check
 from tt_precise.sweep.chunk_file import frame_of, written
@@ -18,6 +19,7 @@ from tt_precise.sweep.samples import blocks
 from tt_precise.sweep.specification import Plan, Specification
 from tt_precise.sweep.store import Files, Memory, default_chunk
 from tt_precise.sweep.summary import summary_of
+from tt_precise.untyped import Json
 from tt_precise.workers import Call, Failure, Pool, dask_pool, local_pool
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ Counted = Callable[[int, int], None]
 class Swept:
     """A finished sweep: its summary (see ``summary.summary_of``), and its rows when asked."""
 
-    summary: Mapping[str, Any]
+    summary: Mapping[str, Json]
     store: Memory | Files
 
     @property
@@ -137,7 +139,7 @@ def _get_ready() -> None:
     import tt_precise.sweep.chunk  # noqa: F401
 
 
-def chunk_task(plan: Plan, version: str, values: Any, batch: int) -> dict[str, Any]:
+def chunk_task(plan: Plan, version: str, values: Array, batch: int) -> dict[str, Any]:
     """The results of some rows, in a worker: "columns", and the "seconds" that they took."""
     from tt_precise.sweep.chunk import compute
 
@@ -149,15 +151,15 @@ def chunk_task(plan: Plan, version: str, values: Any, batch: int) -> dict[str, A
 
 
 def written_chunk_task(
-    plan: Plan, version: str, values: Any, batch: int, number: int, first: int, place: Place
-) -> dict[str, Any]:
+    plan: Plan, version: str, values: Array, batch: int, number: int, first: int, place: Place
+) -> dict[str, Json]:
     """A chunk whose rows the worker writes itself; what the ledger says of it."""
     found = chunk_task(plan, version, values, batch)
     frame = frame_of(plan.names, first, values, found["columns"])
     return written(place, number, frame) | {"seconds": found["seconds"], "batch": batch}
 
 
-def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Any]:
+def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
     """A row again in quad, in a worker."""
     return spot_check.recomputed(plan.scene_of(values), plan.record)
 
@@ -211,7 +213,7 @@ def _check(
     """Integrate the rows of the spot check in quad, and note how they differ."""
     report = checking or (lambda done, all_rows: None)
     wanted = set(spot_check.drawn(spec.rows, spec.seed, one_in)) - store.checked.keys()
-    asked: dict[int, dict[Any, Any]] = {}
+    asked: dict[int, dict[Hashable, Any]] = {}
 
     def calls() -> Iterator[Call]:
         for row in _rows(store, wanted):
@@ -238,7 +240,7 @@ def _check(
         report(done, len(wanted))
 
 
-def _rows(store: Memory | Files, wanted: set[int]) -> Iterator[dict[Any, Any]]:
+def _rows(store: Memory | Files, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:
     for frame in store.frames() if wanted else ():
         yield from frame[frame["index"].isin(wanted)].to_dict("records")
 

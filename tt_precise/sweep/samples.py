@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
+from tt_precise.arithmetic import Array
 from tt_precise.sweep.specification import Specification
 
 DROPPED = 65536  # samples drawn at once where they are skipped
 
 
-def blocks(spec: Specification, size: int, skip: set[int]) -> Iterator[tuple[int, Any]]:
+def blocks(spec: Specification, size: int, skip: set[int]) -> Iterator[tuple[int, Array]]:
     """(number, values) of each block of ``size`` rows that is not in ``skip``.
 
     ``values`` is float64 of shape (rows, names). Memory does not grow with the number of rows.
@@ -43,7 +43,7 @@ class _Samples:
         self._low = numpy.array([float(one.low) for one in spec.box])
         self._width = numpy.array([float(one.high) for one in spec.box]) - self._low
         dimensions = len(spec.box)
-        self._kept: Any = None
+        self._kept: Array = None
         if spec.sampler == "latin":
             self._kept = qmc.LatinHypercube(dimensions, rng=spec.seed).random(spec.samples)
             return
@@ -53,7 +53,7 @@ class _Samples:
         if spec.axes:
             self._kept = self._draw(spec.samples)
 
-    def at(self, numbers: Any) -> Any:
+    def at(self, numbers: Array) -> Array:
         if self._kept is not None:
             points = self._kept[numbers]
         else:
@@ -64,7 +64,7 @@ class _Samples:
             points = self._draw(len(numbers))
         return self._low + self._width * points
 
-    def _draw(self, count: int) -> Any:
+    def _draw(self, count: int) -> Array:
         import warnings
 
         with warnings.catch_warnings():

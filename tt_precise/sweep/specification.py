@@ -23,6 +23,7 @@ from tt_precise.integrate.contact import CONTACTS
 from tt_precise.numerals import exact
 from tt_precise.scene import Scene, Start, load_scene
 from tt_precise.sweep.columns import check_names
+from tt_precise.untyped import Json
 
 STARTS = tuple(field.name for field in fields(Start))
 SWEEPABLE = (*STARTS, "psi_dot")
@@ -186,7 +187,7 @@ class Specification:
         """Rows of the sweep."""
         return self.grid_points * max(1, self.samples)
 
-    def description(self) -> dict[str, Any]:
+    def description(self) -> dict[str, Json]:
         """Everything the rows depend on, in plain JSON values."""
         scene, body, start = self.scene, self.scene.body, self.scene.start
         given = {name: str(value) for name, value in scene.given.items()}

@@ -15,6 +15,7 @@ from tt_precise.integrate import integrate
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.scene import Scene
 from tt_precise.sweep.columns import DEFINITIONS, TIMES, extremum, parts, turning_events
+from tt_precise.untyped import Json
 
 ONE_IN = 1000
 TOLERANCE = 1e-22  # a million times finer than double, in half the time that quad's eps takes
@@ -29,7 +30,7 @@ def drawn(rows: int, seed: int, one_in: int = ONE_IN) -> Iterator[int]:
         yield block * one_in + int(numpy.random.default_rng([seed, block]).integers(size))
 
 
-def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Any]:
+def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
     """A row's results from an integration in quad: "outcome", and floats (None: there is none).
 
     The numbers are rounded to double at the very end. Only for contact "unilateral".
@@ -42,7 +43,7 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Any]:
         lost = "g_n is" in str(refused)
         return {"outcome": "contact_lost" if lost else "singular_contact", "t_stop": 0.0}
     times = run.inversion
-    found: dict[str, Any] = {}
+    found: dict[str, Json] = {}
     for which in DEFINITIONS:
         climb = getattr(times, which)
         found[f"t_init_{which}"], found[f"t_end_{which}"] = climb.t_init, climb.t_end
@@ -71,7 +72,7 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def differences(row: Mapping[str, Any], again: Mapping[str, Any]) -> dict[str, float]:
+def differences(row: Mapping[Any, Json], again: Mapping[str, Json]) -> dict[str, float]:
     """Absolute difference of each column that both have; infinite where only one has a value."""
     found = {}
     for name, fine in again.items():

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
+from tt_precise.arithmetic import Array
 from tt_precise.scene import Inclination, Scene
 from tt_precise.sweep.specification import Plan
 from tt_precise.workers import Call, Failure, Pool
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 TASK_ROWS = 128
 
 
-def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Any, Any]]) -> pandas.DataFrame:
+def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -> pandas.DataFrame:
     """The rows of some tables, in order: ``series``, ``contact``, ``index``, starts, results.
 
     ``tables`` holds (series, index, values of shape (rows, ``plan.names``)).

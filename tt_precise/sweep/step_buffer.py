@@ -6,15 +6,17 @@ import math
 from array import array
 from collections import defaultdict
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy
 
+from tt_precise.arithmetic import Array
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.sweep.axis_height import Heights, height_rates, read_heights, turning_points
 from tt_precise.sweep.columns import Detector
 from tt_precise.sweep.min_normal_force import Step, lowest_steps, may_be_lowest, reaches
 from tt_precise.sweep.step_polynomials import states_in
+from tt_precise.untyped import Adaptive
 
 ROOM = 384  # steps
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
@@ -29,11 +31,11 @@ class Events(NamedTuple):
     the detector is not ``stateful``.
     """
 
-    row: Any
-    detector: Any
-    direction: Any
-    time: Any
-    state: Any
+    row: Array
+    detector: Array
+    direction: Array
+    time: Array
+    state: Array
 
 
 class StepBuffer:
@@ -44,9 +46,8 @@ class StepBuffer:
     """
 
     def __init__(
-        self, batch: Any, form: Formulation, detectors: Sequence[Detector], hits: array[float]
+        self, batch: Adaptive, form: Formulation, detectors: Sequence[Detector], hits: array[float]
     ):
-
         self._batch, self._form, self._hits = batch, form, hits
         self._stateful = numpy.array([one.stateful for one in detectors])
         self._turning = [one.turning for one in detectors].index(True)
@@ -81,7 +82,7 @@ class StepBuffer:
         size = self._tc.shape[0]
         self._found = [Events(none, none, none, numpy.empty(0), numpy.empty((0, size)))]
 
-    def record_step(self, _: Any) -> bool:
+    def record_step(self, _: Adaptive) -> bool:
         """Record the last step of the integrator, which calls this after each."""
         step = self.steps
         self._series[step] = self._tc
@@ -91,7 +92,7 @@ class StepBuffer:
         self.steps = step + 1
         return True
 
-    def assign(self, since: int, rows: Any) -> None:
+    def assign(self, since: int, rows: Array) -> None:
         """Say whose the steps from ``since`` on are, -1 for empty lanes."""
         self._rows[since : self.steps] = rows
 
@@ -134,12 +135,11 @@ class StepBuffer:
         highest = self._highest[row]
         return [step for ceiling, step in self._lowest[row] if reaches(ceiling, highest)]
 
-    def _height_rates(self) -> Any:
+    def _height_rates(self) -> Array:
         """Rates of k.z where the lanes are now."""
         return height_rates(self._form, self._batch.pars, self._batch.state)
 
     def _find_lowest(self, read: Heights) -> None:
-
         rows = self._rows[: self.steps]
         found = may_be_lowest(read, self._widths[: self.steps], rows, self._highest)
         step, lane, ceiling = found

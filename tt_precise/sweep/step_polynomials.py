@@ -9,13 +9,14 @@ that comes to the same, to the last bit, whatever stands beside it.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache, reduce
 from math import comb
-from typing import Any
 
 import heyoka
 import numpy
+
+from tt_precise.arithmetic import Array, Scalar
 
 HALVINGS = 26  # a parabola loses 2^-52 of its height so near to its peak
 NEWTON_STEPS = 6  # at a time, from a secant: enough for all but a few turning points in 1,000
@@ -25,12 +26,12 @@ WIDTH, START, END = -3, -2, -1  # the last rows of columns that describe a polyn
 ITERATIONS = 10  # of so many steps: bisections alone would take 52
 
 
-def horner(coefficients: Sequence[Any], at: Any) -> Any:
+def horner(coefficients: Sequence[Scalar], at: Scalar) -> Scalar:
     """Value of a polynomial, from its coefficients of 1, x, x^2, ..."""
     return reduce(lambda value, one: value * at + one, coefficients[-2::-1], coefficients[-1])
 
 
-def states_in(series: Any, since: Any) -> Any:
+def states_in(series: Array, since: Array) -> Array:
     """States in steps, so long after their starts, from their Taylor series.
 
     ``series`` has the shape (steps, entries, order + 1), ``since`` (steps,), the result (steps,
@@ -43,7 +44,7 @@ def states_in(series: Any, since: Any) -> Any:
     return _states(entries, terms)(inputs, **ALONE).T
 
 
-def bernstein_of(polynomials: Any) -> Any:
+def bernstein_of(polynomials: Array) -> Array:
     """Bernstein coefficients on [0, 1] of polynomials, a row of coefficients of 1, x, x^2 ... each.
 
     Unlike a matrix product, sums of whole columns round a row whatever the others are.
@@ -54,7 +55,7 @@ def bernstein_of(polynomials: Any) -> Any:
     return found
 
 
-def zeros(columns: Any, changes: Any) -> tuple[Any, Any, Any]:
+def zeros(columns: Array, changes: Array) -> tuple[Array, Array, Array]:
     """All changes of sign of the rate of a polynomial in each step; 0 counts as positive.
 
     Parameters
@@ -93,7 +94,7 @@ def zeros(columns: Any, changes: Any) -> tuple[Any, Any, Any]:
     return owner, place * columns[WIDTH], rising
 
 
-def _brackets(columns: Any) -> tuple[Any, Any, Any, Any]:
+def _brackets(columns: Array) -> tuple[Array, Array, Array, Array]:
     """Parts of steps with one zero of the rate each: which, from, to, whether it rises."""
     power = numpy.arange(len(columns[:WIDTH]))[:, None]
     bernstein = bernstein_of((columns[:WIDTH] * (power + 1.0) * columns[WIDTH] ** power).T)
@@ -119,7 +120,7 @@ def _brackets(columns: Any) -> tuple[Any, Any, Any, Any]:
     return owner[order], left[order], right[order], rising[order]
 
 
-def _between(polynomials: Any, *given: Any) -> Any:
+def _between(polynomials: Array, *given: Array) -> Array:
     """The only zero of the rate between two places of each step; see ``_nearer``."""
     inputs = numpy.concatenate((polynomials, given))
     nearer = _nearer(len(inputs) - 4)
@@ -135,7 +136,7 @@ def _between(polynomials: Any, *given: Any) -> Any:
     return place
 
 
-def halves(bernstein: Any) -> tuple[Any, Any]:
+def halves(bernstein: Array) -> tuple[Array, Array]:
     """Bernstein coefficients on the lower and the upper half, of polynomials in rows."""
     size = bernstein.shape[1]
     found = _halves(size)(bernstein.T.copy(), **ALONE)
@@ -143,7 +144,7 @@ def halves(bernstein: Any) -> tuple[Any, Any]:
 
 
 @cache
-def to_bernstein(size: int) -> Any:
+def to_bernstein(size: int) -> Array:
     """Matrix from coefficients of 1, x, x^2, ... (a row) to those of the Bernstein polynomials."""
     last = size - 1
     return numpy.array(
@@ -155,11 +156,11 @@ def to_bernstein(size: int) -> Any:
 
 
 @cache
-def _halves(size: int) -> Any:
+def _halves(size: int) -> Array:
     """De Casteljau's algorithm."""
     given = row = variables("c", size)
-    lower: list[Any] = []
-    upper: list[Any] = []
+    lower: list[Array] = []
+    upper: list[Array] = []
     for _ in range(size):
         lower.append(row[0])
         upper.insert(0, row[-1])
@@ -168,7 +169,7 @@ def _halves(size: int) -> Any:
 
 
 @cache
-def _states(entries: int, terms: int) -> Any:
+def _states(entries: int, terms: int) -> Callable[..., Array]:
     """From the series of all entries and the time since: the state."""
     series = [variables(f"c{entry}_", terms) for entry in range(entries)]
     since = heyoka.make_vars("since")
@@ -178,7 +179,7 @@ def _states(entries: int, terms: int) -> Any:
 
 
 @cache
-def _nearer(terms: int) -> Any:
+def _nearer(terms: int) -> Callable[..., Array]:
     """Some steps of Newton's to a zero of the rate, and bisections where they lead away.
 
     From its coefficients but the first, length of the step, whether the rate rises (1) or falls
@@ -209,6 +210,6 @@ def _nearer(terms: int) -> Any:
     return heyoka.cfunc([left, right, place, move], vars=inputs)
 
 
-def variables(letter: str, count: int) -> list[Any]:
+def variables(letter: str, count: int) -> list[Scalar]:
     """Symbols of heyoka's: the letter with 0, 1, 2, ..."""
     return list(heyoka.make_vars(*(f"{letter}{n}" for n in range(count))))

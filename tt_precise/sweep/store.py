@@ -14,7 +14,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tt_precise import json_file
 from tt_precise._version import __version__
@@ -31,9 +31,11 @@ from tt_precise.sweep.chunk_file import (
 )
 from tt_precise.sweep.place import Folder, Place, Url, place_of
 from tt_precise.sweep.specification import Specification
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
+    import pyarrow
 
 SCHEMA = "tt_precise.sweep_store/2"
 MANIFEST, LEDGER, RECHECK, QUARANTINE, SUMMARY, ROWS = (
@@ -52,9 +54,9 @@ class Memory:
 
     def __init__(self, spec: Specification, size: int):
         self.spec, self.size = spec, size
-        self.parts: dict[int, dict[str, Any]] = {}
+        self.parts: dict[int, dict[str, Json]] = {}
         self.quarantined: dict[int, str] = {}
-        self.checked: dict[int, dict[str, Any]] = {}
+        self.checked: dict[int, dict[str, Json]] = {}
         self.damaged: list[str] = []
         self._frames: dict[int, pandas.DataFrame] = {}
 
@@ -62,7 +64,7 @@ class Memory:
         """Nobody else has it."""
         return nullcontext()
 
-    def keep(self, number: int, frame: pandas.DataFrame | None, about: Mapping[str, Any]) -> None:
+    def keep(self, number: int, frame: pandas.DataFrame | None, about: Mapping[str, Json]) -> None:
         """Take the rows of a chunk."""
         assert frame is not None
         self._frames[number] = frame
@@ -72,7 +74,7 @@ class Memory:
         """Note a chunk that could not be computed."""
         self.quarantined[number] = error
 
-    def check(self, index: int, found: dict[str, Any]) -> None:
+    def check(self, index: int, found: dict[str, Json]) -> None:
         """Take what recomputing a row came to."""
         self.checked[index] = found
 
@@ -81,7 +83,7 @@ class Memory:
         for number in sorted(self._frames):
             yield self._frames[number]
 
-    def finish(self, summary: Mapping[str, Any]) -> None:
+    def finish(self, summary: Mapping[str, Json]) -> None:
         """The rows are together already."""
 
 
@@ -99,9 +101,9 @@ class Files:
         self.place: Folder | Url = place_of(out)
         self.target: Place = self.place
         self.spec, self.size = spec, size or 0
-        self.parts: dict[int, dict[str, Any]] = {}
+        self.parts: dict[int, dict[str, Json]] = {}
         self.quarantined: dict[int, str] = {}
-        self.checked: dict[int, dict[str, Any]] = {}
+        self.checked: dict[int, dict[str, Json]] = {}
         self.damaged: list[str] = []
         self._pending: list[str] = []
         self._flushed = time.monotonic()
@@ -147,7 +149,7 @@ class Files:
             else:
                 self.damaged.append(chunk_name(number))
 
-    def keep(self, number: int, frame: pandas.DataFrame | None, about: Mapping[str, Any]) -> None:
+    def keep(self, number: int, frame: pandas.DataFrame | None, about: Mapping[str, Json]) -> None:
         """Note a chunk, which its worker has written if the client has not got its rows."""
         if frame is not None:
             about = {**written(self.place, number, frame), **about}
@@ -169,7 +171,7 @@ class Files:
         self.quarantined[number] = error
         self.place.append(QUARANTINE, json.dumps({"chunk": number, "error": error}) + "\n")
 
-    def check(self, index: int, found: dict[str, Any]) -> None:
+    def check(self, index: int, found: dict[str, Json]) -> None:
         """Note what recomputing a row came to."""
         self.checked[index] = found
         self.place.append(RECHECK, json.dumps({"index": index, "found": found}) + "\n")
@@ -184,7 +186,7 @@ class Files:
         for number in sorted(self.parts):
             yield self._table(number).to_pandas()
 
-    def finish(self, summary: Mapping[str, Any]) -> None:
+    def finish(self, summary: Mapping[str, Json]) -> None:
         """Write the summary, and put all rows into one file, unless some are missing."""
         self._flush()
         whole = len(self.parts) == -(-self.spec.rows // self.size)
@@ -202,7 +204,7 @@ class Files:
 
         with replacing(target) as temporary:
             writer = None
-            waiting: list[Any] = []
+            waiting: list[pyarrow.Table] = []
             for number in sorted(self.parts):
                 waiting.append(self._table(number))
                 if len(waiting) * self.size >= 65536 or number == max(self.parts):
@@ -225,7 +227,7 @@ class Files:
         assert isinstance(self.place, Folder)
         return _digest_of_file(self.place.path / ROWS) == lines[-1]["sha256"]
 
-    def _table(self, number: int) -> Any:
+    def _table(self, number: int) -> pyarrow.Table:
         content = self.place.read(chunk_name(number))
         if content is None or digest(content) != self.parts[number]["sha256"]:
             raise InputError(
@@ -237,7 +239,7 @@ class Files:
     def _rows_in(self, number: int) -> int:
         return min(self.size, self.spec.rows - number * self.size)
 
-    def _opened(self, size: int | None) -> dict[str, Any]:
+    def _opened(self, size: int | None) -> dict[str, Json]:
         wanted = {
             "schema": SCHEMA,
             "fingerprint": self.spec.fingerprint,
@@ -253,7 +255,7 @@ class Files:
             self.place.write(MANIFEST, (json.dumps(manifest, indent=2) + "\n").encode())
             return manifest
         try:
-            found: Any = json_file.parse(content)
+            found: Json = json_file.parse(content)
         except ValueError:
             found = None
         if not isinstance(found, dict) or not isinstance(found.get("chunk"), int):
@@ -272,7 +274,7 @@ class Files:
             )
         return found
 
-    def _lines(self, log: str, kinds: Mapping[str, type]) -> Iterator[dict[str, Any]]:
+    def _lines(self, log: str, kinds: Mapping[str, type]) -> Iterator[dict[str, Json]]:
         """The lines of a log that are of this kind; others are torn, or somebody else's."""
         for text in self.place.log(log).splitlines():
             try:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from tt_precise._version import __version__
 from tt_precise.sweep.chunk_file import merged
 from tt_precise.sweep.columns import OUTCOMES
 from tt_precise.sweep.specification import Specification
 from tt_precise.sweep.store import Files, Memory
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.sweep/1"
 
 
-def summary_of(spec: Specification, store: Memory | Files, how: dict[str, Any]) -> dict[str, Any]:
+def summary_of(spec: Specification, store: Memory | Files, how: dict[str, Json]) -> dict[str, Json]:
     """Outcomes, the range of every column, what the spot check found, what is missing, how it ran.
 
     ``columns`` gives least, greatest and mean of the values that exist, and how many are missing.
@@ -45,7 +45,7 @@ def summary_of(spec: Specification, store: Memory | Files, how: dict[str, Any]) 
     }
 
 
-def _recheck(store: Memory | Files) -> dict[str, Any]:
+def _recheck(store: Memory | Files) -> dict[str, Json]:
     largest: dict[str, float] = {}
     where: dict[str, int] = {}
     other, errors, unmatched = [], {}, []

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.sweep.specification import Specification, specification
 from tt_precise.toml import parse, read_text
+from tt_precise.untyped import Json
 
 
 def read_specification(path: str | Path) -> Specification:
@@ -41,7 +41,7 @@ def read_specification(path: str | Path) -> Specification:
         raise InputError(f"{path}: {error}") from None
 
 
-def _from_table(table: Mapping[str, Any], folder: Path) -> Specification:
+def _from_table(table: Mapping[str, Json], folder: Path) -> Specification:
     known = {"scene", "until", "record", "contact", "vary", "box", "sampling"}
     for key in table.keys() - known:
         raise InputError(f"unknown key {key[:60]}, expected only: {', '.join(sorted(known))}")
@@ -68,14 +68,14 @@ def _from_table(table: Mapping[str, Any], folder: Path) -> Specification:
     )
 
 
-def _table(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+def _table(table: Mapping[str, Json], key: str) -> Mapping[str, Json]:
     value = table.get(key, {})
     if not isinstance(value, dict):
         raise InputError(f"{key}: got {str(value)[:60]!r}, expected a table [{key}]")
     return value
 
 
-def _texts(table: Mapping[str, Any], key: str) -> dict[str, str]:
+def _texts(table: Mapping[str, Json], key: str) -> dict[str, str]:
     found = _table(table, key)
     for name, value in found.items():
         if not isinstance(value, str):

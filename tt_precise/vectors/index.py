@@ -14,6 +14,7 @@ from tt_precise.files import atomic_write
 from tt_precise.golden import store
 from tt_precise.golden.places import VECTORS
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 from tt_precise.vectors import states, steps
 
 LICENCE = "MIT"
@@ -104,7 +105,7 @@ def vector_texts(progress: Progress = silent) -> dict[str, str]:
     return {str(one["name"]): _text(one) for one in (first, second)}
 
 
-def _text(content: dict[str, Any]) -> str:
+def _text(content: dict[str, Json]) -> str:
     name = content.pop("name")
     head = {
         "schema": SCHEMAS[name],
@@ -127,7 +128,7 @@ def index_text(folder: Path) -> str:
     return json.dumps(content, indent=1) + "\n"
 
 
-def entries(folder: Path) -> Iterator[dict[str, Any]]:
+def entries(folder: Path) -> Iterator[dict[str, Json]]:
     """One entry a file, in order.
 
     Raises
@@ -156,7 +157,7 @@ def entries(folder: Path) -> Iterator[dict[str, Any]]:
             }  # fmt: skip
 
 
-def _entry(folder: Path, file: Path) -> dict[str, Any]:
+def _entry(folder: Path, file: Path) -> dict[str, Json]:
     return {
         "path": file.relative_to(folder).as_posix(),
         "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),

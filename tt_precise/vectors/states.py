@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
 
-from tt_precise.arithmetic import Functions
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import TippeTop
 from tt_precise.dry_friction import top_with_friction
 from tt_precise.exact.arithmetic import arithmetic_of, decimal, own_context
@@ -26,6 +25,7 @@ from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, cross, scaled
 from tt_precise.scene import Scene, Start
+from tt_precise.untyped import Json
 
 SEED = 2013
 STATES = 5  # of each law
@@ -64,11 +64,11 @@ class StateCase:
         x, y, z = vector
         return (cosine * x - sine * y, sine * x + cosine * y, z)
 
-    def number(self, value: Fraction) -> Any:
+    def number(self, value: Fraction) -> Scalar:
         """An exact number in the working arithmetic."""
         return arithmetic_of(self.context).exact(value)
 
-    def pose_of(self, q: Motion, phi: Any = 0, psi: Any = 0) -> Pose:
+    def pose_of(self, q: Motion, phi: Scalar = 0, psi: Scalar = 0) -> Pose:
         """Orientation and velocities of a motion that has turned by ``phi`` since the start."""
         fn = self.context
         azimuth = 2 * fn.atan2(self.number(self.half[1]), self.number(self.half[0])) + phi
@@ -126,7 +126,7 @@ def _pressed(case: StateCase) -> bool:
     return bool(q.force[2] > q.body.m * q.body.g / 10)
 
 
-def state_file() -> list[dict[str, Any]]:
+def state_file() -> list[dict[str, Json]]:
     """The entries of ``states.json``.
 
     Raises
@@ -137,13 +137,13 @@ def state_file() -> list[dict[str, Any]]:
     return [_entry(case) for case in cases()]
 
 
-def _entry(case: StateCase) -> dict[str, Any]:
+def _entry(case: StateCase) -> dict[str, Json]:
     q = case.start.motion(case.context)
     body = {
         name: _shown(case, getattr(q.body, name), INPUT_DIGITS)
         for name in ("m", "R", "alpha", "I1", "I3", "g")
     }
-    law: dict[str, Any] = {"law": case.law}
+    law: dict[str, Json] = {"law": case.law}
     if case.law in ("viscous", "regularised", "coulomb"):
         law["mu"] = _shown(case, q.body.mu, INPUT_DIGITS)
     if case.law == "regularised":
@@ -169,7 +169,7 @@ def _entry(case: StateCase) -> dict[str, Any]:
     }
 
 
-def expected(case: StateCase) -> dict[str, Any]:
+def expected(case: StateCase) -> dict[str, Scalar | Vector]:
     """Every term at the case's state, at its azimuth; vectors as tuples, SI.
 
     Raises
@@ -231,7 +231,7 @@ def _agree(case: StateCase, q: Motion) -> None:
         raise ArithmeticError(f"{case.name}: two formulations differ by {fn.nstr(worst, 3)}")
 
 
-def _shown(case: StateCase, value: Any, digits: int) -> str:
+def _shown(case: StateCase, value: Scalar, digits: int) -> str:
     return decimal(case.context.mpf(value), digits, case.context)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.exact.arithmetic import agreed_digits, decimal
 from tt_precise.integrate import integrate
 from tt_precise.mechanics import flight
@@ -15,6 +15,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene
+from tt_precise.untyped import Json
 from tt_precise.vectors.states import DIGITS, StateCase, cases
 
 STEPS = (Fraction(1, 10_000), Fraction(1, 1000), Fraction(1, 100))  # s
@@ -22,7 +23,7 @@ BITS = (160, 176)
 COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy", "phi", "psi")
 
 
-def step_file(progress: Progress = silent) -> list[dict[str, Any]]:
+def step_file(progress: Progress = silent) -> list[dict[str, Json]]:
     """The entries of ``steps.json``: name, duration and the state then.
 
     Raises
@@ -31,14 +32,14 @@ def step_file(progress: Progress = silent) -> list[dict[str, Any]]:
         A motion ends early, or two precisions do not agree in the digits that are printed.
     """
     chosen = list(cases())
-    found: list[dict[str, Any]] = []
+    found: list[dict[str, Json]] = []
     for done, case in enumerate(chosen):
         found.extend(_entries(case))
         progress((done + 1) / len(chosen))
     return found
 
 
-def _entries(case: StateCase) -> Iterator[dict[str, Any]]:
+def _entries(case: StateCase) -> Iterator[dict[str, Json]]:
     states = _flown(case) if case.law == "none" else _integrated(case)
     for step, (orientation, vectors) in zip(STEPS, states, strict=True):
         four = [_shown(case, part) for part in orientation]
@@ -54,7 +55,7 @@ def _entries(case: StateCase) -> Iterator[dict[str, Any]]:
         }
 
 
-def _flown(case: StateCase) -> Iterator[tuple[Any, dict[str, Any]]]:
+def _flown(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scalar]]]:
     # the closed form at azimuth 0; ``case.turned`` turns the vectors, and this the orientation
     fn = case.context
     q = case.start.motion(fn)
@@ -68,7 +69,7 @@ def _flown(case: StateCase) -> Iterator[tuple[Any, dict[str, Any]]]:
         yield turned, {"k": k, "omega": there[4:7], "s_dot": there[7:10]}
 
 
-def _integrated(case: StateCase) -> Iterator[tuple[Any, dict[str, Any]]]:
+def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scalar]]]:
     scene: Scene = replace(case.scene, record=("phi", "psi"))
     runs = [integrate(scene, "mp", bits=bits) for bits in BITS]
     for run in runs:
@@ -90,5 +91,5 @@ def _integrated(case: StateCase) -> Iterator[tuple[Any, dict[str, Any]]]:
         yield posed[:4], {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
 
 
-def _shown(case: StateCase, value: Any) -> str:
+def _shown(case: StateCase, value: Scalar) -> str:
     return decimal(case.context.mpf(value), DIGITS, case.context)
