@@ -21,6 +21,9 @@ Array: TypeAlias = Any
 Functions: TypeAlias = Any
 """The functions of one arithmetic, such as ``sqrt`` and ``sin``: a module or an mpmath context."""
 
+StateOfAny: TypeAlias = Any
+"""A state of any formulation: a named tuple of scalars."""
+
 
 @dataclass(frozen=True)
 class Arithmetic:

@@ -9,3 +9,6 @@ Json: TypeAlias = Any
 
 Adaptive: TypeAlias = Any
 """An integrator of heyoka, ``taylor_adaptive`` or ``taylor_adaptive_batch``."""
+
+ContinuousOutput: TypeAlias = Any
+"""Dense output of heyoka: ``continuous_output``, or what is called as one."""

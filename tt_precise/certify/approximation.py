@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from typing import Any
 
 import flint
 from flint import arb, arb_poly
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.problem import Problem
 from tt_precise.certify.verdict import NotProved
+from tt_precise.untyped import Adaptive
 
 # Time is counted in units of a power of two near this many steps: about where the series stops
 # converging (heyoka steps radius/e^2). Coefficients are then of one size, which arb multiplies
@@ -66,7 +67,7 @@ class Steps:
         # heyoka counts the parameters that the equations contain up to the last one
         for i in range(len(self._adaptive.pars)):
             self._adaptive.pars[i] = self._real(parameters[i])
-        self._before: Any = None
+        self._before: Scalar = None
         self.length = problem.until().upper() + 1
 
     def step(self, limit: arb | None = None) -> Piece:
@@ -95,16 +96,16 @@ class Steps:
             self._adaptive.state[i] = value
 
 
-def _reals(bits: int) -> Callable[[str], Any]:
+def _reals(bits: int) -> Callable[[str], Scalar]:
     import heyoka
 
     return lambda text: heyoka.real(text, bits)
 
 
-_compiled: dict[Hashable, Any] = {}
+_compiled: dict[Hashable, Adaptive] = {}
 
 
-def _lent(problem: Problem, bits: int) -> Any:
+def _lent(problem: Problem, bits: int) -> Adaptive:
     """heyoka's integrator for these equations, compiled once; one proof at a time may use it."""
     key = (problem.columns, problem.tape.key, bits)
     if key not in _compiled:
@@ -112,7 +113,7 @@ def _lent(problem: Problem, bits: int) -> Any:
     return _compiled[key]
 
 
-def _compile(problem: Problem, bits: int) -> Any:
+def _compile(problem: Problem, bits: int) -> Adaptive:
     import heyoka
 
     variables = heyoka.make_vars(*problem.columns)

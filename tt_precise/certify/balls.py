@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import Any
 
 import flint
 from flint import arb, arb_poly, fmpq
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.verdict import NotProved
 
 
@@ -25,27 +25,27 @@ class Balls:
     """
 
     @staticmethod
-    def sin(x: Any) -> Any:
+    def sin(x: Scalar) -> Scalar:
         """Sine."""
         return arb(x).sin()
 
     @staticmethod
-    def cos(x: Any) -> Any:
+    def cos(x: Scalar) -> Scalar:
         """Cosine."""
         return arb(x).cos()
 
     @staticmethod
-    def sqrt(x: Any) -> Any:
+    def sqrt(x: Scalar) -> Scalar:
         """Square root; not a number where the ball reaches below zero."""
         return x.sqrt()
 
     @staticmethod
-    def acos(x: Any) -> Any:
+    def acos(x: Scalar) -> Scalar:
         """Arc cosine."""
         return arb(x).acos()
 
     @staticmethod
-    def atan2(y: Any, x: Any) -> Any:
+    def atan2(y: Scalar, x: Scalar) -> Scalar:
         """Angle of the point (x, y) for y >= 0: an inclination, all that the mechanics ask for.
 
         What a ball has below zero is rounding. Of anything but balls it is NaN, and spoils its
@@ -56,7 +56,7 @@ class Balls:
         return arb.pi() - arb.atan2(y, -x) if x < 0 else arb.atan2(y, x)
 
     @staticmethod
-    def hypot(x: Any, y: Any) -> Any:
+    def hypot(x: Scalar, y: Scalar) -> Scalar:
         """Length of (x, y); what the ball of x^2 + y^2 has below zero is rounding."""
         square = x * x + y * y
         return square.nonnegative_part().sqrt() if isinstance(square, arb) else square.sqrt()

@@ -12,10 +12,9 @@ derivatives at 0, and therefore needs no estimate in the complex plane.
 
 from __future__ import annotations
 
-from typing import Any
-
 from flint import arb, arb_poly, arb_series
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import around, between, series_length
 from tt_precise.certify.verdict import NotProved
 
@@ -49,7 +48,7 @@ class Band:
         return cls(polynomial, frame)
 
     @classmethod
-    def of(cls, value: Any, frame: Frame) -> Band:
+    def of(cls, value: Scalar, frame: Frame) -> Band:
         """The band of a band, a polynomial or a constant."""
         if isinstance(value, Band):
             return value
@@ -64,7 +63,7 @@ class Band:
         """The band with everything added that stays within ``radius`` of it."""
         return Band(self.polynomial + around(radius), self.frame)
 
-    def __add__(self, other: Any) -> Band:
+    def __add__(self, other: Scalar) -> Band:
         if isinstance(other, Band):
             return Band(self.polynomial + other.polynomial, self.frame)
         return Band(self.polynomial + other, self.frame)
@@ -74,15 +73,15 @@ class Band:
     def __neg__(self) -> Band:
         return Band(-self.polynomial, self.frame)
 
-    def __sub__(self, other: Any) -> Band:
+    def __sub__(self, other: Scalar) -> Band:
         if isinstance(other, Band):
             return Band(self.polynomial - other.polynomial, self.frame)
         return Band(self.polynomial - other, self.frame)
 
-    def __rsub__(self, other: Any) -> Band:
+    def __rsub__(self, other: Scalar) -> Band:
         return Band(other - self.polynomial, self.frame)
 
-    def __mul__(self, other: Any) -> Band:
+    def __mul__(self, other: Scalar) -> Band:
         if isinstance(other, Band):
             return Band.cut(self.polynomial * other.polynomial, self.frame)
         if isinstance(other, int | float) and other == 1:
@@ -126,10 +125,10 @@ class Band:
             raise NotProved("square root", "the argument may have a zero in the step or its tube")
         return Band(close * (1 + around(error)), self.frame)
 
-    def __truediv__(self, other: Any) -> Band:
+    def __truediv__(self, other: Scalar) -> Band:
         if isinstance(other, Band):
             return self * other.inverse()
         return Band(self.polynomial * (1 / arb(other)), self.frame)
 
-    def __rtruediv__(self, other: Any) -> Band:
+    def __rtruediv__(self, other: Scalar) -> Band:
         return self.inverse() * other

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
 
 from flint import arb
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import bounds
 from tt_precise.certify.forever import forever
 from tt_precise.certify.matching import match_events, match_rows
@@ -34,6 +34,7 @@ from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.seal import record_proof
 from tt_precise.golden.table import Table
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 
 MORE_BITS = 64
 MOST_BITS = 456
@@ -54,7 +55,7 @@ class Certificate:
     pieces: bytes | None = None
 
     @property
-    def content(self) -> dict[str, Any]:
+    def content(self) -> dict[str, Json]:
         """What becomes proof.json."""
         return self.record.content
 
@@ -237,7 +238,7 @@ def _tally(texts: Iterable[str], balls: Iterable[arb | None], scale: Decimal) ->
     return tally(cells, Fraction(scale.scaleb(-DIGITS)))
 
 
-def _contact(proof: Proof) -> dict[str, Any]:
+def _contact(proof: Proof) -> dict[str, Json]:
     # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles that of E'; rolling conserves E
     if proof.lost:
         time, _ = proof.event_state(proof.lost)
@@ -251,12 +252,12 @@ def _contact(proof: Proof) -> dict[str, Any]:
     }
 
 
-def _inversion(proof: Proof) -> dict[str, Any]:
+def _inversion(proof: Proof) -> dict[str, Json]:
     try:
         times = proof.inversion
     except NotProved as why:
         return {"failure": str(why)}
-    found: dict[str, Any] = {"equator": _number(times.equator, 40)}
+    found: dict[str, Json] = {"equator": _number(times.equator, 40)}
     for name in "ABC":
         climb = getattr(times, name)
         found[name] = {
@@ -266,7 +267,7 @@ def _inversion(proof: Proof) -> dict[str, Any]:
     return found
 
 
-def _forever(enclosures: Enclosures) -> dict[str, Any]:
+def _forever(enclosures: Enclosures) -> dict[str, Json]:
     try:
         entered, final = forever(enclosures.stored.scene, enclosures)
     except NotProved as why:
@@ -274,7 +275,7 @@ def _forever(enclosures: Enclosures) -> dict[str, Any]:
     return {"entered": entered.as_dict(), "at_the_end": final.as_dict()}
 
 
-def _number(exact: Any, digits: int) -> dict[str, str] | None:
+def _number(exact: Scalar, digits: int) -> dict[str, str] | None:
     if exact is None:
         return None
     middle, radius = outward(arb(exact), digits)

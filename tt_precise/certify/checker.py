@@ -15,13 +15,12 @@ from collections.abc import Callable, Sequence
 from decimal import Decimal
 from fractions import Fraction
 from operator import mul
-from typing import Any
 
 import flint
 import numpy
 from flint import arb, arb_mat, arb_poly, arb_series, fmpz
 
-from tt_precise.arithmetic import Arithmetic
+from tt_precise.arithmetic import Arithmetic, Scalar
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.pieces import Accepted, Refused, exactly
 from tt_precise.errors import InputError
@@ -35,6 +34,7 @@ from tt_precise.integrate.events import event_named
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, integrated
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.progress import Progress, silent
+from tt_precise.untyped import Json
 
 GUARD = 40  # bits of the balls beyond those of the pieces
 LOW = 10  # degree of the polynomials that bound derivatives
@@ -42,7 +42,7 @@ TERMS = 30  # of the flow's polynomial
 TUBE = arb(2) ** -70
 
 
-def check(stored: Stored, content: dict[str, Any], progress: Progress = silent) -> Accepted:
+def check(stored: Stored, content: dict[str, Json], progress: Progress = silent) -> Accepted:
     """Verify that a certificate proves the golden data ``stored``, or raise ``Refused``."""
     try:
         with flint.ctx.workprec(int(content["bits"]) + GUARD):
@@ -53,7 +53,7 @@ def check(stored: Stored, content: dict[str, Any], progress: Progress = silent) 
         raise Refused(f"the certificate cannot be used ({type(error).__name__}: {error})") from None
 
 
-def _checked(stored: Stored, content: dict[str, Any], progress: Progress) -> Accepted:
+def _checked(stored: Stored, content: dict[str, Json], progress: Progress) -> Accepted:
     checker = Checker(stored, content)
     rows, events = deque(stored.trajectory.rows), deque(stored.events.rows)
     counts = [0, 0]
@@ -74,16 +74,16 @@ def _checked(stored: Stored, content: dict[str, Any], progress: Progress) -> Acc
 class Ring:
     """What follows from addition, negation and multiplication."""
 
-    def __radd__(self: Any, other: Any) -> Any:
+    def __radd__(self: Scalar, other: Scalar) -> Scalar:
         return self + other
 
-    def __sub__(self: Any, other: Any) -> Any:
+    def __sub__(self: Scalar, other: Scalar) -> Scalar:
         return self + (-other)
 
-    def __rsub__(self: Any, other: Any) -> Any:
+    def __rsub__(self: Scalar, other: Scalar) -> Scalar:
         return -self + other
 
-    def __rmul__(self: Any, other: Any) -> Any:
+    def __rmul__(self: Scalar, other: Scalar) -> Scalar:
         return self * other
 
 
@@ -99,19 +99,19 @@ class PowerSeries(Ring):
             self.c.append(self.rule(len(self.c)))
         return self.c[n]
 
-    def _other(self, other: Any) -> PowerSeries:
+    def _other(self, other: Scalar) -> PowerSeries:
         if isinstance(other, PowerSeries):
             return other
         return PowerSeries(self.bits, [_fixed(arb(other), self.bits)], lambda n: 0)
 
-    def __add__(self, other: Any) -> PowerSeries:
+    def __add__(self, other: Scalar) -> PowerSeries:
         y = self._other(other)
         return PowerSeries(self.bits, [], lambda n: self.at(n) + y.at(n))
 
     def __neg__(self) -> PowerSeries:
         return PowerSeries(self.bits, [], lambda n: -self.at(n))
 
-    def __mul__(self, other: Any) -> PowerSeries:
+    def __mul__(self, other: Scalar) -> PowerSeries:
         if not isinstance(other, PowerSeries):
             factor = self._other(other).at(0)
             return PowerSeries(self.bits, [], lambda n: self.at(n) * factor >> self.bits)
@@ -122,7 +122,7 @@ class PowerSeries(Ring):
 
         return PowerSeries(self.bits, [], rule)
 
-    def __truediv__(self, other: Any) -> PowerSeries:
+    def __truediv__(self, other: Scalar) -> PowerSeries:
         y = self._other(other)
         found = PowerSeries(self.bits, [], lambda n: 0)
 
@@ -134,7 +134,7 @@ class PowerSeries(Ring):
         found.rule = rule
         return found
 
-    def __rtruediv__(self, other: Any) -> PowerSeries:
+    def __rtruediv__(self, other: Scalar) -> PowerSeries:
         return self._other(other) / self
 
 
@@ -144,21 +144,21 @@ class Poly(Ring):
     def __init__(self, p: arb_poly, room: Room):
         self.p, self.room = p, room
 
-    def __add__(self, other: Any) -> Poly:
+    def __add__(self, other: Scalar) -> Poly:
         return Poly(self.p + (other.p if isinstance(other, Poly) else other), self.room)
 
     def __neg__(self) -> Poly:
         return Poly(-self.p, self.room)
 
-    def __mul__(self, other: Any) -> Poly:
+    def __mul__(self, other: Scalar) -> Poly:
         if isinstance(other, Poly):
             return self.room.cut(self.p * other.p)
         return Poly(self.p * other, self.room)
 
-    def __truediv__(self, other: Any) -> Poly:
+    def __truediv__(self, other: Scalar) -> Poly:
         return self * (_inverse(other) if isinstance(other, Poly) else 1 / arb(other))
 
-    def __rtruediv__(self, other: Any) -> Poly:
+    def __rtruediv__(self, other: Scalar) -> Poly:
         return _inverse(self) * other
 
 
@@ -191,13 +191,13 @@ class Room:
 class Dual(Ring):
     """A value and its derivatives by the components of the state (None for zero)."""
 
-    def __init__(self, value: Any, by: Sequence[Any]):
+    def __init__(self, value: Scalar, by: Sequence[Scalar]):
         self.value, self.by = value, by
 
-    def _map(self, value: Any, factor: Any) -> Dual:
+    def _map(self, value: Scalar, factor: Scalar) -> Dual:
         return Dual(value, [None if d is None else d * factor for d in self.by])
 
-    def __add__(self, other: Any) -> Dual:
+    def __add__(self, other: Scalar) -> Dual:
         if not isinstance(other, Dual):
             return Dual(self.value + other, self.by)
         pairs = zip(self.by, other.by, strict=True)
@@ -207,19 +207,19 @@ class Dual(Ring):
     def __neg__(self) -> Dual:
         return self._map(-self.value, -1)
 
-    def __mul__(self, other: Any) -> Dual:
+    def __mul__(self, other: Scalar) -> Dual:
         if not isinstance(other, Dual):
             return self._map(self.value * other, other)
         left, right = self._map(0, other.value), other._map(0, self.value)
         return Dual(self.value * other.value, (left + right).by)
 
-    def __truediv__(self, other: Any) -> Dual:
+    def __truediv__(self, other: Scalar) -> Dual:
         if isinstance(other, Dual):
             inverse = 1 / other.value
             return self * other._map(inverse, -1 * (inverse * inverse))
         return self * (1 / arb(other))
 
-    def __rtruediv__(self, other: Any) -> Dual:
+    def __rtruediv__(self, other: Scalar) -> Dual:
         inverse = 1 / self.value
         return self._map(inverse, -1 * (inverse * inverse)) * other
 
@@ -227,7 +227,7 @@ class Dual(Ring):
 class Checker:
     """Goes through the pieces of a certificate; the state is then proved within the present one."""
 
-    def __init__(self, stored: Stored, content: dict[str, Any]):
+    def __init__(self, stored: Stored, content: dict[str, Json]):
         scene = stored.scene
         if content["scene_sha256"] != scene_sha256(stored.scene_text):
             raise Refused("the certificate is about another scene")
@@ -243,7 +243,7 @@ class Checker:
         self.box = arb_mat(n, 1, [arb(0)] * n)
         self.end = [*map(arb, self.start.state(self.form))]
 
-    def _rates(self, state: Sequence[Any]) -> list[Any]:
+    def _rates(self, state: Sequence[Scalar]) -> list[Scalar]:
         return list(self.form.rates(self.start.body, self.form.State(*state), None))
 
     def advance(self, power: int, length: arb, start: Sequence[arb]) -> None:
@@ -297,7 +297,7 @@ class Checker:
             raise Refused(f"t = {float(time):.6g} is not in one piece")
         return [p(s) + arb(0, self.reach) for p in self.p]
 
-    def _motion(self, state: Sequence[Any]) -> Motion:
+    def _motion(self, state: Sequence[Scalar]) -> Motion:
         return self.form.motion(self.start.body, self.form.State(*state), Balls)
 
     def moment(self, t: str, units: int) -> arb:
@@ -362,7 +362,7 @@ def _top(numbers: list[arb]) -> arb:
     return max(numbers)
 
 
-def _norm(numbers: Any) -> arb:
+def _norm(numbers: Scalar) -> arb:
     return _top([arb(x).abs_upper() for x in numbers])
 
 

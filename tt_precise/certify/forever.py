@@ -39,12 +39,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from fractions import Fraction
-from typing import Any
 
 import flint
 import numpy
 from flint import arb, arb_mat
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls, around, ball, bounds, largest
 from tt_precise.certify.printed import outward, rounded
 from tt_precise.certify.problem import BALLS
@@ -58,6 +58,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.scene import Scene
+from tt_precise.untyped import Json
 
 COLUMNS = ("kx", "ky", "Lx", "Ly", "vx", "vy")
 PAIRS = (slice(0, 2), slice(2, 4), slice(4, 6))
@@ -85,7 +86,7 @@ class TrappingBlock:
     reached: arb
     limits: dict[str, arb]
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Json]:
         """For proof.json."""
         return {
             "theta_tends_to": "pi" if self.pole < 0 else "0",
@@ -108,7 +109,7 @@ class Reduced:
         self.body, self.units, self.pole = start.body, start.units, pole
         self.lambda_ = arb(jellett(start.motion(Balls)))
 
-    def state(self, x: Sequence[Any]) -> NewtonState:
+    def state(self, x: Sequence[Scalar]) -> NewtonState:
         """The whole state that belongs to x."""
         kx, ky, Lx, Ly, vx, vy = x
         kz = self.pole * (1 - (kx * kx + ky * ky)).sqrt()
@@ -119,12 +120,12 @@ class Reduced:
         )
         return NewtonState(kx, ky, kz, Lx, Ly, (self.lambda_ - without) / one, vx, vy)
 
-    def rates(self, x: Sequence[Any]) -> list[Any]:
+    def rates(self, x: Sequence[Scalar]) -> list[Scalar]:
         """f(x)."""
         found = newton.rates(self.body, self.state(x))
         return [getattr(found, name) for name in COLUMNS]
 
-    def force(self, x: Sequence[Any]) -> Any:
+    def force(self, x: Sequence[Scalar]) -> Scalar:
         """g_n/(m g)."""
         return newton.normal_force(self.body, self.state(x))
 
@@ -272,7 +273,7 @@ class _Frame:
         return bends
 
 
-def _jacobian(rates: Sequence[Any]) -> list[list[arb]]:
+def _jacobian(rates: Sequence[Scalar]) -> list[list[arb]]:
     return [[arb(rate.partials.get(j, 0)) for j in range(6)] for rate in rates]
 
 

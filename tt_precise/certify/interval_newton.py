@@ -18,11 +18,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import flint
 from flint import arb
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls, between, fraction, largest
 from tt_precise.certify.bands import Band
 from tt_precise.certify.enclosure import Stretch
@@ -31,7 +31,7 @@ from tt_precise.certify.onset import Onset
 from tt_precise.certify.slopes import Slope
 from tt_precise.certify.verdict import NotProved
 
-Function = Callable[[Sequence[Any]], Any]
+Function = Callable[[Sequence[Scalar]], Scalar]
 MOST_HALVINGS = 30  # of a part, in the search for one where F or F' has a sign
 MOST_HALVINGS_AT_START = 200  # of the first stretch, for [0, b]; each costs two evaluations
 NEWTON_STEPS = 100  # each adds about 15 digits, or a few where the slope is known roughly

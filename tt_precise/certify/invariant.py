@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from flint import arb
 
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.certify.balls import Balls
 from tt_precise.certify.problem import Problem
 
@@ -40,7 +40,9 @@ def without(problem: Problem, zeros: frozenset[int]) -> Problem:
     size = len(problem.columns)
     kept = [i for i in range(size) if i not in zeros]
 
-    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+    def rates(
+        parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
+    ) -> Sequence[Scalar]:
         whole = restored(state, zeros, size, 0)
         found = problem.rates(parameters, whole, fn)
         return [found[i] for i in kept]
@@ -54,7 +56,9 @@ def without(problem: Problem, zeros: frozenset[int]) -> Problem:
     )
 
 
-def restored(values: Sequence[Any], zeros: frozenset[int], size: int, zero: Any) -> list[Any]:
+def restored(
+    values: Sequence[Scalar], zeros: frozenset[int], size: int, zero: Scalar
+) -> list[Scalar]:
     """The values with ``zero`` in the places that were left out."""
     remaining = iter(values)
     return [zero if i in zeros else next(remaining) for i in range(size)]

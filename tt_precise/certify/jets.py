@@ -8,7 +8,8 @@ n-th derivative divided by n! at each of these times.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+
+from tt_precise.arithmetic import Scalar
 
 
 class Jet:
@@ -16,10 +17,10 @@ class Jet:
 
     __slots__ = ("coefficients",)
 
-    def __init__(self, coefficients: Sequence[Any]):
+    def __init__(self, coefficients: Sequence[Scalar]):
         self.coefficients = tuple(coefficients)
 
-    def __add__(self, other: Any) -> Jet:
+    def __add__(self, other: Scalar) -> Jet:
         if isinstance(other, Jet):
             return Jet([a + b for a, b in zip(self.coefficients, other.coefficients, strict=True)])
         first, *rest = self.coefficients
@@ -30,13 +31,13 @@ class Jet:
     def __neg__(self) -> Jet:
         return Jet([-a for a in self.coefficients])
 
-    def __sub__(self, other: Any) -> Jet:
+    def __sub__(self, other: Scalar) -> Jet:
         return self + (-other)
 
-    def __rsub__(self, other: Any) -> Jet:
+    def __rsub__(self, other: Scalar) -> Jet:
         return -self + other
 
-    def __mul__(self, other: Any) -> Jet:
+    def __mul__(self, other: Scalar) -> Jet:
         if not isinstance(other, Jet):
             return Jet([a * other for a in self.coefficients])
         a, b = self.coefficients, other.coefficients
@@ -44,12 +45,12 @@ class Jet:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Jet:
+    def __truediv__(self, other: Scalar) -> Jet:
         if not isinstance(other, Jet):
             return Jet([a / other for a in self.coefficients])
         return self * (1 / other)
 
-    def __rtruediv__(self, other: Any) -> Jet:
+    def __rtruediv__(self, other: Scalar) -> Jet:
         first = 1 / self.coefficients[0]
         found = [first]
         for n in range(1, len(self.coefficients)):
@@ -70,7 +71,7 @@ class Jet:
 
 
 def taylor(
-    rates: Callable[[Sequence[Any]], Sequence[Any]], start: Sequence[Any], order: int
+    rates: Callable[[Sequence[Scalar]], Sequence[Scalar]], start: Sequence[Scalar], order: int
 ) -> list[Jet]:
     """The solution of y' = rates(y), y(0) = start, up to t^order; a ``Jet`` for each component."""
     found = [[value] for value in start]
@@ -83,7 +84,7 @@ def taylor(
     return [Jet(one) for one in found]
 
 
-def _sum(terms: Any) -> Any:
+def _sum(terms: Scalar) -> Scalar:
     first, *rest = terms
     for term in rest:
         first = first + term

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from flint import arb
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls
 from tt_precise.certify.interval_newton import Function
 from tt_precise.certify.problem import body_of, form_of, problem_of, units_of
@@ -18,13 +18,13 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene
 
 
-def observed(scene: Scene, evaluate: Callable[[Motion], Any]) -> Function:
+def observed(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Function:
     """``evaluate`` of the scene's ``Motion``, dimensionless, as a function of the state's entries.
 
     The entries may be balls, bands or slopes of bands.
     """
 
-    def function(state: Sequence[Any]) -> Any:
+    def function(state: Sequence[Scalar]) -> Scalar:
         return evaluate(_motion(scene, state))
 
     return function
@@ -46,7 +46,7 @@ def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
     return found
 
 
-def _motion(scene: Scene, state: Sequence[Any]) -> Motion:
+def _motion(scene: Scene, state: Sequence[Scalar]) -> Motion:
     form = form_of(scene)
     body = body_of(scene, problem_of(scene).parameters())
     return form.motion(body, form.State(*state[: len(form.columns)]), Balls)

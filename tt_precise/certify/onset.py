@@ -16,11 +16,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
 
 import flint
 from flint import arb, fmpq, fmpq_poly
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.jets import Jet, taylor
 from tt_precise.certify.verdict import NotProved
@@ -54,7 +54,7 @@ class Exact:
         self.a, self.b, self.c = a // scale, b // scale, c // scale
 
     @classmethod
-    def of(cls, number: Any) -> Exact:
+    def of(cls, number: Scalar) -> Exact:
         """A rational number, or the element itself."""
         if isinstance(number, Exact):
             return number
@@ -66,7 +66,7 @@ class Exact:
     def is_zero(self) -> bool:
         return not self.a and not self.b
 
-    def __add__(self, other: Any) -> Exact:
+    def __add__(self, other: Scalar) -> Exact:
         y = Exact.of(other)
         return Exact(self.a * y.c + y.a * self.c, self.b * y.c + y.b * self.c, self.c * y.c)
 
@@ -75,27 +75,27 @@ class Exact:
     def __neg__(self) -> Exact:
         return Exact(-self.a, -self.b, self.c)
 
-    def __sub__(self, other: Any) -> Exact:
+    def __sub__(self, other: Scalar) -> Exact:
         return self + (-Exact.of(other))
 
-    def __rsub__(self, other: Any) -> Exact:
+    def __rsub__(self, other: Scalar) -> Exact:
         return -self + other
 
-    def __mul__(self, other: Any) -> Exact:
+    def __mul__(self, other: Scalar) -> Exact:
         y = Exact.of(other)
         plain = self.a * y.a + _SINE_SQUARED * self.b * y.b
         return Exact(plain, self.a * y.b + self.b * y.a, self.c * y.c)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Exact:
+    def __truediv__(self, other: Scalar) -> Exact:
         y = Exact.of(other)
         norm = y.a * y.a - _SINE_SQUARED * y.b * y.b
         if not norm:
             raise NotProved("onset", "an exact division by zero")
         return self * Exact(y.c * y.a, -y.c * y.b, norm)
 
-    def __rtruediv__(self, other: Any) -> Exact:
+    def __rtruediv__(self, other: Scalar) -> Exact:
         return Exact.of(other) / self
 
     def sign(self, theta: Inclination) -> int:
@@ -120,7 +120,7 @@ def _at(polynomial: fmpq_poly, x: arb) -> arb:
 
 
 @lru_cache(maxsize=8)
-def _solution(scene: Scene, order: int) -> tuple[Any, tuple[Jet, ...]]:
+def _solution(scene: Scene, order: int) -> tuple[Scalar, tuple[Jet, ...]]:
     """The body (SI, exact) and the Taylor series of the scene's solution."""
     form = formulation(scene.model, "newton")
     body = scene.body.numbers(Fraction)
@@ -136,7 +136,7 @@ def _solution(scene: Scene, order: int) -> tuple[Any, tuple[Jet, ...]]:
     return body, tuple(taylor(lambda y: form.rates(body, form.State(*y), None), state, order))
 
 
-def onset(scene: Scene, evaluate: Callable[[Motion], Any]) -> Onset | None:
+def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
     """How a function of the scene's ``Motion`` begins.
 
     None if its first ``MOST_ORDER`` coefficients are all zero, as they are where it vanishes

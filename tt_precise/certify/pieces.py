@@ -10,12 +10,13 @@ import hashlib
 import json
 import lzma
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from flint import arb, fmpz
 
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.store import Stored
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.certify.proof import Proof
@@ -46,7 +47,7 @@ class Accepted:
         )
 
 
-def content_of(stored: Stored, proof: Proof) -> dict[str, Any]:
+def content_of(stored: Stored, proof: Proof) -> dict[str, Json]:
     """The certificate of a proof: the pieces that it went through."""
     size = len(proof.enclosure.problem.columns) - len(stored.scene.record)
     stretches = proof.enclosure.stretches
@@ -66,14 +67,14 @@ def content_of(stored: Stored, proof: Proof) -> dict[str, Any]:
     }
 
 
-def packed(content: dict[str, Any]) -> bytes:
+def packed(content: dict[str, Json]) -> bytes:
     """The certificate's file: JSON with its own hash, compressed."""
     text = json.dumps(content, separators=(",", ":"))
     sealed = hashlib.sha256(text.encode()).hexdigest() + text
     return lzma.compress(sealed.encode(), preset=6)
 
 
-def unpacked(data: bytes) -> dict[str, Any]:
+def unpacked(data: bytes) -> dict[str, Json]:
     """The content of a certificate's file.
 
     Raises

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from decimal import ROUND_UP, Decimal, localcontext
 from fractions import Fraction
-from typing import Any
 
 from flint import arb
 
 from tt_precise.certify.balls import bounds
+from tt_precise.untyped import Json
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class Tally:
         """
         return self.rounded + self.wrong == self.enclosed or self.digits is None
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, Json]:
         """For proof.json."""
         return {name: value for name, value in asdict(self).items() if name != "enclosed"}
 

@@ -6,11 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
 
 from flint import arb
 
-from tt_precise.arithmetic import Arithmetic
+from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.body import Parameters, Units
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.tape import Tape
@@ -34,7 +33,7 @@ class Problem:
 
     name: str
     columns: tuple[str, ...]
-    rates: Callable[[Sequence[Any], Sequence[Any], Any], Sequence[Any]]
+    rates: Callable[[Sequence[Scalar], Sequence[Scalar], Functions], Sequence[Scalar]]
     parameters: Callable[[], Sequence[arb]]
     start: Callable[[], Sequence[arb]]
     until: Callable[[], arb]
@@ -58,7 +57,9 @@ def problem_of(scene: Scene) -> Problem:
         )
     form = form_of(scene)
 
-    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+    def rates(
+        parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
+    ) -> Sequence[Scalar]:
         return extended_rates(form, scene.record, body_of(scene, parameters), tuple(state), fn)
 
     def parameters() -> Sequence[arb]:
@@ -79,7 +80,7 @@ def form_of(scene: Scene) -> Formulation:
     return integrated(scene.model, "newton")
 
 
-def body_of(scene: Scene, parameters: Sequence[Any]) -> Parameters:
+def body_of(scene: Scene, parameters: Sequence[Scalar]) -> Parameters:
     """The dimensionless body whose open parameters are given."""
     return form_of(scene).body(parameters)
 

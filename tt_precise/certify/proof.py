@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
 
 import flint
 from flint import arb
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import largest
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
 from tt_precise.certify.interval_newton import Zero, lower_bound, zeros
@@ -262,11 +262,11 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
     return Proof(scene, enclosure, within[0] if within else None)
 
 
-def _normal_force(scene: Scene) -> Any:
+def _normal_force(scene: Scene) -> Scalar:
     return observed(scene, QUANTITIES["g_n"].evaluate)
 
 
-def _require_certainty(rows: list[dict[str, Any]]) -> None:
+def _require_certainty(rows: list[dict[str, Scalar]]) -> None:
     """Raise unless the definitions of ``inversion`` decide alike for all numbers in these balls.
 
     A comparison of balls is true only if it is certain, else false: what the definitions compare

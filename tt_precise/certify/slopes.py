@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+
+from tt_precise.arithmetic import Scalar
 
 
 class Slope:
@@ -11,10 +12,10 @@ class Slope:
 
     __slots__ = ("partials", "value")
 
-    def __init__(self, value: Any, partials: dict[int, Any]):
+    def __init__(self, value: Scalar, partials: dict[int, Scalar]):
         self.value, self.partials = value, partials
 
-    def __add__(self, other: Any) -> Slope:
+    def __add__(self, other: Scalar) -> Slope:
         if not isinstance(other, Slope):
             return Slope(self.value + other, self.partials)
         merged = dict(self.partials)
@@ -27,13 +28,13 @@ class Slope:
     def __neg__(self) -> Slope:
         return Slope(-self.value, {i: -slope for i, slope in self.partials.items()})
 
-    def __sub__(self, other: Any) -> Slope:
+    def __sub__(self, other: Scalar) -> Slope:
         return self + (-other)
 
-    def __rsub__(self, other: Any) -> Slope:
+    def __rsub__(self, other: Scalar) -> Slope:
         return -self + other
 
-    def __mul__(self, other: Any) -> Slope:
+    def __mul__(self, other: Scalar) -> Slope:
         if not isinstance(other, Slope):
             if isinstance(other, int | float) and other == 0:
                 return Slope(self.value * 0, {})
@@ -58,16 +59,16 @@ class Slope:
         outer = 1 / (2 * root)
         return Slope(root, {i: slope * outer for i, slope in self.partials.items()})
 
-    def __truediv__(self, other: Any) -> Slope:
+    def __truediv__(self, other: Scalar) -> Slope:
         if isinstance(other, Slope):
             return self * other.inverse()
         # not times 1/other, which is rounded where other is an int
         return Slope(self.value / other, {i: s / other for i, s in self.partials.items()})
 
-    def __rtruediv__(self, other: Any) -> Slope:
+    def __rtruediv__(self, other: Scalar) -> Slope:
         return self.inverse() * other
 
 
-def variables(values: Sequence[Any]) -> list[Slope]:
+def variables(values: Sequence[Scalar]) -> list[Slope]:
     """The values as independent variables, numbered from 0."""
     return [Slope(value, {i: 1}) for i, value in enumerate(values)]

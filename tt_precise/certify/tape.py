@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.certify.verdict import NotProved
 
 Operation = tuple[Any, ...]  # what to do, and the positions of what to do it with
@@ -22,7 +23,7 @@ class Tape:
         self._operations, self._results = operations, results
 
     @classmethod
-    def of(cls, function: Callable[..., Sequence[Any]], parameters: int, variables: int) -> Tape:
+    def of(cls, function: Callable[..., Sequence[Scalar]], parameters: int, variables: int) -> Tape:
         """The tape of ``function(parameters, variables, fn)``, made by calling it once."""
         writer = _TapeWriter()
         given = [writer.node("parameter", i) for i in range(parameters)]
@@ -55,9 +56,9 @@ class Tape:
         """How many products it has."""
         return sum(name == "*" for name, *_ in self._operations)
 
-    def __call__(self, parameters: Sequence[Any], variables: Sequence[Any]) -> list[Any]:
+    def __call__(self, parameters: Sequence[Scalar], variables: Sequence[Scalar]) -> list[Scalar]:
         """The values of the function, in the arithmetic of what it is given."""
-        values: list[Any] = []
+        values: list[Scalar] = []
         for name, *operands in self._operations:
             if name in _OPERATIONS:
                 values.append(_OPERATIONS[name](*(values[i] for i in operands)))
@@ -68,11 +69,11 @@ class Tape:
         return [values[i] for i in self._results]
 
 
-def _undefined(*operands: Any) -> Any:
+def _undefined(*operands: Scalar) -> Scalar:
     raise NotProved("S1", "the equations contain a function that bands do not have")
 
 
-_OPERATIONS: dict[str, Callable[..., Any]] = {
+_OPERATIONS: dict[str, Callable[..., Scalar]] = {
     "+": lambda a, b: a + b,
     "-": lambda a, b: a - b,
     "*": lambda a, b: a * b,
@@ -96,12 +97,12 @@ class _TapeWriter:
             self.operations.append(operation)
         return _Node(self, position)
 
-    def position(self, value: Any) -> int:
+    def position(self, value: Scalar) -> int:
         if isinstance(value, _Node):
             return value.position
         return self.node("number", value).position
 
-    def combined(self, name: str, left: Any, right: Any) -> Any:
+    def combined(self, name: str, left: Scalar, right: Scalar) -> Scalar:
         for number, other in ((left, right), (right, left)):
             if isinstance(number, int) and isinstance(other, _Node):
                 if number == 0 and name == "*":
@@ -120,29 +121,29 @@ class _Node:
     def __init__(self, writer: _TapeWriter, position: int):
         self.writer, self.position = writer, position
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Scalar) -> Scalar:
         return self.writer.combined("+", self, other)
 
     __radd__ = __add__
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Scalar) -> Scalar:
         return self.writer.combined("-", self, other)
 
-    def __rsub__(self, other: Any) -> Any:
+    def __rsub__(self, other: Scalar) -> Scalar:
         return self.writer.combined("-", other, self)
 
-    def __mul__(self, other: Any) -> Any:
+    def __mul__(self, other: Scalar) -> Scalar:
         return self.writer.combined("*", self, other)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> Scalar:
         return self.writer.combined("/", self, other)
 
-    def __rtruediv__(self, other: Any) -> Any:
+    def __rtruediv__(self, other: Scalar) -> Scalar:
         return self.writer.combined("/", other, self)
 
-    def __neg__(self) -> Any:
+    def __neg__(self) -> Scalar:
         return self.writer.node("negative", self.position)
 
 
@@ -150,15 +151,15 @@ class _Functions:
     """What the mechanics may ask of an arithmetic; only roots can be had."""
 
     @staticmethod
-    def sqrt(x: Any) -> Any:
+    def sqrt(x: Scalar) -> Scalar:
         return x.writer.node("sqrt", x.position)
 
     @staticmethod
-    def hypot(x: Any, y: Any) -> Any:
+    def hypot(x: Scalar, y: Scalar) -> Scalar:
         return _Functions.sqrt(x * x + y * y)
 
     @staticmethod
-    def undefined(*operands: Any) -> Any:
+    def undefined(*operands: Scalar) -> Scalar:
         nodes = [one for one in operands if isinstance(one, _Node)]
         return nodes[0].writer.node("undefined", *(one.position for one in nodes))
 

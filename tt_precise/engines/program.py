@@ -12,21 +12,23 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
 
 import numpy
+
+from tt_precise.arithmetic import Array
+from tt_precise.untyped import Json
 
 COLUMNS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")
 REFUSED = 3  # exit status of a program that cannot express the job
 
-Row = tuple[float, Any, Any, Any]
+Row = tuple[float, Array, Array, Array]
 
 
 class RefusedError(Exception):
     """The engine cannot express the job; the message says what."""
 
 
-def serve(simulate: Callable[[dict[str, Any]], Iterable[Row]]) -> None:
+def serve(simulate: Callable[[dict[str, Json]], Iterable[Row]]) -> None:
     """Run ``simulate`` on the job from standard input; ends the process."""
     out = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
@@ -45,7 +47,7 @@ def serve(simulate: Callable[[dict[str, Any]], Iterable[Row]]) -> None:
     os._exit(0)
 
 
-def friction_of(job: dict[str, Any], engine: str, *laws: str) -> float:
+def friction_of(job: dict[str, Json], engine: str, *laws: str) -> float:
     """The friction coefficient of the job, whose law has to be one of ``laws``, or none at all."""
     friction = job["friction"]
     if friction["law"] == "none" or job["contact"] == "none":
@@ -55,7 +57,7 @@ def friction_of(job: dict[str, Any], engine: str, *laws: str) -> float:
     return float(friction["mu"])
 
 
-def samples(job: dict[str, Any], advance: Callable[[int], None]) -> Iterator[float]:
+def samples(job: dict[str, Json], advance: Callable[[int], None]) -> Iterator[float]:
     """The sample times, with ``advance(steps)`` called between one and the next."""
     done = 0
     for t in job["sample_times"]:
@@ -66,7 +68,7 @@ def samples(job: dict[str, Any], advance: Callable[[int], None]) -> Iterator[flo
         yield t
 
 
-def rotated(q: Any, v: Any) -> Any:
+def rotated(q: Array, v: Array) -> Array:
     """The vector ``v`` turned by the unit quaternion ``q`` (scalar first)."""
     u = numpy.asarray(q[1:], dtype=float)
     twice = 2 * numpy.cross(u, v)

@@ -18,6 +18,7 @@ from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene import Scene
+from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -117,7 +118,7 @@ def two_threads(precision: str, shared: bool = False) -> Observation:
     spins = ("150", "155", "160", "165")
     scenes = [variant(omega_3=spin, until=SHORT_S) for spin in spins]
 
-    def state(scene: Scene) -> dict[str, str]:
+    def state(scene: Scene) -> dict[str, Json]:
         return integrate(scene, precision).state.as_text()
 
     alone = [state(scene) for scene in scenes]

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
@@ -55,8 +55,8 @@ class Carrier:
     def _coefficients(self) -> numpy.ndarray:
         """Shape (rows, terms, entries): a matrix for each row."""
 
-        def rates(entries: tuple[Any, ...]) -> Sequence[Any]:
-            found: Sequence[Any] = self._form.rates(
+        def rates(entries: tuple[Scalar, ...]) -> Sequence[Scalar]:
+            found: Sequence[Scalar] = self._form.rates(
                 self._body, self._form.State(*entries), SeriesFunctions
             )
             return found

@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import TippeTop, Units
 from tt_precise.errors import InputError
 from tt_precise.golden.digits import COARSE, EXACT, scale_of
@@ -62,7 +63,7 @@ def correct_digits(error: Decimal | float) -> float:
     return min(float(DIGITS), max(0.0, -math.log10(size))) if size else float(DIGITS)
 
 
-def as_decimal(value: Any) -> Decimal | None:
+def as_decimal(value: Scalar) -> Decimal | None:
     """The exact value of a float, a decimal string or an mpmath number.
 
     None where there is none: a missing entry, NaN, infinity.
@@ -85,7 +86,7 @@ def as_decimal(value: Any) -> Decimal | None:
     return number if number.is_finite() else None
 
 
-def _from_mpmath(value: Any) -> Decimal | None:
+def _from_mpmath(value: Scalar) -> Decimal | None:
     sign, mantissa, power, _ = value._mpf_
     if not mantissa:
         return None if power else Decimal(0)

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import Any
 
+from tt_precise.body import Parameters
 from tt_precise.golden.digits import scale_of
 from tt_precise.golden.outward import IntervalFunctions, Outward, pi
 from tt_precise.golden.store import TRAJECTORY, Stored
@@ -88,5 +88,5 @@ class Enclosures:
         return dict(euler_from_vectors(body, state, IntervalFunctions)._asdict())
 
     @cached_property
-    def _body(self) -> Any:
+    def _body(self) -> Parameters:
         return self.stored.scene.body.numbers(Outward.of)

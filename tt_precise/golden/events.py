@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS
 
@@ -61,10 +62,10 @@ class _Changes:
         unit = trajectory.start.units.time
         self.width = unit * self.context.ldexp(1, -trajectory.precision.bits // ROOT_ORDER)
 
-    def sign_at(self, name: str, time: Any) -> bool:
+    def sign_at(self, name: str, time: Scalar) -> bool:
         before = max(time - self.width, self.context.mpf(0))
         after = min(time + self.width, self.context.mpf(self.trajectory.t_end))
         return bool(self._value(name, before) * self._value(name, after) < 0)
 
-    def _value(self, name: str, time: Any) -> Any:
+    def _value(self, name: str, time: Scalar) -> Scalar:
         return EVENTS[name].function(self.trajectory.motion(time))

@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
-from typing import Any
 
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
@@ -20,6 +19,7 @@ from tt_precise.golden.seal import missing_proof
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene
+from tt_precise.untyped import Json
 
 _FORMS = {
     "name": re.compile(r"\w+", re.ASCII),
@@ -106,7 +106,7 @@ def _problems_of_table(
         yield from _changes(file, table, told, str(told_marks))
 
 
-def _missing_times(scene: Scene, table: Table, status: Any) -> Iterator[str]:
+def _missing_times(scene: Scene, table: Table, status: Json) -> Iterator[str]:
     times = table.column("t")
     if times and status != "complete":
         times = times[:-1]
@@ -120,7 +120,7 @@ def _missing_times(scene: Scene, table: Table, status: Any) -> Iterator[str]:
         yield f"{TRAJECTORY}: ends at t = {times[-1] if times else 'no row'}, before the horizon"
 
 
-def _changes(file: str, table: Table, told: dict[str, Any], marks: str) -> Iterator[str]:
+def _changes(file: str, table: Table, told: dict[str, Json], marks: str) -> Iterator[str]:
     """Where a table whose hash is wrong was changed."""
     before = [marks[i : i + 4] for i in range(0, len(marks), 4)]
     now = [table.row_marks[i : i + 4] for i in range(0, len(table.row_marks), 4)]
@@ -148,7 +148,7 @@ def _changes(file: str, table: Table, told: dict[str, Any], marks: str) -> Itera
         yield f"{file}: its hash differs from the one in {MANIFEST}"
 
 
-def _differences(derived: Any, told: Any, where: str) -> Iterator[str]:
+def _differences(derived: Json, told: Json, where: str) -> Iterator[str]:
     """Where the manifest tells something else than follows from the data."""
     if isinstance(derived, dict) and isinstance(told, dict):
         for key, value in derived.items():
@@ -168,7 +168,7 @@ def _inconstant(scene: Scene, trajectory: Table) -> Iterator[str]:
             )
 
 
-def _told(stored: Stored, file: str) -> dict[str, Any]:
+def _told(stored: Stored, file: str) -> dict[str, Json]:
     files = stored.manifest.get("files")
     told = files.get(file) if isinstance(files, dict) else None
     return told if isinstance(told, dict) else {}

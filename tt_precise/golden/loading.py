@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import mpmath
 import pandas
 
+from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
 from tt_precise.golden.places import Folder
 from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.seal import read_whole
 from tt_precise.golden.table import Table
+from tt_precise.untyped import Json
 
 Numbers = Literal["float", "text", "mpmath"]
 TEXT_COLUMNS = ("name",)
@@ -27,7 +29,7 @@ class GoldenFrame(pandas.DataFrame):
     _metadata: ClassVar[list[str]] = ["events", "manifest"]
 
     events: pandas.DataFrame
-    manifest: dict[str, Any]
+    manifest: dict[str, Json]
 
 
 def load(
@@ -70,11 +72,11 @@ def load(
     return frame
 
 
-def _columns(table: Table, numbers: Numbers) -> dict[str, Any]:
+def _columns(table: Table, numbers: Numbers) -> dict[str, Array]:
     return {name: _converted(name, table.column(name), numbers) for name in table.columns}
 
 
-def _converted(name: str, cells: tuple[str, ...], numbers: Numbers) -> Any:
+def _converted(name: str, cells: tuple[str, ...], numbers: Numbers) -> Array:
     if name in TEXT_COLUMNS or numbers == "text":
         return list(cells)
     if name == "direction":

@@ -11,7 +11,6 @@ import platform
 from collections import Counter
 from collections.abc import Sequence
 from decimal import Decimal
-from typing import Any
 
 from tt_precise.golden.consensus import Consensus
 from tt_precise.golden.digits import RULE, column_digits, scale_of
@@ -29,6 +28,7 @@ from tt_precise.integrate.events import EVENTS as CATALOGUE
 from tt_precise.integrate.events import TERMINAL
 from tt_precise.mechanics.columns import described
 from tt_precise.scene import Scene
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.golden/1"
 
@@ -45,7 +45,7 @@ def compose(
     runs: Sequence[Run],
     constant: Sequence[Constancy],
     history: Sequence[dict[str, str]],
-) -> dict[str, Any]:
+) -> dict[str, Json]:
     """The manifest of ``consensus``, made of ``runs``."""
     derived = derive(scene, consensus.trajectory, consensus.events)
     for file, key in ((TRAJECTORY, "trajectory"), (EVENTS, "events")):
@@ -77,7 +77,7 @@ def compose(
     }
 
 
-def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Any]:
+def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Json]:
     """What of a manifest follows from the scene and the printed tables alone."""
     scales = {name: scale_of(trajectory.column(name)) for name in trajectory.columns}
     files = {
@@ -109,8 +109,8 @@ def versions() -> dict[str, str]:
     return {**found, "python": platform.python_version()}
 
 
-def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Any]:
-    columns: dict[str, Any] = {}
+def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Json]:
+    columns: dict[str, Json] = {}
     for name in table.columns:
         unit, meaning = _described(name)
         columns[name] = {"unit": unit, "meaning": meaning, "digits": None}
@@ -131,8 +131,8 @@ def _described(name: str) -> tuple[str, str]:
     return _EVENT_COLUMNS.get(name) or described(name)
 
 
-def _run(run: Run) -> dict[str, Any]:
-    told: dict[str, Any] = {
+def _run(run: Run) -> dict[str, Json]:
+    told: dict[str, Json] = {
         "name": run.label,
         "formulation": run.formulation,
         "bits": run.bits,

@@ -11,10 +11,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.golden.carrying import Carrier
 from tt_precise.golden.distance import NEAR_ZERO, as_decimal, relative_error, scales_by_kind
 from tt_precise.golden.runs import DIGITS
@@ -101,7 +101,7 @@ class TrueRows:
         self,
         t: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
-        exactly: Callable[[int, Sequence[str]], Sequence[Any]],
+        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]],
         resolved: float = RESOLVED,
     ) -> Measured:
         """The distance of rows with strictly increasing times ``t`` (s) from the true ones.
@@ -132,7 +132,7 @@ class TrueRows:
         here: numpy.ndarray,
         nearest: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
-        exactly: Callable[[int, Sequence[str]], Sequence[Any]],
+        exactly: Callable[[int, Sequence[str]], Sequence[Scalar]],
     ) -> None:
         rows = nearest[here]
         close: dict[int, list[str]] = {}
@@ -183,7 +183,7 @@ class TrueRows:
         near -= abs(times[near - 1] - t) <= abs(times[near] - t)
         return near, t - times[near]
 
-    def _exact_error(self, name: str, row: int, given: Any) -> float:
+    def _exact_error(self, name: str, row: int, given: Scalar) -> float:
         true = Decimal(self._cells[name][row])
         size = max(abs(true), self.scales[name] * NEAR_ZERO)
         return float(relative_error(as_decimal(given), true, size))

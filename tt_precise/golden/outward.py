@@ -7,7 +7,8 @@ Euler angles and times of the climb follow from enclosed vectors and events by t
 from __future__ import annotations
 
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from typing import Any
+
+from tt_precise.arithmetic import Scalar
 
 FIGURES = 60
 _DOWN = Context(prec=FIGURES, rounding=ROUND_FLOOR)
@@ -27,7 +28,7 @@ class Outward:
         self.low, self.high = low, high
 
     @classmethod
-    def of(cls, number: Any) -> Outward:
+    def of(cls, number: Scalar) -> Outward:
         """The interval of a rational number, or the interval itself."""
         if isinstance(number, Outward):
             return number
@@ -63,7 +64,7 @@ class Outward:
         """Whether zero is among them."""
         return self.low <= 0 <= self.high
 
-    def __add__(self, other: Any) -> Outward:
+    def __add__(self, other: Scalar) -> Outward:
         y = Outward.of(other)
         return Outward(_DOWN.add(self.low, y.low), _UP.add(self.high, y.high))
 
@@ -72,14 +73,14 @@ class Outward:
     def __neg__(self) -> Outward:
         return Outward(self.high.copy_negate(), self.low.copy_negate())
 
-    def __sub__(self, other: Any) -> Outward:
+    def __sub__(self, other: Scalar) -> Outward:
         y = Outward.of(other)
         return Outward(_DOWN.subtract(self.low, y.high), _UP.subtract(self.high, y.low))
 
-    def __rsub__(self, other: Any) -> Outward:
+    def __rsub__(self, other: Scalar) -> Outward:
         return Outward.of(other) - self
 
-    def __mul__(self, other: Any) -> Outward:
+    def __mul__(self, other: Scalar) -> Outward:
         y = Outward.of(other)
         pairs = ((self.low, y.low), (self.low, y.high), (self.high, y.low), (self.high, y.high))
         return Outward(
@@ -88,19 +89,19 @@ class Outward:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> Outward:
+    def __truediv__(self, other: Scalar) -> Outward:
         y = Outward.of(other)
         if y.contains_zero():
             raise ZeroDivisionError("an interval that contains zero")
         return self * Outward(_DOWN.divide(1, y.high), _UP.divide(1, y.low))
 
-    def __rtruediv__(self, other: Any) -> Outward:
+    def __rtruediv__(self, other: Scalar) -> Outward:
         return Outward.of(other) / self
 
-    def __lt__(self, other: Any) -> bool:
+    def __lt__(self, other: Scalar) -> bool:
         return self.high < Outward.of(other).low
 
-    def __gt__(self, other: Any) -> bool:
+    def __gt__(self, other: Scalar) -> bool:
         return self.low > Outward.of(other).high
 
     def sqrt(self) -> Outward:

@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Iterator
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
 
 from tt_precise.golden import store
 from tt_precise.golden.digits import ZERO, column_digits
@@ -27,6 +26,7 @@ from tt_precise.integrate.events import catalogue
 from tt_precise.integrate.inversion import InversionTimes, Marks, Turns, from_marks
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.untyped import Json
 
 FEW = 3  # of many equal complaints so many are listed
 FLOAT_SLACK = 1e-9  # of g_n/(m g) in double
@@ -112,7 +112,7 @@ def _counts(stored: Stored, record: Record) -> Iterator[str]:
     yield from _event_counts(stored, content)
 
 
-def _event_counts(stored: Stored, content: dict[str, Any]) -> Iterator[str]:
+def _event_counts(stored: Stored, content: dict[str, Json]) -> Iterator[str]:
     proved, undecided = content["proved_events"], content["undecided_events"]
     names = catalogue(stored.scene.model)
     if sorted([*proved, *undecided]) != sorted(names):
@@ -183,7 +183,7 @@ def _times(stored: Stored, record: Record, enclosures: Enclosures) -> Iterator[s
 
 def inversion(stored: Stored, enclosures: Enclosures) -> InversionTimes:
     """The times of the climb, from the enclosed events."""
-    rows: dict[str, list[dict[str, Any]]] = {}
+    rows: dict[str, list[dict[str, Json]]] = {}
     for row, cells in zip(stored.events.rows, enclosures.of(EVENTS), strict=True):
         rows.setdefault(row[0], []).append({**cells, "direction": int(row[2])})
     rising = [row["t"] for row in rows.get("equator", []) if row["direction"] < 0]
@@ -194,7 +194,7 @@ def inversion(stored: Stored, enclosures: Enclosures) -> InversionTimes:
     motion = Motion(stored.scene.body.numbers(Outward.of), state, None)
     sign = -1 if QUANTITIES["lambda"].evaluate(motion) < 0 else 1
 
-    def times(name: str) -> list[Any]:
+    def times(name: str) -> list[Decimal]:
         return [row["t"] for row in rows.get(name, [])]
 
     def turns(name: str) -> Turns:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from tt_precise import json_file
 from tt_precise.errors import InputError
@@ -14,6 +13,7 @@ from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, Enclosures
 from tt_precise.golden.hashes import self_hash
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.proof/2"
 PROOF = "proof.json"
@@ -32,7 +32,7 @@ class Record:
     What it says counts if ``proof_checks.complaints`` has none.
     """
 
-    content: dict[str, Any]
+    content: dict[str, Json]
     enclosure: Table
     events: Table
 
@@ -69,7 +69,7 @@ class Record:
         return str(self.content["proved_until_s"]["middle"])
 
     @property
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, Json]:
         """For a list of scenes: digits proved, and of how many numbers the rounding."""
         facts = {name: self.content[name] for name in ("digits", "rounded", "entries")}
         return {**facts, "complete": self.complete, "until_s": self.until_s}
@@ -111,7 +111,7 @@ def read(name: str, folder: Path | None = None) -> Record | None:
     return Record(content, enclosure, events)
 
 
-def text(content: dict[str, Any]) -> str:
+def text(content: dict[str, Json]) -> str:
     """The text of proof.json, with the proof's own hash added."""
     sealed = {**content, SELF_HASH: self_hash(content, SELF_HASH)}
     return json.dumps(sealed, indent=1, ensure_ascii=False) + "\n"

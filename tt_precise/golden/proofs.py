@@ -11,7 +11,7 @@ from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tt_precise.errors import InputError
 from tt_precise.golden import store
@@ -21,6 +21,7 @@ from tt_precise.golden.proof_checks import complaints
 from tt_precise.golden.proof_record import PROOF, SCHEMA, SELF_HASH, Record, read, text
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.scene import Scene
+from tt_precise.untyped import Json
 
 __all__ = [
     "ENCLOSURE", "EVENTS_ENCLOSURE", "PROOF", "SCHEMA", "SELF_HASH", "Established", "Interval",
@@ -54,7 +55,7 @@ class Established:
     record: Record
 
     @property
-    def contact(self) -> dict[str, Any]:
+    def contact(self) -> dict[str, Json]:
         """What is proved of the contact force, as in proof.json."""
         return self.record.content["contact"]
 
@@ -101,7 +102,7 @@ class Established:
         return found
 
 
-def summary(stored: Stored, folder: Path | None = None) -> dict[str, Any] | None:
+def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | None:
     """What a list of scenes says of the proof, or the ``problem`` with it; None if there is none.
 
     Counts and hashes are checked, single numbers are not: that is what ``verify`` does.

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene, parse_scene
 
@@ -123,5 +123,5 @@ def perform(task: Task) -> Run:
     )
 
 
-def _text(value: Any) -> str:
+def _text(value: Scalar) -> str:
     return value if isinstance(value, str) else ""

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from tt_precise import json_file
 from tt_precise.errors import InputError
@@ -20,6 +20,7 @@ from tt_precise.golden.places import home as home
 from tt_precise.golden.places import scenes as scenes
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene, parse_scene
+from tt_precise.untyped import Json
 
 SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
 Looked = TypeVar("Looked")
@@ -38,7 +39,7 @@ class Stored:
     scene_text: str
     trajectory: Table
     events: Table
-    manifest: dict[str, Any]
+    manifest: dict[str, Json]
     folder: Path = OWN
 
     @property

@@ -6,12 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from tt_precise import plotting
+from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
 from tt_precise.files import replacing
 from tt_precise.progress import Progress, silent
 
 if TYPE_CHECKING:
     import numpy
+    from matplotlib.animation import AbstractMovieWriter
+    from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
 
@@ -106,7 +109,7 @@ def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int)
     return Frames(shown["t"].to_numpy(), turn[::FINER], shown["theta"].to_numpy(), track)
 
 
-def _writer(path: Path, fps: int) -> Any:
+def _writer(path: Path, fps: int) -> AbstractMovieWriter:
     from matplotlib import animation
 
     ending = path.suffix.lower()
@@ -165,7 +168,7 @@ class _Picture:
             )
         ]  # fmt: skip
 
-    def show(self, number: int) -> list[Any]:
+    def show(self, number: int) -> list[Artist]:
         """Move everything to frame ``number``."""
         import numpy
 
@@ -192,7 +195,7 @@ class _Picture:
         )
         return []
 
-    def _table(self, place: Any) -> None:
+    def _table(self, place: Array) -> None:
         """Lines on the table, half a radius apart, that pass below an eye which follows."""
         import numpy
 
@@ -209,14 +212,14 @@ class _Picture:
             line.set_data(*_seen(points))
 
 
-def _seen(points: Any) -> tuple[Any, Any]:
+def _seen(points: Array) -> tuple[Array, Array]:
     """Where points (3, n) lie in the picture: across and up, seen along +Y and a little down."""
     import numpy
 
     return points[0], points[2] * numpy.cos(ELEVATION) + points[1] * numpy.sin(ELEVATION)
 
 
-def _towards(points: Any) -> Any:
+def _towards(points: Array) -> Array:
     """How far points (3, n) lie towards the eye."""
     import numpy
 

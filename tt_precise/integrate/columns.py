@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Dimension
@@ -17,6 +16,7 @@ from tt_precise.integrate.quadratures import QUADRATURE_SCALE, motion
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.untyped import Json
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
@@ -44,7 +44,7 @@ class State:
 
         kind, none = (float, numpy.nan) if precision.name == "double" else (object, None)
 
-        def column(values: list[Any]) -> Array:
+        def column(values: list[Scalar]) -> Array:
             return numpy.array([none if v is None else v for v in values], dtype=kind)
 
         names = states[0].values if states else ()
@@ -61,11 +61,11 @@ class State:
         except KeyError:
             raise AttributeError(name) from None
 
-    def as_text(self) -> dict[str, Any]:
+    def as_text(self) -> dict[str, Json]:
         """Every value in decimals, enough to recover the working precision; lists of arrays."""
         return {name: self._text(value) for name, value in self.values.items()}
 
-    def _text(self, value: Any) -> Any:
+    def _text(self, value: Scalar) -> Json:
         if hasattr(value, "__len__"):
             return [self._text(one) for one in value]
         if value is None or value != value:
@@ -82,7 +82,7 @@ class Columns:
     def __init__(self, setup: Setup, start: InitialState):
         self.form, self.record, self.precision = setup.formulation, setup.record, setup.precision
         self.start = start
-        self._factors: dict[Any, Any] = {}
+        self._factors: dict[Hashable, Scalar] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -125,7 +125,7 @@ class Columns:
         self,
         names: Sequence[str],
         entries: tuple[Array, ...],
-        number: Callable[[Scalar], Any] = float,
+        number: Callable[[Scalar], Scalar] = float,
     ) -> dict[str, Array]:
         """The same from an array for each entry, an array for each column; NaN where undefined.
 
@@ -141,13 +141,15 @@ class Columns:
                 columns[name] = self._entry(name, entries, q) * factor * numpy.ones(len(entries[0]))
         return columns
 
-    def _factor(self, dimension: Dimension, number: Callable[[Scalar], Any]) -> Any:
+    def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:
         key = dimension, number
         if key not in self._factors:
             self._factors[key] = number(self.start.units.of_dimension(dimension))
         return self._factors[key]
 
-    def array_motion(self, entries: tuple[Array, ...], number: Callable[[Scalar], Any]) -> Motion:
+    def array_motion(
+        self, entries: tuple[Array, ...], number: Callable[[Scalar], Scalar]
+    ) -> Motion:
         """The ``Motion`` of rows that are given as an array for each entry."""
         import numpy
 
@@ -170,7 +172,7 @@ class Columns:
         """A number as users get it: a float in double, else the guarded mpmath number."""
         return float(value) if self.precision.name == "double" and value is not None else value
 
-    def _entry(self, name: str, row: tuple[Any, ...], q: Motion) -> Any:
+    def _entry(self, name: str, row: tuple[Scalar, ...], q: Motion) -> Scalar:
         if name in self.record:
             return self._recorded(row)[name]
         if name in VECTOR_COLUMNS:
@@ -184,7 +186,7 @@ class Columns:
         except ZeroDivisionError:  # the direction of tilt, and what needs it, ends at the poles
             return None
 
-    def _recorded(self, row: tuple[Any, ...]) -> dict[str, Any]:
+    def _recorded(self, row: tuple[Scalar, ...]) -> dict[str, Scalar]:
         values = row[len(self.form.columns) :]
         return {
             name: value * QUADRATURE_SCALE for name, value in zip(self.record, values, strict=True)

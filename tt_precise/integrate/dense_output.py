@@ -10,7 +10,6 @@ import threading
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
 
 from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Parameters
@@ -23,6 +22,7 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.times import Times
 from tt_precise.numerals import as_fraction, to_mpmath
 from tt_precise.progress import Progress
+from tt_precise.untyped import ContinuousOutput
 
 TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
 MOST_BYTES = 400_000_000  # of the series of all steps of one run
@@ -40,16 +40,16 @@ class Kept:
 
     def clear(self) -> None:
         """Forget all pieces."""
-        self._pieces: list[Any] = []
+        self._pieces: list[ContinuousOutput] = []
         self._bytes = 0.0
 
-    def append(self, output: Any) -> None:
+    def append(self, output: ContinuousOutput) -> None:
         """Keep one more piece."""
         self._bytes += output.n_steps * self._bytes_of_a_step
         self._pieces = [*self._pieces, output] if self._bytes <= MOST_BYTES else []
 
     @property
-    def pieces(self) -> tuple[Any, ...] | None:
+    def pieces(self) -> tuple[ContinuousOutput, ...] | None:
         """The pieces, one behind the other; None where they have not been kept."""
         return tuple(self._pieces) if self._bytes <= MOST_BYTES else None
 
@@ -67,7 +67,7 @@ class DenseOutput:
         setup: Setup,
         start: InitialState,
         propagation: Propagation,
-        pieces: tuple[Any, ...] | None = None,
+        pieces: tuple[ContinuousOutput, ...] | None = None,
         again: Callable[[Pieces, Progress | None], Propagation] | None = None,
     ):
         self.setup, self.start, self.propagation = setup, start, propagation
@@ -106,7 +106,7 @@ class DenseOutput:
     def _reached(self) -> Scalar:
         return sum(map(self.precision.guarded, (self.propagation.time, self.propagation.time_low)))
 
-    def dimensionless_time(self, t: Any) -> Scalar:
+    def dimensionless_time(self, t: Scalar) -> Scalar:
         """A time in s as a guarded dimensionless one.
 
         Raises
@@ -136,14 +136,14 @@ class DenseOutput:
         """Rows at guarded dimensionless ``times``, in guarded numbers."""
         number, guarded = self.precision.number, self.precision.guarded
         rows: dict[int, Row] = {}
-        inner: dict[int, Any] = {}
+        inner: dict[int, ContinuousOutput] = {}
         for place, time in enumerate(times):
             if not time or time == self.end_time:
                 rows[place] = self.end_row if time else self.start_row
             else:
                 inner[place] = number(time)
 
-        def read(output: Any, low: Any, high: Any) -> None:
+        def read(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
             for place, rounded in inner.items():
                 if (low is None or low < rounded) and (high is None or rounded <= high):
                     row = tuple(map(guarded, output(rounded)))
@@ -177,7 +177,7 @@ class DenseOutput:
     def arrays(
         self,
         times: Times,
-        number: Callable[[Scalar], Any] = float,
+        number: Callable[[Scalar], Scalar] = float,
         progress: Progress | None = None,
     ) -> tuple[Array, ...]:
         """The rows of a run in double or extended at all ``times``: an array for each entry.
@@ -192,7 +192,7 @@ class DenseOutput:
         kind = type(number(self.precision.context.mpf(0)))
         entries = [numpy.full(len(rounded), x, dtype=kind) for x in state]
 
-        def read(output: Any, low: Any, high: Any) -> None:
+        def read(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
             chosen = numpy.ones(len(rounded), dtype=bool) if low is None else rounded > low
             if high is not None:
                 chosen &= rounded <= high
@@ -205,7 +205,9 @@ class DenseOutput:
             entry[rounded == 0] = value
         return moved_arrays(self.setup, self.start.body.map(number), tuple(entries), times.delay)
 
-    def _read(self, read: Callable[[Any, Any, Any], None], progress: Progress | None) -> None:
+    def _read(
+        self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
+    ) -> None:
         """Call ``read`` with each piece, and with the times behind and up to which it is wanted.
 
         None stands for all earlier and for all later times.
@@ -248,14 +250,14 @@ class DenseOutput:
 class _Reader:
     """Pieces that are read one behind the other, and not kept."""
 
-    def __init__(self, read: Callable[[Any, Any, Any], None], end: Any):
+    def __init__(self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], end: Scalar):
         self._read, self._end = read, end
         self.clear()
 
     def clear(self) -> None:
-        self._low: Any = None
+        self._low: Scalar = None
 
-    def append(self, output: Any) -> None:
+    def append(self, output: ContinuousOutput) -> None:
         high = output.bounds[1]
         self._read(output, self._low, high if high < self._end else None)
         self._low = high

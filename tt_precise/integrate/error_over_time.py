@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.integrate.accuracy import digits_over_rows
@@ -77,13 +77,13 @@ def errors_over_time(
     return found
 
 
-def _native(tables: Tables, names: Sequence[str], times: Sequence[Fraction]) -> dict[str, Any]:
+def _native(tables: Tables, names: Sequence[str], times: Sequence[Fraction]) -> dict[str, Array]:
     return tables.columns(names, times, "native")
 
 
 def _in_long_double(
     tables: Tables, names: Sequence[str], times: Sequence[Fraction]
-) -> dict[str, Any]:
+) -> dict[str, Array]:
     dense_output = tables.dense_output
     entries = dense_output.arrays(dense_output.times(times), long_double)
     return tables.of.of_arrays(names, entries, long_double)
@@ -93,7 +93,7 @@ def _same(time: Fraction, end: Fraction) -> bool:
     return abs(time - end) <= end / 10**15
 
 
-def _distance(values: Any, others: Any, fn: Functions) -> Array:
+def _distance(values: Array, others: Array, fn: Functions) -> Array:
     import numpy
 
     if all(getattr(one, "dtype", None) in (float, numpy.longdouble) for one in (values, others)):
@@ -110,5 +110,5 @@ def _distance(values: Any, others: Any, fn: Functions) -> Array:
     )
 
 
-def _missing(value: Any) -> bool:
+def _missing(value: Scalar) -> bool:
     return value is None or value != value

@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tt_precise.arithmetic import Array
 from tt_precise.body import Parameters
@@ -41,6 +41,7 @@ from tt_precise.mechanics.turning import (
     turned_back,
 )
 from tt_precise.progress import Progress
+from tt_precise.untyped import Adaptive, ContinuousOutput
 
 RATIO = 30
 MOST_ROWS, MOST_STEPS = 100_000, 200_000
@@ -125,7 +126,7 @@ def propagate_pair(setup: Setup, start: InitialState, every: Fraction) -> Pair |
 
 def _propagate(
     tolerance: float, lanes: Sequence[_Lane], until: float, times: Array | None
-) -> Any | None:
+) -> tuple[ContinuousOutput | Array, list[int], int] | None:
     """Rows at ``times``, or without them the dense output; with steps and order."""
     import heyoka
     import numpy
@@ -153,7 +154,7 @@ class _Again:
     def __init__(self, tolerance: float, lanes: Sequence[_Lane], until: float):
         self._given = tolerance, lanes, until
         self._lock = threading.Lock()
-        self._output: Any = None
+        self._output: ContinuousOutput = None
 
     def __call__(
         self, number: int, first: Propagation, pieces: Pieces, progress: Progress | None
@@ -196,11 +197,19 @@ class _Lane:
 class _Piece:
     """The dense output of one lane: called as heyoka's of a single run is."""
 
-    def __init__(self, output: Any, number: int, lane: _Lane, until: float, lock: Any, steps: int):
+    def __init__(
+        self,
+        output: ContinuousOutput,
+        number: int,
+        lane: _Lane,
+        until: float,
+        lock: threading.Lock,
+        steps: int,
+    ):
         self._output, self._number, self._lane, self._lock = output, number, lane, lock
         self.bounds, self.n_steps = (0.0, until), steps
 
-    def __call__(self, time: Any) -> Any:
+    def __call__(self, time: Array) -> Array:
         import numpy
 
         times = numpy.atleast_1d(numpy.asarray(time, dtype=float))
@@ -210,13 +219,13 @@ class _Piece:
         return rows if numpy.ndim(time) else rows[0]
 
 
-_idle: dict[float, list[Any]] = {}
+_idle: dict[float, list[Adaptive]] = {}
 _idle_lock = threading.Lock()
 MOST_IDLE = 32  # more than there are tolerances to choose from
 
 
 @contextmanager
-def _batch(tolerance: float) -> Iterator[Any]:
+def _batch(tolerance: float) -> Iterator[Adaptive]:
     """A compiled batch of two lanes with this tolerance, for one user at a time."""
     with _idle_lock:
         idle = _idle.setdefault(tolerance, [])
@@ -229,7 +238,7 @@ def _batch(tolerance: float) -> Iterator[Any]:
             idle.append(taken)
 
 
-def _build(tolerance: float) -> Any:
+def _build(tolerance: float) -> Adaptive:
     import heyoka
     import numpy
 

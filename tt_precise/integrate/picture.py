@@ -8,6 +8,7 @@ from tt_precise import plotting
 from tt_precise.notebook import table
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -65,7 +66,9 @@ def figure(trajectory: Trajectory, names: tuple[str, ...] = ()) -> Figure:
     return drawn
 
 
-def _panel(axes: Axes, trajectory: Trajectory, samples: Any, names: tuple[str, ...]) -> None:
+def _panel(
+    axes: Axes, trajectory: Trajectory, samples: pandas.DataFrame, names: tuple[str, ...]
+) -> None:
     from tt_precise.mechanics.columns import described
 
     for name in names:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import Dimension
 from tt_precise.errors import InputError
 from tt_precise.mechanics.conversion import horizontal_length
@@ -35,7 +35,7 @@ def dimension(name: str) -> Dimension:
     return _DIMENSIONS.get(name[0], _LENGTH)
 
 
-def pose_of(q: Motion, recorded: Mapping[str, Any]) -> Pose:
+def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
     """The pose of a motion whose phi, psi, x and y are ``recorded``; one row or arrays of them.
 
     Raises

@@ -12,7 +12,7 @@ import threading
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import mpmath
 
@@ -37,12 +37,12 @@ class Precision:
     name: str
     bits: int
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[type, tuple[str, int]]:
         # its context can be neither copied nor pickled, and need not be
         return Precision, (self.name, self.bits)
 
     @property
-    def fp_type(self) -> Any:
+    def fp_type(self) -> type:
         """heyoka's type of number."""
         import heyoka
 
@@ -89,7 +89,7 @@ class Precision:
             return lambda value: kind(context.nstr(value, digits), self.bits)
         return lambda value: kind(context.nstr(value, digits))
 
-    def other_side(self, value: Scalar) -> Any:
+    def other_side(self, value: Scalar) -> Scalar:
         """The number beside a guarded one that ``number`` does not round it to, also guarded.
 
         The exact value lies between the two. A value that this precision holds stays as it is.
@@ -158,7 +158,7 @@ def finer(precision: Precision) -> Precision:
 
 
 @lru_cache(maxsize=64)  # making one takes as long as a tenth of the reference run in double
-def _context(bits: int, thread: int) -> Any:
+def _context(bits: int, thread: int) -> Functions:
     context = mpmath.MPContext()
     context.prec = bits + GUARD_BITS
     return context
@@ -170,12 +170,12 @@ def _has_80_bit_floats() -> bool:
     return sys.platform != "win32" and numpy.finfo(numpy.longdouble).nmant == 63
 
 
-def _read_back(text: str, bits: int, context: Functions) -> Any:
+def _read_back(text: str, bits: int, context: Functions) -> Scalar:
     # heyoka prints a real with enough digits to recover it, by rounding to its own bits
     return context.make_mpf(mpmath.libmp.from_str(text, bits, "n"))
 
 
-def _sum_of_floats(value: Scalar, context: Functions) -> Any:
+def _sum_of_floats(value: Scalar, context: Functions) -> Scalar:
     kind, shift = type(value), 0
     if not 2.0**-SCALE <= abs(float(value)) <= 2.0**SCALE:
         if value != value or abs(value) == kind("inf"):

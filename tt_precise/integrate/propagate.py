@@ -18,6 +18,7 @@ from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import Hit, Integrator, integrator
 from tt_precise.integrate.vanishing import vanishes
 from tt_precise.progress import Progress
+from tt_precise.untyped import Adaptive, ContinuousOutput
 
 Status = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "sticking", "pole", "failed"
@@ -34,7 +35,7 @@ FIRST_STEP = 2.0**-20
 class Pieces(Protocol):
     """What takes the dense outputs of a propagation."""
 
-    def append(self, output: Any, /) -> None:
+    def append(self, output: ContinuousOutput, /) -> None:
         """Take the next piece."""
 
     def clear(self) -> None:
@@ -61,7 +62,7 @@ def propagate(
     setup: Setup,
     start: InitialState,
     *,
-    until: Any = None,
+    until: Scalar = None,
     dense: Pieces | None = None,
     progress: Progress | None = None,
 ) -> Propagation:
@@ -111,7 +112,7 @@ def propagate(
 
 def _advance(
     made: Integrator,
-    goals: list[Any],
+    goals: list[Scalar],
     dense: Pieces | None,
     progress: Progress | None,
     precision: Precision,
@@ -125,7 +126,7 @@ def _advance(
     """
     import heyoka
 
-    def report(adaptive: Any) -> bool:
+    def report(adaptive: Adaptive) -> bool:
         if progress and goals[-1]:
             progress(min(1.0, float(adaptive.time) / float(goals[-1])))
         return True
@@ -176,11 +177,13 @@ def _propagation_of(
     )
 
 
-def _time_before_failure(setup: Setup, start: InitialState, made: Integrator, horizon: Any) -> Any:
+def _time_before_failure(
+    setup: Setup, start: InitialState, made: Integrator, horizon: Scalar
+) -> Scalar:
     made.begin(setup, start)
     last = made.adaptive.time
 
-    def watch(adaptive: Any) -> bool:
+    def watch(adaptive: Adaptive) -> bool:
         nonlocal last
         good = all(value - value == 0 for value in _values(adaptive))
         # a failure just behind the horizon of a run that was cut back already takes it further back
@@ -191,7 +194,7 @@ def _time_before_failure(setup: Setup, start: InitialState, made: Integrator, ho
     return last
 
 
-def _values(adaptive: Any) -> tuple[Any, ...]:
+def _values(adaptive: Adaptive) -> tuple[Scalar, ...]:
     # one at a time: arrays of heyoka's reals leak memory
     return tuple(adaptive.state[i] for i in range(len(adaptive.state)))
 

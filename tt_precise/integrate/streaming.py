@@ -7,10 +7,11 @@ A ``Trajectory`` keeps the Taylor series of all its steps once it is asked for a
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy
 
+from tt_precise.arithmetic import Array
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.contact import require_contact
@@ -82,7 +83,7 @@ class Stream:
             seconds = (seconds / self.scene.sample_every.denominator).astype(float)
             yield pandas.DataFrame({"t": seconds, **columns})
 
-    def _rows(self, count: int) -> Iterator[tuple[int, Any]]:
+    def _rows(self, count: int) -> Iterator[tuple[int, Array]]:
         start, setup = self._start, self._setup
         with integrator(setup) as made:
             made.begin(setup, start)
@@ -101,7 +102,7 @@ class Stream:
                     return
         self.status = "complete"
 
-    def _times(self, numbers: Any) -> tuple[Any, Any]:
+    def _times(self, numbers: Array) -> tuple[Array, Array]:
         """Dimensionless times of samples: rounded to double, and what the rounding cut off."""
         context = self._setup.precision.context
         step = to_mpmath(self.scene.sample_every, context) / self._start.units.time

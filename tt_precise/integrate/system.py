@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
@@ -21,6 +21,10 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.untyped import Adaptive
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 STICKING_SPEED = 2.0**-20  # in units of sqrt(g R); Coulomb's law is singular at v_A = 0
 SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
@@ -42,10 +46,10 @@ class Integrator:
     ``losses`` holds the latest time at which g_n fell through 0 in a run that went on there.
     """
 
-    adaptive: Any
+    adaptive: Adaptive
     terminal: tuple[str, ...]
     hits: list[Hit] = field(default_factory=list)
-    losses: list[Any] = field(default_factory=list)
+    losses: list[Scalar] = field(default_factory=list)
 
     def begin(self, setup: Setup, start: InitialState) -> None:
         """Go to ``start``, at time zero, and forget earlier events."""
@@ -93,7 +97,7 @@ def build(setup: Setup) -> Integrator:
     equations = Equations.of(form, setup.record)
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
     hits: list[Hit] = []
-    losses: list[Any] = []
+    losses: list[Scalar] = []
     noted = []
     if setup.contact == "bilateral":
         noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses)]
@@ -117,7 +121,7 @@ def build(setup: Setup) -> Integrator:
     return Integrator(made, tuple(terminal), hits, losses)
 
 
-def terminal_functions(form: Formulation, q: Motion, theta: Any) -> dict[str, Any]:
+def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
     """Functions that are positive where the model holds; it ends where one falls to zero."""
     if form.model == "rolling":
         found = {"contact_lost": q.force[2]}
@@ -143,7 +147,7 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     return options | dict(setup.options)
 
 
-def full_tolerance(precision: Precision) -> Any:
+def full_tolerance(precision: Precision) -> Scalar:
     """The tolerance below which an arithmetic gains nothing any more, as an mpmath number.
 
     In double it is eps/16: at eps heyoka takes order 20, whose truncation error shows in lambda
@@ -152,7 +156,7 @@ def full_tolerance(precision: Precision) -> Any:
     return precision.eps / 16 if precision.name == "double" else precision.eps
 
 
-def event_expression(event: Event, equations: Equations) -> Any:
+def event_expression(event: Event, equations: Equations) -> Scalar:
     """The heyoka expression whose zeros are the event."""
     import heyoka
 
@@ -172,17 +176,17 @@ def heyoka_direction(direction: int) -> Any:
 
 
 def _event(
-    heyoka: Any,
+    heyoka: ModuleType,
     name: str,
     equations: Equations,
-    fp_type: Any,
+    fp_type: type,
     hits: list[Hit],
 ) -> Any:
     event = event_named(name, equations.motion.model)
     expression = event_expression(event, equations)
     direction = heyoka_direction(event.direction)
 
-    def callback(adaptive: Any, time: Any, sign: int) -> None:
+    def callback(adaptive: Adaptive, time: Scalar, sign: int) -> None:
         # sign 0: the function vanishes identically (a scene in a plane), so nothing changes sign
         if not sign:
             return
@@ -197,8 +201,8 @@ def _event(
     return heyoka.nt_event(expression, callback, direction=direction, fp_type=fp_type)
 
 
-def _loss(heyoka: Any, numerator: Any, fp_type: Any, losses: list[Any]) -> Any:
-    def callback(adaptive: Any, time: Any, sign: int) -> None:
+def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Scalar]) -> Any:
+    def callback(adaptive: Adaptive, time: Scalar, sign: int) -> None:
         losses[:] = [time]
 
     return heyoka.nt_event(numerator, callback, direction=heyoka_direction(-1), fp_type=fp_type)

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.times import has_long_double, long_double
@@ -44,7 +44,7 @@ class Tables:
         times: Sequence[Fraction],
         numbers: Numbers,
         progress: Progress | None = None,
-    ) -> dict[str, Any]:
+    ) -> dict[str, Array]:
         """``t`` and the named columns at exact ``times`` in s.
 
         Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
@@ -63,7 +63,7 @@ class Tables:
         exact: Sequence[Fraction],
         numbers: Numbers,
         progress: Progress | None,
-    ) -> dict[str, Any]:
+    ) -> dict[str, Array]:
         import numpy
 
         number = long_double if numbers == "text" else float
@@ -79,7 +79,7 @@ class Tables:
             for name, values in table.items()
         }
 
-    def _converted(self, values: list[Scalar | None], numbers: Numbers) -> Any:
+    def _converted(self, values: list[Scalar | None], numbers: Numbers) -> Array:
         import numpy
 
         precision = self.of.precision

@@ -95,7 +95,7 @@ class Trajectory:
         setup = self.setup.but(**changes)
         return Trajectory(self.scene, setup, rounded_otherwise=rounded_otherwise)
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[Any, ...]:
         # made again where it is unpickled: heyoka's own pickles are machine code
         make = partial(Trajectory, rounded_otherwise=self._rounded_otherwise)
         return make, (self.scene, self.setup)
@@ -136,7 +136,7 @@ class Trajectory:
         """How and where the solution ends."""
         return End(self.status, self.t_end, self.state.values)
 
-    def at(self, t: Any) -> State:
+    def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
 
         A sequence of times gives one ``State`` whose entries are arrays.
@@ -151,7 +151,7 @@ class Trajectory:
         states = self._columns.states(times, self._dense_output.rows(times))
         return State.joined(states, self.precision) if several else states[0]
 
-    def motion(self, t: str | int | float | Fraction | Any) -> Motion:
+    def motion(self, t: Scalar) -> Motion:
         """What quantities are computed from at ``t`` (s), dimensionless; refused as by ``at``."""
         time = self._dense_output.dimensionless_time(t)
         return self._columns.motion(self._dense_output.rows([time])[0])
@@ -167,7 +167,7 @@ class Trajectory:
     def frame(
         self,
         *names: str,
-        times: Iterable[Any] | None = None,
+        times: Iterable[Scalar] | None = None,
         numbers: Numbers = "native",
         pose: bool = False,
         progress: Progress | None = None,
@@ -202,10 +202,10 @@ class Trajectory:
     def table(
         self,
         *names: str,
-        times: Iterable[Any] | None = None,
+        times: Iterable[Scalar] | None = None,
         numbers: Numbers = "native",
         progress: Progress | None = None,
-    ) -> dict[str, Any]:
+    ) -> dict[str, Array]:
         """The columns of ``frame`` by name, without pandas.
 
         Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and

@@ -11,15 +11,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Array
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.integration import integrate
 from tt_precise.integrate.precision import precision_named
 from tt_precise.mechanics.formulations import Formulation, formulation
 from tt_precise.scene import Scene, load_scene
+from tt_precise.untyped import Adaptive
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 
 @dataclass(frozen=True)
@@ -116,7 +120,7 @@ class Sensitivity:
         return numpy.abs(self.states).max(axis=1)
 
 
-def sensitivity(scene: str | Scene, times: Sequence[Any] | None = None) -> Sensitivity:
+def sensitivity(scene: str | Scene, times: Sequence[Scalar] | None = None) -> Sensitivity:
     """Derivatives of the solution of ``scene`` at ``times`` (s, the first of them 0).
 
     By default at the scene's samples; times at which the model has ended are left out.
@@ -162,7 +166,7 @@ def sensitivity(scene: str | Scene, times: Sequence[Any] | None = None) -> Sensi
     )
 
 
-def _integrator(heyoka: Any, form: Formulation) -> Any:
+def _integrator(heyoka: ModuleType, form: Formulation) -> Adaptive:
     equations = Equations.of(form)
     wanted = [*equations.variables, *(heyoka.par[i] for i in range(len(form.parameters)))]
     system = heyoka.var_ode_sys(equations.system, wanted, order=1)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.body import TippeTop
@@ -105,7 +104,7 @@ def conserved(model: str, body: TippeTop) -> tuple[Integral, ...]:
     return tuple(integral for integral in _ALL if integral.holds(model, body))
 
 
-def drift(integral: Integral, motions: list[Motion]) -> list[Any]:
+def drift(integral: Integral, motions: list[Motion]) -> list[Scalar]:
     """Relative change of the integral at each motion since the first one."""
     first = integral.evaluate(motions[0])
     scale = integral.scale(motions[0]) or 1

@@ -9,7 +9,7 @@ At the poles x-hat, and with it every Euler rate but omega_3, is undefined.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
@@ -43,7 +43,7 @@ def horizontal_length(fn: Functions, x: Scalar, y: Scalar) -> Scalar:
     return hypot(x, y) if hypot else fn.sqrt(x * x + y * y)
 
 
-def spin(psi_dot: Any, phi_dot: Any, cosine: Any) -> Any:
+def spin(psi_dot: Scalar, phi_dot: Scalar, cosine: Scalar) -> Scalar:
     """omega_3 = psi_dot + phi_dot cos theta; section 1."""
     return psi_dot + phi_dot * cosine
 
@@ -90,7 +90,7 @@ def euler_from_vectors(body: Parameters, state: NewtonState, fn: Functions) -> E
     )
 
 
-def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[NewtonState, Any]:
+def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[NewtonState, Scalar]:
     """The vector state of a rigid body's state, and v_A.z, which contact with the table makes 0.
 
     L = I1 omega + (I3 - I1)(omega.k) k and v_A = s_dot + omega x a; section 1.

@@ -6,14 +6,12 @@ at omega_3 (1 - I3/I1) beside that; the centre of mass falls freely.
 
 from __future__ import annotations
 
-from typing import Any
-
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.vectors import Vector, dot
 
-Quaternion = tuple[Any, Any, Any, Any]
+Quaternion = tuple[Scalar, Scalar, Scalar, Scalar]
 
 
 def multiplied(p: Quaternion, q: Quaternion) -> Quaternion:

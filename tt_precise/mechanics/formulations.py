@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.body import Dimension, Parameters
 from tt_precise.errors import InputError
 from tt_precise.mechanics import centre, euler, friction, newton, rolling
@@ -53,7 +53,7 @@ class Formulation:
     model: str
     coordinates: str
     State: Any
-    rates: Callable[..., Any]
+    rates: Callable[..., StateOfAny]
     law: str = "viscous"
 
     @property
@@ -69,12 +69,12 @@ class Formulation:
         gliding = ("alpha", "I1", "I3", "mu")
         return (*gliding, "epsilon") if self.law == "regularised" else gliding
 
-    def body(self, values: Any) -> Parameters:
+    def body(self, values: Sequence[Scalar]) -> Parameters:
         """The dimensionless body whose ``parameters`` have these values."""
         given = dict(zip(self.parameters, values, strict=True))
         return friction.PARAMETERS[self.law](**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
 
-    def motion(self, body: Parameters, state: Any, fn: Functions, phi: Scalar = 0) -> Motion:
+    def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
         if self.State is CentreState:
             state = CentreState(*state)
@@ -87,7 +87,7 @@ class Formulation:
         vectors = vectors_from_euler(body, full, fn, phi)
         return Motion(body, vectors, fn, self.model, euler=full)
 
-    def start(self, body: Parameters, vectors: NewtonState, euler: EulerState) -> Any:
+    def start(self, body: Parameters, vectors: NewtonState, euler: EulerState) -> StateOfAny:
         """The state that both ``vectors`` and ``euler`` describe."""
         if self.State is CentreState:
             return centre.from_vectors(body, vectors)
@@ -106,7 +106,9 @@ FORMULATIONS = {(f.model, f.coordinates): f for f in _ALL}
 # where another state costs less to integrate than the one that is published
 INTEGRATED = {("gliding", "newton"): Formulation("gliding", "newton", CentreState, centre.rates)}
 
-_GLIDING_VELOCITY: dict[Any, Callable[[Parameters, Any], Any]] = {
+_GLIDING_VELOCITY: dict[
+    type[StateOfAny], Callable[[Parameters, StateOfAny], tuple[Scalar, Scalar]]
+] = {
     NewtonState: lambda body, state: (state.vx, state.vy),
     EulerState: lambda body, state: (state.nu_x, state.nu_y),
     CentreState: lambda body, state: centre.to_vectors(body, state)[-2:],
@@ -121,7 +123,7 @@ def _with_law(form: Formulation, law: str) -> Formulation:
 
 
 @cache
-def _rates_of_law(state: Any, rates: Callable[..., Any]) -> Callable[..., Any]:
+def _rates_of_law(state: Any, rates: Callable[..., StateOfAny]) -> Callable[..., StateOfAny]:
     # one function each, so that equal formulations share a compiled integrator
     return friction.of_law(rates, _GLIDING_VELOCITY[state])
 

@@ -17,9 +17,9 @@ exponentially.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.body import Parameters
 from tt_precise.dry_friction import CoulombParameters, RegularisedParameters
 from tt_precise.mechanics import newton, rolling
@@ -104,14 +104,15 @@ PARAMETERS: dict[str, type[Parameters]] = {
 
 
 def of_law(
-    rates: Callable[..., Any], velocity: Callable[[Parameters, Any], Any]
-) -> Callable[..., Any]:
+    rates: Callable[..., StateOfAny],
+    velocity: Callable[[Parameters, StateOfAny], tuple[Scalar, Scalar]],
+) -> Callable[..., StateOfAny]:
     """The equations of motion ``rates`` of a viscous top as those of the body's own law.
 
     ``velocity(body, state)`` is the gliding velocity in the state's own frame.
     """
 
-    def own_rates(body: Parameters, state: Any, fn: Functions) -> Scalar:
+    def own_rates(body: Parameters, state: StateOfAny, fn: Functions) -> StateOfAny:
         vx, vy = velocity(body, state)
         return rates(viscous_at(body, vx, vy, fn), state, fn)
 

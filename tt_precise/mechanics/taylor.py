@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.arithmetic import Array, Scalar
 
 
 class TaylorSeries:
@@ -101,12 +100,12 @@ class _Growing:
     __slots__ = ("c", "step", "tape")
     __array_ufunc__ = None
 
-    def __init__(self, tape: _Tape, step: Callable[[numpy.ndarray, int], Any]):
+    def __init__(self, tape: _Tape, step: Callable[[numpy.ndarray, int], Array]):
         self.c = numpy.zeros(tape.shape)
         self.tape, self.step = tape, step
         tape.nodes.append(self)
 
-    def __add__(self, other: Any) -> _Growing:
+    def __add__(self, other: Scalar) -> _Growing:
         a = self.c
         if isinstance(other, _Growing):
             b = other.c
@@ -119,17 +118,17 @@ class _Growing:
         a = self.c
         return _Growing(self.tape, lambda c, k: -a[k])
 
-    def __sub__(self, other: Any) -> _Growing:
+    def __sub__(self, other: Scalar) -> _Growing:
         a = self.c
         if isinstance(other, _Growing):
             b = other.c
             return _Growing(self.tape, lambda c, k: a[k] - b[k])
         return self + -other
 
-    def __rsub__(self, other: Any) -> _Growing:
+    def __rsub__(self, other: Scalar) -> _Growing:
         return -self + other
 
-    def __mul__(self, other: Any) -> _Growing:
+    def __mul__(self, other: Scalar) -> _Growing:
         a = self.c
         if not isinstance(other, _Growing):
             return _Growing(self.tape, lambda c, k: a[k] * other)
@@ -138,14 +137,14 @@ class _Growing:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Any) -> _Growing:
+    def __truediv__(self, other: Scalar) -> _Growing:
         a = self.c
         if not isinstance(other, _Growing):
             return _Growing(self.tape, lambda c, k: a[k] / other)
         b = other.c
         return _Growing(self.tape, lambda c, k: (a[k] - _product(c[:k], b[k:0:-1])) / b[0])
 
-    def __rtruediv__(self, other: Any) -> _Growing:
+    def __rtruediv__(self, other: Scalar) -> _Growing:
         b = self.c
         return _Growing(
             self.tape,
@@ -180,7 +179,7 @@ PIECE = 2048  # rows at a time, so that all intermediate series stay in the cach
 
 
 def solution(
-    rates: Callable[[tuple[Any, ...]], Sequence[Any]],
+    rates: Callable[[tuple[Scalar, ...]], Sequence[Scalar]],
     start: Sequence[numpy.ndarray],
     terms: int,
 ) -> tuple[TaylorSeries, ...]:

@@ -15,10 +15,11 @@ With Omega = 0 it is eq (1) as in ``centre``; ``tt_precise.exact.identities`` pr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.body import Parameters
 from tt_precise.mechanics import centre
 from tt_precise.mechanics.centre import CentreState
@@ -121,11 +122,11 @@ class _Turning(Formulation):
     def parameters(self) -> tuple[str, ...]:
         return ("alpha", "I1", "I3", "mu", "lambda_", "Omega")
 
-    def body(self, values: Any) -> TurningTop:
+    def body(self, values: Sequence[Scalar]) -> TurningTop:
         given = dict(zip(self.parameters, values, strict=True))
         return TurningTop(m=1, R=1, g=1, **given)
 
-    def motion(self, body: Parameters, state: Any, fn: Functions, phi: Scalar = 0) -> Motion:
+    def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
         """What quantities that do not depend on the azimuth are taken from."""
         there = to_centre(body, TurningState(*state))
         vectors, s_dot = centre.to_vectors(body, there), centre.velocity(body, there)

@@ -7,14 +7,18 @@ detector has the contact of sphere and box exactly.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
 from tt_precise.engines.program import Row, friction_of, samples, serve
+from tt_precise.untyped import Json
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 
-def simulate(job: dict[str, Any]) -> Iterator[Row]:
+def simulate(job: dict[str, Json]) -> Iterator[Row]:
     """Rows of DART's motion."""
     import dartpy as dart
 
@@ -51,14 +55,14 @@ def simulate(job: dict[str, Any]) -> Iterator[Row]:
         yield t, (q.w(), q.x(), q.y(), q.z()), omega, node.getCOMLinearVelocity()
 
 
-def _sphere(dart: Any, node: Any, body: dict[str, float], mu: float) -> None:
+def _sphere(dart: ModuleType, node: ModuleType, body: dict[str, float], mu: float) -> None:
     shape = node.createShapeNode(dart.dynamics.SphereShape(body["radius"]))
     shape.createCollisionAspect()
     shape.createDynamicsAspect().setFrictionCoeff(mu)
     shape.setRelativeTranslation([0, 0, body["centre_offset"]])
 
 
-def _table(dart: Any, radius: float) -> Any:
+def _table(dart: ModuleType, radius: float) -> Any:
     table = dart.dynamics.Skeleton("table")
     _, node = table.createWeldJointAndBodyNodePair()
     shape = node.createShapeNode(dart.dynamics.BoxShape([1e3 * radius, 1e3 * radius, radius]))

@@ -8,11 +8,11 @@ step, the shortest that it allows, so that the contact hardens as the step falls
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy
 
 from tt_precise.engines.program import Row, friction_of, rotated, samples, serve
+from tt_precise.untyped import Json
 
 MODEL = """
 <mujoco>
@@ -31,7 +31,7 @@ MODEL = """
 """
 
 
-def simulate(job: dict[str, Any]) -> Iterator[Row]:
+def simulate(job: dict[str, Json]) -> Iterator[Row]:
     """Rows of MuJoCo's motion."""
     import mujoco
 

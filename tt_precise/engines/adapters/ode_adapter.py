@@ -7,14 +7,18 @@ friction is a pyramid bounded by mu times the normal force, not by a constant, E
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tt_precise.engines.program import Row, friction_of, samples, serve
+from tt_precise.untyped import Json
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 APPROX1 = 0x3000  # friction is proportional to the normal force, in both directions
 
 
-def simulate(job: dict[str, Any]) -> Iterator[Row]:
+def simulate(job: dict[str, Json]) -> Iterator[Row]:
     """Rows of ODE's motion."""
     from panda3d import core, ode
 
@@ -46,14 +50,14 @@ def simulate(job: dict[str, Any]) -> Iterator[Row]:
         yield t, tuple(top.getQuaternion()), top.getAngularVel(), top.getLinearVel()
 
 
-def _geometry(ode: Any, core: Any, top: Any, body: dict[str, float]) -> Any:
+def _geometry(ode: ModuleType, core: ModuleType, top: Any, body: dict[str, float]) -> Any:
     sphere = ode.OdeSphereGeom(body["radius"])
     sphere.setBody(top)
     sphere.setOffsetPosition(0, 0, body["centre_offset"])
     return sphere, ode.OdePlaneGeom(core.LVecBase4f(0, 0, 1, 0))
 
 
-def _touch(ode: Any, world: Any, top: Any, geometry: Any, surface: Any) -> Any:
+def _touch(ode: ModuleType, world: Any, top: Any, geometry: Any, surface: Any) -> Any:
     joints = ode.OdeJointGroup()
     if geometry:
         entry = ode.OdeUtil.collide(*geometry, 1)
