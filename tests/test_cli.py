@@ -61,7 +61,7 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ('alpha = "0.3"', 'alpha = "0.3"\nradius = "1"', "unknown key body.radius, expected only"),
         ("[run]", '[extra]\na = "1"\n[run]', "unknown key extra"),
@@ -84,16 +84,16 @@ def test_a_bad_scene(
     capsys: pytest.CaptureFixture[str],
     old: str,
     new: str,
-    told: str,
+    message: str,
 ) -> None:
     file = scene_file(old, new)
     line = refused(capsys, "run", file)
     assert f"tt-precise: {file}: " in line
-    assert told in line
+    assert message in line
 
 
 @pytest.mark.parametrize(
-    ("argv", "told"),
+    ("argv", "message"),
     [
         (["run", "nowhere"], "scene: got 'nowhere', expected a path to a .toml file or one of: "),
         (["run", "nowhere.toml"], "nowhere.toml: No such file or directory"),
@@ -134,10 +134,10 @@ def test_a_bad_scene(
 )
 def test_bad_arguments(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    argv: list[str], told: str,
+    argv: list[str], message: str,
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
-    assert told in refused(capsys, *argv)
+    assert message in refused(capsys, *argv)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -274,9 +274,9 @@ def test_help(capsys: pytest.CaptureFixture[str], argv: list[str]) -> None:
 
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     cli.main(["--help"])
-    told = capsys.readouterr().out
+    message = capsys.readouterr().out
     for name in cli.COMMANDS:
-        assert re.search(rf"^  {name} ", told, re.MULTILINE), name
+        assert re.search(rf"^  {name} ", message, re.MULTILINE), name
 
 
 @pytest.mark.parametrize("name", cli.COMMANDS)

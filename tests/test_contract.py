@@ -29,11 +29,11 @@ PYTHON_NAMES = (
     "claims.judge",
 )
 
-Told = Callable[..., Any]
+Printed = Callable[..., Any]
 
 
 @pytest.fixture
-def told(capsys: pytest.CaptureFixture[str]) -> Told:
+def printed(capsys: pytest.CaptureFixture[str]) -> Printed:
     """The one JSON object that a command prints; skips commands that are still to be written."""
 
     def run(*argv: str, status: int = 0) -> Any:
@@ -71,8 +71,8 @@ def test_python_names_of_a_trajectory() -> None:
     assert list(trajectory.events)[:3] == ["name", "t", "direction"]
 
 
-def test_run(told: Told) -> None:
-    found = told("run", "reference", "--until", "0.1", "--events", "all")
+def test_run(printed: Printed) -> None:
+    found = printed("run", "reference", "--until", "0.1", "--events", "all")
     assert set(found) >= {
         "scene", "model", "formulation", "precision", "status", "t_end", "steps", "state",
         "error_estimate", "digits", "drift", "events",
@@ -88,8 +88,8 @@ def test_run(told: Told) -> None:
     assert found["events"]
 
 
-def test_thresholds(told: Told) -> None:
-    found = told("thresholds", "reference", "--digits", "15")
+def test_thresholds(printed: Printed) -> None:
+    found = printed("thresholds", "reference", "--digits", "15")
     assert set(found["quantities"]) >= {
         "lambda", "lambda_thres", "lambda_up", "D0", "D1", "E0", "E1", "gamma", "sigma",
     }  # fmt: skip
@@ -100,8 +100,8 @@ def test_thresholds(told: Told) -> None:
     assert found["inverts"] is True
 
 
-def test_claims(told: Told) -> None:
-    found = told("claims", "NUM-23", "--jobs", "1")
+def test_claims(printed: Printed) -> None:
+    found = printed("claims", "NUM-23", "--jobs", "1")
     assert {"claims", "counts"} <= set(found)
     (claim,) = found["claims"]
     assert set(claim) >= {"id", "verdict", "printed", "measured", "note"}
@@ -109,14 +109,14 @@ def test_claims(told: Told) -> None:
     assert claim["verdict"] in VERDICTS
 
 
-def test_check(told: Told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check(printed: Printed, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "mine.csv"
     short = tmp_path / "short.toml"
     scene = tt.load_scene("reference")
     short.write_text(scene.text.replace('until = "8"', 'until = "0.5"'), "utf-8")
     assert cli.main(["run", str(short), "--out", str(file)]) == 0
     capsys.readouterr()
-    found = told("check", str(file), "--scene", "reference")
+    found = printed("check", str(file), "--scene", "reference")
     assert (found["verdict"], found["rows"]) == ("pass", 51)
     names = {one["name"]: one for one in found["checks"]}
     assert set(names) >= {"jellett", "energy", "contact", "axis_norm", "golden"}
@@ -126,7 +126,7 @@ def test_check(told: Told, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     lines = file.read_text().splitlines()
     spoiled = lines[20].replace(lines[20].split(",")[6], "5.0e-4")
     file.write_text("\n".join([*lines[:20], spoiled, *lines[21:]]))
-    assert told("check", str(file), "--scene", "reference", status=1)["verdict"] == "fail"
+    assert printed("check", str(file), "--scene", "reference", status=1)["verdict"] == "fail"
 
 
 def test_exit_statuses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

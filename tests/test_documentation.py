@@ -1,4 +1,4 @@
-"""README.md and the pages of docs/: what they tell a reader to type works, in order, in one folder.
+"""README.md and the pages of docs/: what a reader is asked to type works, in order, in one folder.
 
 In a ``python`` block a comment behind a ``print`` may give the beginning of what is printed, as in
 ``# rad at 8 s: 3.1340...``. A block that defines tests is handed to pytest. In a ``console`` block
@@ -61,8 +61,8 @@ def commands(block: Block) -> list[tuple[str, str]]:
     """Each command of a console block, with what it is said to print."""
     pieces = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
     assert not pieces[0], f"line {block.line}: expected a line that starts with '$ '"
-    told = [piece.partition("\n") for piece in pieces[1:]]
-    return [(command, output) for command, _, output in told]
+    typed = [piece.partition("\n") for piece in pieces[1:]]
+    return [(command, output) for command, _, output in typed]
 
 
 def run_python(text: str, names: dict[str, Any]) -> None:

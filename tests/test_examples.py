@@ -44,9 +44,9 @@ def test_an_annotation_for_each_check_that_failed(
     for name, status in (("right", 0), ("wrong", 1)):
         argv = ["check", str(tmp_path / f"{name}.csv"), "--scene", "reference", "--json"]
         assert cli.main(argv) == status
-        told = capsys.readouterr().out
-        (tmp_path / "check.json").write_text(told, "utf-8")
-        failed = [one["name"] for one in json.loads(told)["checks"] if one["verdict"] == "fail"]
+        printed = capsys.readouterr().out
+        (tmp_path / "check.json").write_text(printed, "utf-8")
+        failed = [one["name"] for one in json.loads(printed)["checks"] if one["verdict"] == "fail"]
         lines = annotated(tmp_path / "check.json")
         assert [line.split("::")[1].split()[1] for line in lines] == [f"title={n}" for n in failed]
         assert bool(failed) == (name == "wrong")

@@ -58,9 +58,9 @@ def spoiled(draw: st.DrawFn) -> str:
 
 def one_line(error: InputError) -> None:
     """What the command line makes of it is printable, in a line that one can read."""
-    told = " ".join(str(error).split())
-    assert told
-    assert len(told) < 1000
+    message = " ".join(str(error).split())
+    assert message
+    assert len(message) < 1000
 
 
 def scene_or_error(text: str) -> Scene | None:

@@ -73,12 +73,12 @@ VALUES[61_803] = 1e4  # a spike of one sample
 
 
 def test_thinning_keeps_every_extremum() -> None:
-    kept = plotting.thinned(TIMES, VALUES)
-    assert len(kept) <= 4 * plotting.BINS
-    assert kept[0] == 0
-    assert kept[-1] == len(TIMES) - 1
-    assert VALUES[kept].max() == 1e4
-    assert VALUES[kept].min() == VALUES.min()
+    chosen = plotting.thinned(TIMES, VALUES)
+    assert len(chosen) <= 4 * plotting.BINS
+    assert chosen[0] == 0
+    assert chosen[-1] == len(TIMES) - 1
+    assert VALUES[chosen].max() == 1e4
+    assert VALUES[chosen].min() == VALUES.min()
 
 
 def test_every_other_sample_would_lose_the_spike() -> None:

@@ -9,7 +9,7 @@ from tt_precise.toml import LARGEST_FILE, MOST_DOTS, parse, read_text
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("a = " + "[" * 40_000, "recursion"),
         ("a = " + "{b=" * 20_000, "recursion"),
@@ -22,9 +22,9 @@ from tt_precise.toml import LARGEST_FILE, MOST_DOTS, parse, read_text
     ],
     ids=lambda text: text[:12],
 )
-def test_refuses_what_nobody_writes(text: str, told: str) -> None:
+def test_refuses_what_nobody_writes(text: str, message: str) -> None:
     assert len(text) <= LARGEST_FILE
-    with pytest.raises(InputError, match=f"not a TOML file: .*{told}|{told}"):
+    with pytest.raises(InputError, match=f"not a TOML file: .*{message}|{message}"):
         parse(text)
 
 
@@ -45,17 +45,17 @@ def test_reads_text_of_every_system(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         (b"\xff\xfea", "not UTF-8 text, expected a scene"),
         (b"#" * (LARGEST_FILE + 1), f"larger than {LARGEST_FILE} bytes, expected a scene"),
     ],
     ids=["bytes", "large"],
 )
-def test_refuses_files_that_are_no_text(tmp_path: Path, content: bytes, told: str) -> None:
+def test_refuses_files_that_are_no_text(tmp_path: Path, content: bytes, message: str) -> None:
     file = tmp_path / "a.toml"
     file.write_bytes(content)
-    with pytest.raises(InputError, match=rf"a\.toml: {told}"):
+    with pytest.raises(InputError, match=rf"a\.toml: {message}"):
         read_text(file, "a scene")
 
 

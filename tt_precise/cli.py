@@ -37,7 +37,7 @@ COMMANDS = {
 }
 
 DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h
-INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells tell SIGINT, SIGPIPE, SIGTERM
+INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT, SIGPIPE, SIGTERM
 LEAVING_S = 2.0
 
 
@@ -85,7 +85,7 @@ def _main(argv: list[str] | None) -> int:
         return _complain(error.format_message(), BAD_INPUT)
     except InputError as error:
         return _complain(str(error), BAD_INPUT)
-    except OSError as error:  # a full disk, most of all: where to, if the system tells, and why
+    except OSError as error:  # a full disk, most of all: the place, if it is known, and the reason
         place = f"{error.filename}: " if error.filename else ""
         reason = error.strerror or type(error).__name__
         return _complain(f"{place}{reason}; expected a system that lets it go on", BAD_INPUT)

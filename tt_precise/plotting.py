@@ -1,6 +1,6 @@
 """One look for all pictures, and one way to save them: equal pictures make equal files.
 
-Colours are Okabe and Ito's, which everybody can tell apart. Letters are stored as outlines, so
+Colours are Okabe and Ito's, which everybody can distinguish. Letters are stored as outlines, so
 that a picture looks the same whatever fonts a reader has.
 """
 
@@ -85,11 +85,11 @@ def thinned(times: Array, values: Array, bins: int = BINS) -> Array:
     places = (times - times[0]) / (times[-1] - times[0])
     spans = numpy.minimum((bins * places).astype(int), bins - 1)
     edges = numpy.flatnonzero(numpy.diff(spans, prepend=-1, append=bins)).tolist()
-    kept = {0, len(times) - 1}
+    chosen = {0, len(times) - 1}
     for begin, end in pairwise(edges):
         piece = values[begin:end]
-        kept |= {begin, begin + int(piece.argmin()), begin + int(piece.argmax()), end - 1}
-    return numpy.array(sorted(kept))
+        chosen |= {begin, begin + int(piece.argmin()), begin + int(piece.argmax()), end - 1}
+    return numpy.array(sorted(chosen))
 
 
 def require_format(path: str | Path) -> None:

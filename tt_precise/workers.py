@@ -263,7 +263,7 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
         except OSError as error:
             reason = " ".join(str(error).split())[:200]
             raise InputError(
-                f"dask: {address} answers no more ({reason}); what is done is kept, run it again"
+                f"dask: {address} answers no more ({reason}); what is done is stored, run it again"
             ) from None
 
     return Pool(executor, size, tries=tries, leave=client.close)

@@ -19,7 +19,7 @@ def test_cases_are_seeded() -> None:
 
 
 def test_a_spoiled_truth_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A judge that is told nothing of the rounding of mu: 1e-9 off, and nobody noticed."""
+    """A comparison that ignores the rounding of mu: 1e-9 off, and nobody noticed."""
     from dataclasses import replace
     from fractions import Fraction
 
@@ -36,7 +36,7 @@ def test_a_spoiled_truth_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_thousand_cases() -> None:
     found = estimates.table()
     print(estimates.summary(found))
-    kept = found[found["status"] != "raised"]
-    assert len(kept) > 0.99 * estimates.SAMPLES
-    assert (kept["right"] >= kept["wanted"]).all()
-    assert (kept["estimated"] - kept["right"]).max() <= estimates.OPTIMISM
+    finished = found[found["status"] != "raised"]
+    assert len(finished) > 0.99 * estimates.SAMPLES
+    assert (finished["right"] >= finished["wanted"]).all()
+    assert (finished["estimated"] - finished["right"]).max() <= estimates.OPTIMISM

@@ -36,7 +36,7 @@ def error(
             run.states, settings.precision, None if run.published else wanted
         )
         worst = max(worst, float(judged.error))
-        assert run.work >= run.steps or not run.work  # some do not tell
+        assert run.work >= run.steps or not run.work  # some do not count
     return worst
 
 

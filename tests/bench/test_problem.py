@@ -64,7 +64,7 @@ def test_a_run_with_more_bits_goes_below_golden_data(short: GoldenProblem) -> No
     finer = replace(short, truth_bits=260)
     settings = Settings(0.0, precision_named("mp", 200))
     assert judged(finer, "heyoka", settings).error < 1e-55
-    assert judged(short, "heyoka", settings).error > 1e-36  # all that golden data can tell
+    assert judged(short, "heyoka", settings).error > 1e-36  # all that golden data can show
 
 
 def test_rolling_scenes_have_no_contact_velocity() -> None:

@@ -1,4 +1,4 @@
-"""Printed tables judged by a proof, and the files that go beside them."""
+"""Printed tables compared with a proof, and the files that go beside them."""
 
 import json
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 import pandas
 
 import tt_precise as tt
-from tt_precise.certify.certificate import certify, judged
+from tt_precise.certify.certificate import certify, compared
 from tt_precise.certify.proof import Proof, prove
 from tt_precise.certify.verdict import NotProved
 from tt_precise.commands.certify_golden import command
@@ -85,7 +85,7 @@ def _spoiled(table: Table, row: int, column: str, place: int) -> Table:
 
 
 def test_every_printed_digit_is_proved(stored: Stored, proof: Proof) -> None:
-    certificate = judged(stored, proof)
+    certificate = compared(stored, proof)
     assert certificate.complete
     assert certificate.digits == 34
     assert certificate.content["rounded"] == certificate.content["entries"] > 100
@@ -102,7 +102,7 @@ def test_a_digit_spoiled_in_the_30th_place_is_proved_wrong(
     spoiled = _spoiled(stored.table(file), 2, "vy", 30)
     in_events = file == EVENTS
     changed = replace(stored, events=spoiled) if in_events else replace(stored, trajectory=spoiled)
-    certificate = judged(changed, proof)
+    certificate = compared(changed, proof)
     assert not certificate.complete
     assert certificate.wrong == 1
     assert certificate.content[file]["columns"]["vy"]["wrong"] == 1
@@ -111,7 +111,7 @@ def test_a_digit_spoiled_in_the_30th_place_is_proved_wrong(
 
 def test_a_missing_event_is_noticed(stored: Stored, proof: Proof) -> None:
     fewer = Table(stored.events.columns, stored.events.rows[1:])
-    certificate = judged(replace(stored, events=fewer), proof)
+    certificate = compared(replace(stored, events=fewer), proof)
     assert any("expected" in one for one in certificate.content["mismatches"])
     assert not certificate.complete
 
@@ -157,7 +157,7 @@ def test_what_was_tampered_with_is_not_certified(stored: Stored, proof: Proof, n
     assert table != stored.table(file)
     in_events = file == EVENTS
     changed = replace(stored, events=table) if in_events else replace(stored, trajectory=table)
-    certificate = judged(changed, proof)
+    certificate = compared(changed, proof)
     assert not certificate.complete
     assert certificate.content["mismatches"]
 
@@ -166,9 +166,9 @@ def test_numbers_that_no_proof_reaches_are_counted(stored: Stored, proof: Proof)
     # the proof of the first 0.02 s, held against tables of 0.05 s
     shorter = prove(replace(stored.scene, until=Fraction(1, 50)))
     failed = replace(shorter.enclosure, failure=NotProved("S4", "as if"))
-    certificate = judged(stored, replace(shorter, enclosure=failed))
+    certificate = compared(stored, replace(shorter, enclosure=failed))
     assert not certificate.complete
-    whole = judged(stored, proof)
+    whole = compared(stored, proof)
     assert certificate.content["entries"] == whole.content["entries"]
     assert 0 < certificate.content["rounded"] < whole.content["rounded"]
     assert certificate.content["unproved"] > 0
@@ -177,7 +177,7 @@ def test_numbers_that_no_proof_reaches_are_counted(stored: Stored, proof: Proof)
 
 
 def test_too_few_bits_prove_fewer_digits(stored: Stored) -> None:
-    certificate = judged(stored, prove(stored.scene, bits=100))
+    certificate = compared(stored, prove(stored.scene, bits=100))
     assert certificate.wrong == 0
     assert certificate.digits is not None
     assert 15 < certificate.digits < 30

@@ -22,7 +22,7 @@ from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 
 BITS = 120
-# A ball that is wide enough contains anything; one that has kept half of the digits does not.
+# A ball that is wide enough contains anything; one that still has half of the digits does not.
 USEFUL = arb(2) ** (-BITS // 2)
 
 
@@ -99,7 +99,7 @@ def test_a_kepler_orbit_is_contained(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", seeds(2, 40))
 def test_a_steady_precession_is_contained(seed: int) -> None:
-    """A top without friction leans at a constant angle and goes round: k and L turn about z.
+    """A top without friction is tilted at a constant angle and goes round: k and L turn about z.
 
     L' = phi_dot z x L is the moment of the weight's reaction, R alpha m g k x z, if
     phi_dot (I3 omega_3 - I1 phi_dot cos theta) = -R alpha m g.
@@ -154,7 +154,7 @@ def test_a_steady_spin_is_exact(name: str) -> None:
 
 
 def test_another_frequency_is_excluded() -> None:
-    # negative control: an oscillator that is wrong in the 25th digit is told apart
+    # negative control: an oscillator that is wrong in the 25th digit is distinguished
     enclosure = enclose(oscillator(Fraction(3, 2), Fraction(20)), BITS)
     with flint.ctx.workprec(2 * BITS):
         wrong = Fraction(3, 2) * (1 + Fraction(1, 10**25))
@@ -186,7 +186,7 @@ def test_zeros_of_an_oscillator() -> None:
 
 
 def test_zeros_of_a_component_that_is_tiny_beside_another() -> None:
-    # two oscillators that share a tube, one 1e-25 of the other: the coarse bands cannot tell
+    # two oscillators that share a tube, one 1e-25 of the other: the coarse bands cannot show it
     # where the small one vanishes, the sharp ones can
     def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
         x, v, y, w = state

@@ -116,10 +116,10 @@ def test_committed_proofs_say_the_same() -> None:
         record = proofs.read(name)
         if record is None:
             continue
-        enclosures, told = record.enclosures(store.read(name)), record.content["forever"]
-        if "failure" in told:
+        enclosures, stated = record.enclosures(store.read(name)), record.content["forever"]
+        if "failure" in stated:
             with pytest.raises(NotProved):
                 forever(tt.load_scene(name), enclosures)
             continue
         found = forever(tt.load_scene(name), enclosures)
-        assert [one.as_dict() for one in found] == [told["entered"], told["at_the_end"]]
+        assert [one.as_dict() for one in found] == [stated["entered"], stated["at_the_end"]]

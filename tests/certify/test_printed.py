@@ -9,7 +9,7 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import bounds
-from tt_precise.certify.printed import judge, outward, tally
+from tt_precise.certify.printed import compare, outward, tally
 
 
 @pytest.mark.parametrize(
@@ -29,22 +29,22 @@ from tt_precise.certify.printed import judge, outward, tally
         ("-1.0000e+00", "-0.99996", "1e-9", 5, False, True),
     ],
 )
-def test_judge(
+def test_compare(
     text: str, middle: str, radius: str, digits: int, rounded: bool, wrong: bool
 ) -> None:
     with flint.ctx.workprec(100):
-        judged = judge(text, arb(middle, radius))
-    assert (judged.digits, judged.rounded, judged.wrong) == (digits, rounded, wrong)
-    assert judged.within >= abs(Fraction(Decimal(text)) - Fraction(Decimal(middle)))
+        compared = compare(text, arb(middle, radius))
+    assert (compared.digits, compared.rounded, compared.wrong) == (digits, rounded, wrong)
+    assert compared.within >= abs(Fraction(Decimal(text)) - Fraction(Decimal(middle)))
 
 
 def test_a_printed_zero_stands_for_little() -> None:
     little = Fraction(1, 10**34)
-    assert judge("0", arb(0, 1e-40), little).rounded
-    undecided = judge("0", arb(0, 1e-30), little)
+    assert compare("0", arb(0, 1e-40), little).rounded
+    undecided = compare("0", arb(0, 1e-30), little)
     assert not undecided.rounded
     assert not undecided.wrong
-    assert judge("0", arb(1, 1e-30), little).wrong
+    assert compare("0", arb(1, 1e-30), little).wrong
 
 
 def test_a_tally_counts_and_takes_the_worst() -> None:

@@ -57,7 +57,7 @@ def test_a_finer_integration_lies_in_the_enclosure(short: tt.Scene, proof: Proof
 
 
 def test_a_coarser_integration_does_not(short: tt.Scene, proof: Proof) -> None:
-    # negative control: quad is right to about 33 digits, and the enclosure tells
+    # negative control: quad is right to about 33 digits, and the enclosure shows it
     coarser = tt.integrate(short, precision="quad")
     state, other = proof.state(SHORT), coarser.at(SHORT)
     apart = [not state[n].overlaps(arb(str(other.values[n]))) for n in ("kx", "ky", "vx")]  # type: ignore[union-attr]

@@ -94,7 +94,7 @@ def test_a_parameter_wrong_in_the_45th_digit(problem: Problem, piece: Piece) -> 
     # the friction moves vx by mu g_n vx: what the wrong one says about the end is excluded
     honest = ends(crossed(problem, piece), piece)
     assert not all(a.overlaps(b) for a, b in zip(honest, other.last, strict=True))
-    # and judged by the right equations it proves fewer digits
+    # and compared with the right equations it proves fewer digits
     assert worst(crossed(problem, other)) > 1e-48
 
 

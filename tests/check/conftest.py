@@ -41,9 +41,9 @@ def rigid_body() -> Callable[[pandas.DataFrame], pandas.DataFrame]:
         state = NewtonState(*(frame[name].to_numpy() for name in NewtonState._fields))
         # the shortest rotation from z to k, after the twist about z
         half = numpy.sqrt((1 + state.kz) / 2)
-        lean = (half, -state.ky / (2 * half), state.kx / (2 * half))
+        half_turn = (half, -state.ky / (2 * half), state.kx / (2 * half))
         c, s = numpy.cos(twist), numpy.sin(twist)
-        quaternion = (lean[0] * c, lean[1] * c + lean[2] * s, lean[2] * c - lean[1] * s, half * s)
+        quaternion = (half_turn[0] * c, half_turn[1] * c + half_turn[2] * s, half_turn[2] * c - half_turn[1] * s, half * s)
         columns = dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
         columns |= dict(zip(("wx", "wy", "wz"), angular_velocity(body, state), strict=True))
         s_dot = Motion(body, state, numpy).s_dot

@@ -43,7 +43,7 @@ def test_exit_status_and_json(written: Path, capsys: pytest.CaptureFixture[str])
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--limit", "jellett=x"], "--limit: got 'jellett=x', expected NAME=VALUE or VALUE"),
         (["--limit", "jelett=1"], "limit: got 'jelett', expected one of: time, jellett"),
@@ -56,12 +56,12 @@ def test_exit_status_and_json(written: Path, capsys: pytest.CaptureFixture[str])
     ],
 )
 def test_bad_arguments_are_one_line(
-    written: Path, arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+    written: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = [] if "--scene" in arguments else ["--scene", "reference"]
     assert main(["check", str(written), *scene, *arguments]) == 2
     captured = capsys.readouterr()
-    assert told in captured.err
+    assert message in captured.err
     assert captured.err.count("\n") == 1
 
 

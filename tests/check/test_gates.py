@@ -81,9 +81,9 @@ def _permute(table: Table, name: str, other: str, part: slice, rng: random.Rando
 
 def _rows(keep: Callable[[numpy.ndarray, slice], numpy.ndarray]) -> Callable[..., None]:
     def change(table: Table, name: str, other: str, part: slice, rng: random.Random) -> None:
-        kept = keep(numpy.arange(len(table["t"])), part)
+        rows = keep(numpy.arange(len(table["t"])), part)
         for each in table:
-            table[each] = table[each][kept]
+            table[each] = table[each][rows]
 
     return change
 

@@ -150,7 +150,7 @@ def test_rows_between_golden_times_are_compared(healthy: Healthy) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
+    ("spoil", "message"),
     [
         (lambda frame: frame[frame["t"] <= 5], "the rows end at t = 5 s"),
         (lambda frame: frame.iloc[:-1], "the rows end at t = 7.99 s"),
@@ -160,9 +160,9 @@ def test_rows_between_golden_times_are_compared(healthy: Healthy) -> None:
     ],
 )
 def test_what_was_not_seen_is_not_vouched_for(
-    healthy: Healthy, spoil: Callable[[pandas.DataFrame], pandas.DataFrame], told: str
+    healthy: Healthy, spoil: Callable[[pandas.DataFrame], pandas.DataFrame], message: str
 ) -> None:
-    with pytest.raises(tt.InputError, match=f"digits: .*{told}.*expected --fresh"):
+    with pytest.raises(tt.InputError, match=f"digits: .*{message}.*expected --fresh"):
         tt.check.assert_matches_golden(spoil(healthy()), "reference", digits=8)
 
 

@@ -54,14 +54,14 @@ def test_the_fixtures_pass_and_fail(project: pytest.Pytester, workers: list[str]
     run = project.runpytest_subprocess if workers else project.runpytest_inprocess
     result = run("-p", "no:cacheprovider", *workers)
     result.assert_outcomes(passed=1, failed=3)
-    told = result.stdout.str()
-    assert "AssertionError: the table against reference:" in told
-    assert "jellett: 0.000101 at t = 5 s, expected at most 1e-06" in told
-    assert "golden: " in told
-    assert "correct digits: vx " in told
-    assert "energy: a limit was given, but the check was skipped: needs the velocity" in told
+    printed = result.stdout.str()
+    assert "AssertionError: the table against reference:" in printed
+    assert "jellett: 0.000101 at t = 5 s, expected at most 1e-06" in printed
+    assert "golden: " in printed
+    assert "correct digits: vx " in printed
+    assert "energy: a limit was given, but the check was skipped: needs the velocity" in printed
     # the message is the test's own, not a walk through the package
-    assert "def conservation(" not in told
+    assert "def conservation(" not in printed
 
 
 def test_the_command_line_wins(project: pytest.Pytester) -> None:

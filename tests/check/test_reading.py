@@ -104,7 +104,7 @@ def spoil(path: Path, line: int, column: str, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("column", "text", "told"),
+    ("column", "text", "message"),
     [
         ("kz", "abc", "line 300, column kz: got 'abc', expected a number"),
         ("kz", "1_0", "line 300, column kz: got '1_0', expected a number"),
@@ -116,18 +116,18 @@ def spoil(path: Path, line: int, column: str, text: str) -> None:
     ],
 )
 def test_a_bad_cell_is_named(
-    written: Path, column: str, text: str, told: str, capsys: pytest.CaptureFixture[str]
+    written: Path, column: str, text: str, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spoil(written, 300, column, text)
     assert main(["check", str(written), "--scene", "reference"]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
-    assert f"run.csv: {told}" in captured.err
+    assert f"run.csv: {message}" in captured.err
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         (b"", "it is empty, expected a header line"),
         (b"\n\n", "it is empty"),
@@ -144,10 +144,10 @@ def test_a_bad_cell_is_named(
         (b"t,kx\rky,kz\n", "line 1: new-line character seen"),
     ],
 )
-def test_a_bad_file_is_refused(tmp_path: Path, content: bytes, told: str) -> None:
+def test_a_bad_file_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "bad.csv"
     path.write_bytes(content)
-    with pytest.raises(tt.InputError, match=told) as caught:
+    with pytest.raises(tt.InputError, match=message) as caught:
         tt.check.conservation(path, "reference")
     assert "\n" not in str(caught.value)
 
@@ -159,7 +159,7 @@ def test_files_that_are_no_files(tmp_path: Path) -> None:
     cut.write_bytes(gzip.compress(b"t,kx,ky,kz,Lx,Ly,Lz\n" + b"0,0,0,1,0,0,1\n" * 1000)[:60])
     wrong = tmp_path / "x.parquet"
     wrong.write_bytes(b"no parquet")
-    for source, told in (
+    for source, message in (
         (tmp_path / "absent.csv", "No such file or directory; expected a trajectory file"),
         (tmp_path, "Is a directory"),
         (broken, "expected a readable file"),
@@ -169,7 +169,7 @@ def test_files_that_are_no_files(tmp_path: Path) -> None:
         (17, "got a int, expected a path, a DataFrame or a mapping"),
         ({"t": [0, 1], "kx": [0]}, "columns"),
     ):
-        with pytest.raises(tt.InputError, match=told):
+        with pytest.raises(tt.InputError, match=message):
             tt.check.conservation(source, "reference")
 
 
@@ -210,23 +210,23 @@ def test_a_blow_up_at_the_start_leaves_nothing_to_check(healthy: Healthy, row: i
 
 def test_rows_of_another_length_are_refused(written: Path) -> None:
     lines = written.read_text().splitlines()
-    for spoiled, told in (
+    for spoiled, message in (
         ([*lines[:9], lines[9] + ",0", *lines[10:]], "line 10 has 10 cells, expected 9"),
         ([lines[0], "\v".join(lines[1:])], "cells, expected 9 as in the header"),
         ([lines[0], *lines[1:5], ""], None),
     ):
         written.write_text("\n".join(spoiled))
-        if told is None:
+        if message is None:
             assert tt.check.conservation(written, "reference").rows == 4
             continue
-        with pytest.raises(tt.InputError, match=told):
+        with pytest.raises(tt.InputError, match=message):
             tt.check.conservation(written, "reference")
 
 
 def test_input_that_would_lose_something_is_refused(healthy: Healthy) -> None:
     columns = {name: healthy()[name].to_numpy() for name in COLUMNS}
     dates = numpy.datetime64("2026-01-01") + (columns["t"] * 1e9).astype("timedelta64[ns]")
-    for name, values, told in (
+    for name, values, message in (
         ("kz", columns["kz"] + 1j, "column kz: got complex numbers"),
         ("kz", numpy.ma.masked_less(columns["kz"], 0), "column kz: got masked entries"),
         ("kz", columns["kz"].reshape(-1, 1), r"column kz: got an array of shape \(801, 1\)"),
@@ -236,7 +236,7 @@ def test_input_that_would_lose_something_is_refused(healthy: Healthy) -> None:
         ("t", dates - dates[0], r"column t: got timedelta64\[ns\], expected seconds"),
         ("t", pandas.Series(dates), r"column t: got datetime64\[ns\], expected seconds"),
     ):
-        with pytest.raises(tt.InputError, match=told) as caught:
+        with pytest.raises(tt.InputError, match=message) as caught:
             tt.check.conservation({**columns, name: values}, "reference")
         assert str(caught.value).count("the table") == 1
 

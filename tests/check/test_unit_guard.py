@@ -26,7 +26,7 @@ def scaled(frame: pandas.DataFrame, factor: float, *names: str) -> pandas.DataFr
 
 @pytest.mark.parametrize("rows", [801, 4001])
 @pytest.mark.parametrize(
-    ("columns", "factor", "names", "told"),
+    ("columns", "factor", "names", "convention"),
     [
         (VECTORS, 1e3, ["t"], "if the time is in ms; expected SI"),
         (EULER, 1e3, ["t"], "if the time is in ms; expected SI"),
@@ -38,11 +38,11 @@ def scaled(frame: pandas.DataFrame, factor: float, *names: str) -> pandas.DataFr
     ],
 )
 def test_other_units_are_named(
-    healthy: Healthy, rows: int, columns: list[str], factor: float, names: list[str], told: str
+    healthy: Healthy, rows: int, columns: list[str], factor: float, names: list[str], convention: str
 ) -> None:
     frame = healthy("reference", rows)[columns]
     assert tt.check.conservation(frame, "reference").passed
-    with pytest.raises(tt.InputError, match=told):
+    with pytest.raises(tt.InputError, match=convention):
         tt.check.conservation(scaled(frame, factor, *names), "reference")
 
 
@@ -110,24 +110,24 @@ OF_THE_VELOCITY = ("y is up", "the velocity", "the velocities")
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])
-@pytest.mark.parametrize("told", CONVENTIONS)
+@pytest.mark.parametrize("convention", CONVENTIONS)
 def test_other_conventions_are_named(
-    healthy: Healthy, rigid_body: Healthy, told: str, friction: str
+    healthy: Healthy, rigid_body: Healthy, convention: str, friction: str
 ) -> None:
     frame = rigid_body(healthy("reference", 801))
-    with pytest.raises(tt.InputError, match=f"if {told}; expected SI"):
-        tt.check.conservation(CONVENTIONS[told](frame), "reference", friction=friction)
+    with pytest.raises(tt.InputError, match=f"if {convention}; expected SI"):
+        tt.check.conservation(CONVENTIONS[convention](frame), "reference", friction=friction)
 
 
 @pytest.mark.parametrize(
-    "told", [name for name in CONVENTIONS if not name.startswith(OF_THE_VELOCITY)]
+    "convention", [name for name in CONVENTIONS if not name.startswith(OF_THE_VELOCITY)]
 )
 def test_conventions_are_named_without_the_velocity(
-    healthy: Healthy, rigid_body: Healthy, told: str
+    healthy: Healthy, rigid_body: Healthy, convention: str
 ) -> None:
     frame = rigid_body(healthy("reference", 801)).drop(columns=list(CENTRE))
-    with pytest.raises(tt.InputError, match=f"if {told}; expected SI"):
-        tt.check.conservation(CONVENTIONS[told](frame), "reference")
+    with pytest.raises(tt.InputError, match=f"if {convention}; expected SI"):
+        tt.check.conservation(CONVENTIONS[convention](frame), "reference")
 
 
 @pytest.mark.parametrize("every", [1, pytest.param(10, marks=pytest.mark.slow)])

@@ -14,11 +14,11 @@ def test_judge_is_what_the_package_exports() -> None:
 
 
 def test_a_judgement_as_json() -> None:
-    told = judge("EQ-29").as_dict()
-    assert set(told) >= {"id", "verdict", "printed", "measured", "note"}
-    assert told["verdict"] == "misprint"
-    assert told["kind"] == "equation"
-    assert told["proved"] is True
+    entry = judge("EQ-29").as_dict()
+    assert set(entry) >= {"id", "verdict", "printed", "measured", "note"}
+    assert entry["verdict"] == "misprint"
+    assert entry["kind"] == "equation"
+    assert entry["proved"] is True
 
 
 def test_changes_reach_the_claim() -> None:

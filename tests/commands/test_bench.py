@@ -37,8 +37,8 @@ def test_a_missed_bar_is_a_finding(capsys: pytest.CaptureFixture[str], tmp_path:
 
 def test_json_has_the_bars(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["bench", "--json", "--only", "drift"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told == {"schema": "tt_precise.bench/1", "bars": [ROW]}
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == {"schema": "tt_precise.bench/1", "bars": [ROW]}
 
 
 def test_a_bar_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

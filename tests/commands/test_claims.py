@@ -26,14 +26,14 @@ def test_words_of_the_options_are_those_of_the_claims() -> None:
 
 def test_json_has_the_keys_that_others_rely_on(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(*CHEAP, "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tt_precise.claims/1"
-    assert [one["id"] for one in told["claims"]] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == "tt_precise.claims/1"
+    assert [one["id"] for one in printed["claims"]] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
     assert all(
-        {"id", "verdict", "printed", "measured", "note"} <= set(one) for one in told["claims"]
+        {"id", "verdict", "printed", "measured", "note"} <= set(one) for one in printed["claims"]
     )
-    assert told["counts"]["misprint"] == 2
-    assert sum(told["counts"].values()) == 4
+    assert printed["counts"]["misprint"] == 2
+    assert sum(printed["counts"].values()) == 4
 
 
 def test_looked_up_and_computed_verdicts_are_the_same(capsys: pytest.CaptureFixture[str]) -> None:
@@ -87,8 +87,8 @@ def test_looking_up_needs_nothing_heavy() -> None:
 
 def test_filters_combine(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(*CHEAP, "--verdict", "misprint", "--kind", "equation", "--json") == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [one["id"] for one in told["claims"]] == ["EQ-26", "EQ-29"]
+    printed = json.loads(capsys.readouterr().out)
+    assert [one["id"] for one in printed["claims"]] == ["EQ-26", "EQ-29"]
 
 
 def test_few_claims_are_told_in_full(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,21 +10,21 @@ from tt_precise.check.columns import COLUMN_SETS
 
 def test_a_person_reads_every_column(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["columns"]) == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for found in COLUMN_SETS.values():
-        assert f"\n{found.name}\n" in told
+        assert f"\n{found.name}\n" in printed
         for name in found.names:
-            assert f"\n  {name} " in told
-    assert max(map(len, told.splitlines())) <= 110
+            assert f"\n  {name} " in printed
+    assert max(map(len, printed.splitlines())) <= 110
     for word in ("inertial", "right-handed", "quaternion", "centre of mass", "SI"):
-        assert word in told
+        assert word in printed
 
 
 def test_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["columns", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tt_precise.columns/1"
-    rigid = told["sets"]["rigid body"]
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == "tt_precise.columns/1"
+    rigid = printed["sets"]["rigid body"]
     assert rigid["t"]["required"]
     assert rigid["qw"]["required"]
     assert not rigid["vcx"]["required"]

@@ -29,10 +29,10 @@ def test_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_catalogue_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["events", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == SCHEMA
-    assert told["events"] == {name: event.meaning for name, event in EVENTS.items()}
-    assert told["terminal"] == TERMINAL
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == SCHEMA
+    assert printed["events"] == {name: event.meaning for name, event in EVENTS.items()}
+    assert printed["terminal"] == TERMINAL
 
 
 def test_the_events_of_a_scene(capsys: pytest.CaptureFixture[str], trajectory: Trajectory) -> None:
@@ -57,14 +57,14 @@ def test_the_events_of_a_scene_as_json(
     capsys: pytest.CaptureFixture[str], trajectory: Trajectory
 ) -> None:
     assert cli.main(["events", "reference", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["schema"], told["scene"], told["status"]) == (SCHEMA, "reference", "complete")
-    assert [event["name"] for event in told["events"]] == list(trajectory.events["name"])
-    assert [float(event["t"]) for event in told["events"]] == list(trajectory.events["t"])
+    printed = json.loads(capsys.readouterr().out)
+    assert (printed["schema"], printed["scene"], printed["status"]) == (SCHEMA, "reference", "complete")
+    assert [event["name"] for event in printed["events"]] == list(trajectory.events["name"])
+    assert [float(event["t"]) for event in printed["events"]] == list(trajectory.events["t"])
     for definition in "ABC":
         climb = getattr(trajectory.inversion, definition)
-        assert float(told["climb"][f"t_init_{definition}"]) == climb.t_init
-        assert float(told["climb"][f"t_end_{definition}"]) == climb.t_end
+        assert float(printed["climb"][f"t_init_{definition}"]) == climb.t_init
+        assert float(printed["climb"][f"t_end_{definition}"]) == climb.t_end
 
 
 def test_only_some(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""``tt-precise extremes``: what it tells, and its exit status, on two cases of its own."""
+"""``tt-precise extremes``: what it prints, and its exit status, on two cases of its own."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ def test_a_failed_case_is_told_and_fails_the_command(
 ) -> None:
     file = tmp_path / "extremes.json"
     assert cli.main(["extremes", "--out", str(file)]) == 1
-    told = capsys.readouterr().out
-    assert "FAIL" in told
-    assert "a refusal" in told
-    assert "all [well]" in told
-    assert "2 cases, 1 failed" in told
+    printed = capsys.readouterr().out
+    assert "FAIL" in printed
+    assert "a refusal" in printed
+    assert "all [well]" in printed
+    assert "2 cases, 1 failed" in printed
     assert json.loads(file.read_text())["verdict"] == "fail"
 
 
 def test_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["extremes", "--quick", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tt_precise.extremes/1"
-    (case,) = told["cases"]
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == "tt_precise.extremes/1"
+    (case,) = printed["cases"]
     assert (case["name"], case["verdict"], case["value"]) == ("mu = 1", "pass", 1.0)
     assert (case["expected"], case["found"]) == ("all [well]", "1 eps")
 

@@ -1,4 +1,4 @@
-"""``tt-precise run``: what it tells, to a person, to a machine and into a file."""
+"""``tt-precise run``: what it prints, for a person, for a machine and into a file."""
 
 import csv
 import json
@@ -20,11 +20,11 @@ VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 STATE = [*VECTORS, "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
 SHORT = ("reference", "--until", "0.1")
 
-Told = Callable[..., dict[str, Any]]
+Printed = Callable[..., dict[str, Any]]
 
 
 @pytest.fixture
-def told(capsys: pytest.CaptureFixture[str]) -> Told:
+def printed(capsys: pytest.CaptureFixture[str]) -> Printed:
     """The JSON object that ``run`` prints; nothing else is printed."""
 
     def run(*argv: str, status: int = 0) -> dict[str, Any]:
@@ -36,8 +36,8 @@ def told(capsys: pytest.CaptureFixture[str]) -> Told:
     return run
 
 
-def test_json_of_a_complete_run(told: Told) -> None:
-    found = told(*SHORT)
+def test_json_of_a_complete_run(printed: Printed) -> None:
+    found = printed(*SHORT)
     assert found["schema"] == "tt_precise.run/1"
     assert [found[key] for key in ("scene", "model", "formulation", "precision", "status")] == [
         "reference", "gliding", "newton", "double", "complete",
@@ -52,8 +52,8 @@ def test_json_of_a_complete_run(told: Told) -> None:
     assert found["events"] == []
 
 
-def test_numbers_are_those_of_the_trajectory(told: Told) -> None:
-    found = told(*SHORT, "--precision", "quad")
+def test_numbers_are_those_of_the_trajectory(printed: Printed) -> None:
+    found = printed(*SHORT, "--precision", "quad")
     scene = load_scene("reference")
     trajectory = integrate(replace(scene, until=scene.until / 80), "quad")
     assert found["state"] == trajectory.state.as_text()
@@ -66,22 +66,22 @@ def test_numbers_are_those_of_the_trajectory(told: Told) -> None:
     assert found["bits"] == 113
 
 
-def test_digits_choose_the_precision(told: Told) -> None:
-    found = told(*SHORT, "--digits", "25")
+def test_digits_choose_the_precision(printed: Printed) -> None:
+    found = printed(*SHORT, "--digits", "25")
     assert (found["precision"], found["formulation"]) == ("quad", "newton")
     assert 1e-34 < float(found["tolerance"]) < 1e-20
     assert found["digits"] >= 25
 
 
-def test_bits_of_the_precision_mp(told: Told) -> None:
-    found = told("upright", "--until", "0.01", "--precision", "mp", "--bits", "150")
+def test_bits_of_the_precision_mp(printed: Printed) -> None:
+    found = printed("upright", "--until", "0.01", "--precision", "mp", "--bits", "150")
     assert (found["precision"], found["bits"]) == ("mp", 150)
     assert found["digits"] > 40
 
 
-def test_the_euler_form_tells_vectors_too(told: Told) -> None:
-    angles = told(*SHORT, "--formulation", "euler", "--precision", "extended")
-    vectors = told(*SHORT, "--precision", "extended")
+def test_the_euler_form_prints_vectors_too(printed: Printed) -> None:
+    angles = printed(*SHORT, "--formulation", "euler", "--precision", "extended")
+    vectors = printed(*SHORT, "--precision", "extended")
     assert angles["formulation"] == "euler"
     assert set(angles["state"]) == {*STATE, "phi"}
     for name in STATE:
@@ -89,30 +89,30 @@ def test_the_euler_form_tells_vectors_too(told: Told) -> None:
         assert abs(a - b) < mpmath.mpf("1e-14") * max(abs(b), mpmath.mpf("1e-4")), name
 
 
-def test_events_are_told_when_asked_for(told: Told) -> None:
-    found = told(*SHORT, "--events", "theta_min, nu_y_zero", "--precision", "extended")["events"]
+def test_events_are_printed_when_asked_for(printed: Printed) -> None:
+    found = printed(*SHORT, "--events", "theta_min, nu_y_zero", "--precision", "extended")["events"]
     assert {event["name"] for event in found} == {"theta_min", "nu_y_zero"}
     assert [float(event["t"]) for event in found] == sorted(float(event["t"]) for event in found)
     assert all(list(event["state"]) == STATE for event in found)
     assert all(event["direction"] in (-1, 1) for event in found)
     turning = next(event for event in found if event["name"] == "theta_min")
     assert abs(float(turning["state"]["theta_dot"])) < 1e-14
-    everything = told(*SHORT, "--events", "all")["events"]
+    everything = printed(*SHORT, "--events", "all")["events"]
     assert len(everything) > len(found)
 
 
-def test_quadratures_join_the_state(told: Told) -> None:
-    state = told(*SHORT, "--record", "x,y", "--precision", "extended")["state"]
+def test_quadratures_join_the_state(printed: Printed) -> None:
+    state = printed(*SHORT, "--record", "x,y", "--precision", "extended")["state"]
     assert list(state) == [*STATE, "x", "y"]
 
 
 def test_a_run_that_ends_early_cannot_look_complete(
-    told: Told, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    printed: Printed, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     file = tmp_path / "rough.toml"
     text = load_scene("reference").text
     file.write_text(text.replace('mu = "0.3"', 'mu = "3"'), "utf-8")
-    found = told(str(file), status=1)
+    found = printed(str(file), status=1)
     assert found["status"] == "contact_lost"
     assert found["t_end"].startswith("6.57718826391441")
     assert cli.main(["run", str(file)]) == 1
@@ -128,27 +128,27 @@ def test_a_run_without_a_table_that_holds_cannot_look_complete(
     assert cli.main(argv) == 1
     assert "contact_lost at t = 1.33" in capsys.readouterr().out
     assert cli.main([*argv, "--contact", "bilateral"]) == 1
-    told = capsys.readouterr().out
-    assert "contact_ignored at t = 1.4 s" in told
-    assert "CONTACT IGNORED" in told
+    printed = capsys.readouterr().out
+    assert "contact_ignored at t = 1.4 s" in printed
+    assert "CONTACT IGNORED" in printed
     assert cli.main([*argv, "--contact", "none"]) == 2
 
 
-def test_a_pole_and_a_failure_are_json_too(told: Told, tmp_path: Path) -> None:
+def test_a_pole_and_a_failure_are_json_too(printed: Printed, tmp_path: Path) -> None:
     text = load_scene("reference").text
     falling, hopeless = tmp_path / "falling.toml", tmp_path / "hopeless.toml"
     falling.write_text(
         text.replace('theta = "0.1"', 'theta = "1"').replace('omega_3 = "155"', 'omega_3 = "0"')
     )
     hopeless.write_text(text.replace('mu = "0.3"', 'mu = "1e300"'))
-    pole = told(str(falling), "--formulation", "euler", "--precision", "extended", status=1)
+    pole = printed(str(falling), "--formulation", "euler", "--precision", "extended", status=1)
     assert pole["status"] == "pole"
-    failed = told(str(hopeless), status=1)
+    failed = printed(str(hopeless), status=1)
     assert (failed["status"], float(failed["t_end"])) == ("failed", 0)
 
 
-def test_undefined_entries_are_null(told: Told, capsys: pytest.CaptureFixture[str]) -> None:
-    found = told("upright", "--until", "0.1")
+def test_undefined_entries_are_null(printed: Printed, capsys: pytest.CaptureFixture[str]) -> None:
+    found = printed("upright", "--until", "0.1")
     assert found["state"]["phi_dot"] is None
     assert "phi_dot" not in found["error_estimate"]
     assert cli.main(["run", "upright", "--until", "0.1"]) == 0
@@ -172,9 +172,9 @@ def test_what_a_person_reads(capsys: pytest.CaptureFixture[str]) -> None:
     assert re.search(r"^  \d x theta_min$", out, re.MULTILINE)
 
 
-def test_the_file_it_writes(told: Told, tmp_path: Path) -> None:
+def test_the_file_it_writes(printed: Printed, tmp_path: Path) -> None:
     file = tmp_path / "mine.csv"
-    found = told(*SHORT, "--precision", "quad", "--out", str(file))
+    found = printed(*SHORT, "--precision", "quad", "--out", str(file))
     assert list(tmp_path.iterdir()) == [file]
     data = file.read_bytes()
     assert b"\r" not in data

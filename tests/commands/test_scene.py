@@ -16,7 +16,7 @@ def shown(capsys: pytest.CaptureFixture[str], *argv: str, status: int = 0) -> st
     return out if status == 0 else err
 
 
-def told(capsys: pytest.CaptureFixture[str], scene: str) -> dict[str, Any]:
+def printed(capsys: pytest.CaptureFixture[str], scene: str) -> dict[str, Any]:
     return json.loads(shown(capsys, "show", scene, "--json"))
 
 
@@ -28,7 +28,7 @@ def test_a_new_scene_is_valid_as_it_is(tmp_path: Path, capsys: pytest.CaptureFix
     assert scene.varied(at_rest="centre of mass").start.nu_y > 0
     assert cli.main(["run", str(file), "--until", "0.05"]) == 0
     capsys.readouterr()
-    assert told(capsys, str(file))["inverts"] is True
+    assert printed(capsys, str(file))["inverts"] is True
 
 
 def test_every_key_of_a_scene_is_in_a_new_one(
@@ -53,7 +53,7 @@ def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 
 def test_what_follows_from_the_reference(capsys: pytest.CaptureFixture[str]) -> None:
-    found = told(capsys, "reference")
+    found = printed(capsys, "reference")
     assert found["gamma"] == pytest.approx(131 / 140)
     assert found["lambda_over"]["lambda_thres"] == pytest.approx(2.00485, abs=1e-5)
     assert found["inverts"] is True
@@ -86,7 +86,7 @@ def test_warnings(
         text = text.replace('I1 = "131/350"', 'I1 = "1.2"')
     file = tmp_path / "a.toml"
     file.write_text(text, "utf-8")
-    assert any(warning in one for one in told(capsys, str(file))["warnings"])
+    assert any(warning in one for one in printed(capsys, str(file))["warnings"])
 
 
 def test_shipped_scenes_can_be_listed_and_shown(capsys: pytest.CaptureFixture[str]) -> None:
@@ -94,4 +94,4 @@ def test_shipped_scenes_can_be_listed_and_shown(capsys: pytest.CaptureFixture[st
     assert [one["name"] for one in listed] == shipped()
     assert all(name in shown(capsys, "list") for name in shipped())
     for name in shipped():
-        assert told(capsys, name)["scene"] == name
+        assert printed(capsys, name)["scene"] == name

@@ -15,10 +15,10 @@ def test_sweep_writes_rows_and_prints_a_summary(
 ) -> None:
     out = tmp_path / "sweep"
     assert main(["sweep", "reference", *GRID, "--out", str(out), "--csv", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tt_precise.sweep/1"
-    assert told["rows"] == 3
-    assert json.loads((out / "summary.json").read_text("utf-8")) == told
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == "tt_precise.sweep/1"
+    assert printed["rows"] == 3
+    assert json.loads((out / "summary.json").read_text("utf-8")) == printed
     header, *rows = (out / "rows.csv").read_text("utf-8").splitlines()
     assert header.startswith("index,phi_dot,outcome,t_init_A,t_init_B,t_init_C,t_end_A")
     assert len(rows) == 3
@@ -41,7 +41,7 @@ def test_sweep_reads_toml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "printed"),
     [
         (["sweep", "nothing", "--vary", "mu=1,2"], "scene"),
         (["sweep", "reference", "--vary", "mu"], "--vary"),
@@ -54,9 +54,9 @@ def test_sweep_reads_toml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     ],
 )
 def test_refusals_are_one_line(
-    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], printed: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(arguments) == 2
     error = capsys.readouterr().err
-    assert told in error
+    assert printed in error
     assert error.count("\n") == 1

@@ -15,7 +15,7 @@ NAMES = ["lambda", "lambda_thres", "lambda_up", "D0", "D1", "E0", "E1", "gamma",
 KEYS = {"value", "independent", "digits_agreed", "how"}
 
 
-def told(capsys: pytest.CaptureFixture[str], *argv: str, status: int = 0) -> dict[str, Any]:
+def printed(capsys: pytest.CaptureFixture[str], *argv: str, status: int = 0) -> dict[str, Any]:
     assert cli.main(["thresholds", *argv, "--json"]) == status
     out, err = capsys.readouterr()
     assert err == ""
@@ -24,7 +24,7 @@ def told(capsys: pytest.CaptureFixture[str], *argv: str, status: int = 0) -> dic
 
 
 def test_json(capsys: pytest.CaptureFixture[str]) -> None:
-    found = told(capsys, "reference")
+    found = printed(capsys, "reference")
     assert found["schema"] == "tt_precise.thresholds/1"
     assert (found["scene"], found["digits"], found["inverts"]) == ("reference", 50, True)
     assert "Theorem 1.1" in found["inverts_reason"]
@@ -36,7 +36,7 @@ def test_json(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_values_of_the_reference_scene(capsys: pytest.CaptureFixture[str]) -> None:
-    found = told(capsys, "reference", "--digits", "30")["quantities"]
+    found = printed(capsys, "reference", "--digits", "30")["quantities"]
     with mpmath.workdps(40):
         number = mpmath.mpf
         mR2 = number("0.02") ** 3
@@ -72,7 +72,7 @@ def test_digits_that_do_not_agree_fail(
     monkeypatch.setattr(
         formulas, "lambda_thres", lambda body, fn: original(body, fn) * (1 + fn.mpf("2e-48"))
     )
-    found = told(capsys, "reference", status=1)["quantities"]
+    found = printed(capsys, "reference", status=1)["quantities"]
     assert found["lambda_thres"]["digits_agreed"] == 47
     assert found["lambda_up"]["digits_agreed"] == 50
     assert cli.main(["thresholds", "reference"]) == 1
@@ -87,7 +87,7 @@ def test_a_threshold_that_does_not_exist_is_no_failure(
     file = tmp_path / "long.toml"
     text = load_scene("reference").text
     file.write_text(text.replace('I1 = "131/350"', 'I1 = "3/5"'), "utf-8")
-    found = told(capsys, str(file), "--digits", "10")
+    found = printed(capsys, str(file), "--digits", "10")
     absent = found["quantities"]["lambda_thres"]
     assert (absent["value"], absent["independent"], absent["digits_agreed"]) == (None, None, None)
     assert found["inverts"] is False
@@ -102,7 +102,7 @@ def test_one_that_only_one_way_finds_is_a_failure(
 
     nothing = exact.MarginalMomentum(False, reason="spoiled")
     monkeypatch.setattr(exact, "marginal_spin", lambda *_, **__: nothing)
-    found = told(capsys, "reference", "--digits", "10", status=1)["quantities"]
+    found = printed(capsys, "reference", "--digits", "10", status=1)["quantities"]
     assert found["lambda_thres"]["independent"] is None
     assert found["lambda_thres"]["digits_agreed"] == 0
 
@@ -110,6 +110,6 @@ def test_one_that_only_one_way_finds_is_a_failure(
 def test_where_nothing_can_be_said_about_inversion_the_reason_is(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    found = told(capsys, "rolling", "--digits", "10")
+    found = printed(capsys, "rolling", "--digits", "10")
     assert found["inverts"] is None
     assert "gliding" in found["inverts_reason"]

@@ -34,29 +34,29 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_json_has_the_rows_and_the_ratios(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["tradeoff", "--quick", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tt_precise.tradeoff/1"
-    assert [row["method"] for row in told["rows"]] == [trial.method for trial in CASES]
-    assert all(row.keys() >= KEYS for row in told["rows"])
-    loose, tight, peer = told["rows"]
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == "tt_precise.tradeoff/1"
+    assert [row["method"] for row in printed["rows"]] == [trial.method for trial in CASES]
+    assert all(row.keys() >= KEYS for row in printed["rows"])
+    loose, tight, peer = printed["rows"]
     assert tight["error"] < 1e-12 < loose["error"]
     assert (loose["peer"], peer["peer"]) == (False, True)
-    assert all(row["seconds"] > 0 and row["jellett_drift"] < 1e-4 for row in told["rows"])
-    assert "SIMD" in told["ratios"]
-    exponents = {name: value for name, value in told["ratios"].items() if "growth" in name}
+    assert all(row["seconds"] > 0 and row["jellett_drift"] < 1e-4 for row in printed["rows"])
+    assert "SIMD" in printed["ratios"]
+    exponents = {name: value for name, value in printed["ratios"].items() if "growth" in name}
     assert exponents["growth of lambda, rolling, to 1e+03 s"] == pytest.approx(0.5)
     assert exponents["growth of E, rolling, to 1e+03 s"] == pytest.approx(1)
-    assert told["skipped"] == []
+    assert printed["skipped"] == []
 
 
 def test_tables_and_figures_are_written_where_they_are_wanted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main(["tradeoff", "--quick", "--out", str(tmp_path)]) == 0
-    told = capsys.readouterr()
-    assert "drift of the machine" in told.out
+    printed = capsys.readouterr()
+    assert "drift of the machine" in printed.out
     for name in (TABLE, GROWTH, "figures/work-precision.svg"):
-        assert str(tmp_path / name) in told.err
+        assert str(tmp_path / name) in printed.err
         assert (tmp_path / name).stat().st_size > 100
 
 
@@ -70,10 +70,10 @@ def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
     trials = (CASES[0], at_pole, CASES[2])
     monkeypatch.setattr(plan, "quick", lambda: iter([Group("small", trials, 1, 0.1)]))
     assert cli.main(["tradeoff", "--quick", "--json"]) == 0
-    told = capsys.readouterr()
+    printed = capsys.readouterr()
     line = "SciPy DOP853, Python: needs nowhere (the extra peers)"
-    assert f"skipped: {line}" in told.err
-    found = json.loads(told.out)
+    assert f"skipped: {line}" in printed.err
+    found = json.loads(printed.out)
     assert len(found["rows"]) == 1
     assert found["skipped"][0].startswith("upright, heyoka")
     assert found["skipped"][1] == line
@@ -91,7 +91,7 @@ def test_the_table_behind_digits_is_renewed_on_request(
     """``--knob`` is its spelling before 0.2.0."""
     renewed: list[str] = []
     nothing = tradeoff.Tradeoff(pandas.DataFrame(), ())
-    monkeypatch.setattr(tradeoff, "measure", lambda groups, tell, progress: nothing)
+    monkeypatch.setattr(tradeoff, "measure", lambda groups, announce, progress: nothing)
     monkeypatch.setattr(findings, "findings", lambda tables: [])
     monkeypatch.setattr(settings_table, "write", lambda progress: renewed.append("written"))
     for asked in ([option], [], [option.replace("--", "--no-")]):

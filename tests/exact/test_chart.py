@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.exact.chart import EulerChart, LeaningVectorChart, VectorChart
+from tt_precise.exact.chart import EulerChart, VectorChartAtAzimuth0, VectorChart
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import d
@@ -71,8 +71,8 @@ def test_chain_rule(euler: EulerChart) -> None:
     assert not euler.remainder(q * slope - direct).vanishes
 
 
-def test_leaning_charts_differentiate_before_they_lean() -> None:
-    chart = LeaningVectorChart()
+def test_charts_at_azimuth_0_differentiate_before_they_set_it() -> None:
+    chart = VectorChartAtAzimuth0()
     zero, one = chart.field.zero, chart.field.one
     rates = NewtonState(zero, one, *(zero,) * 6)
     ky: Any = chart.state.ky

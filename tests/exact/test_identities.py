@@ -133,7 +133,7 @@ def test_a_flipped_sign_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     original = euler.rates
     monkeypatch.setattr(euler, "rates", flipped)
     proof = prove("Euler form = Newton form")
-    assert set(proof.failed) == {7}  # vy, where the axis leans along X
+    assert set(proof.failed) == {7}  # vy, where the axis is tilted along X
 
 
 def test_jellett_without_its_factor_fails(monkeypatch: pytest.MonkeyPatch) -> None:

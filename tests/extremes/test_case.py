@@ -98,6 +98,6 @@ def test_every_module_with_cases_belongs_to_a_topic() -> None:
 
 
 def test_json_has_the_agreed_keys() -> None:
-    told = command.summary([one().outcome()])
-    assert told["verdict"] == "pass"
-    assert {"name", "expected", "found", "verdict", "value"} <= told["cases"][0].keys()
+    printed = command.summary([one().outcome()])
+    assert printed["verdict"] == "pass"
+    assert {"name", "expected", "found", "verdict", "value"} <= printed["cases"][0].keys()

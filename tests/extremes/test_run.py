@@ -37,8 +37,8 @@ def test_what_goes_wrong_fails_alone() -> None:
         one("raises", int, x="no number"),
         well("last", family="another"),
     ]
-    told: list[float] = []
-    outcomes = run_all(chosen, told.append, jobs=2)
+    fractions: list[float] = []
+    outcomes = run_all(chosen, fractions.append, jobs=2)
     assert [outcome.case.name for outcome in outcomes] == [case.name for case in chosen]
     assert [outcome.verdict for outcome in outcomes] == [
         "pass", "fail", "pass", "fail", "pass", "fail", "pass",
@@ -46,7 +46,7 @@ def test_what_goes_wrong_fails_alone() -> None:
     assert "stopped after 0.2 s" in outcomes[1].finding.found
     assert "exit status 3" in outcomes[3].finding.found
     assert "TypeError" in outcomes[5].finding.found
-    assert told[-1] == 1
+    assert fractions[-1] == 1
     left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
     assert f"sleep {SLEEP}" not in left.stdout, "a case's child outlived it"
 

@@ -50,7 +50,7 @@ def shorten() -> Callable[[str, str], Scene]:
 def small_built(tmp_path_factory: pytest.TempPathFactory) -> Small:
     place = tmp_path_factory.mktemp("golden")
     scene = shortened("reference", "0.06")
-    shelf = Shelf(place / "kept")
+    shelf = Shelf(place / "shelf")
     plan = tasks(scene, LADDER[0])
     runs = [perform(task) for task in plan]
     for task, run in zip(plan, runs, strict=True):

@@ -24,9 +24,9 @@ def test_list_names_what_is_there_and_what_is_missing(
     assert "reference              34 digits, none proved          7 rows" in out
     assert "without golden data: " in out
     assert main(["golden", "list", "--folder", str(small.folder), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tt_precise.golden.list/1"
-    assert [(one["scene"], one["proof"]) for one in told["scenes"]] == [("reference", None)]
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == "tt_precise.golden.list/1"
+    assert [(one["scene"], one["proof"]) for one in printed["scenes"]] == [("reference", None)]
 
 
 def test_list_tells_what_is_proved(capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,9 +51,9 @@ def test_verify_fails_with_status_1_and_names_the_damage(
     path.write_text(path.read_text().replace("0.02,", "0.02,-", 1))
     asked = ["golden", "verify", "reference", "--folder", str(small.folder), "--json"]
     assert main([*asked, "--workers", "1"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert told["schema"] == "tt_precise.golden.verify/1"
-    (one,) = told["scenes"]
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == "tt_precise.golden.verify/1"
+    (one,) = printed["scenes"]
     assert (one["scene"], one["verdict"], one["digits_claimed"]) == ("reference", "fail", 34)
     assert "trajectory.csv: changed since it was built: line 4, column kx" in one["problems"]
 

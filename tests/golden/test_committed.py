@@ -98,7 +98,7 @@ def test_all_data_verify() -> None:
 @pytest.mark.golden
 @pytest.mark.parametrize("name", ["reference", "contact-lost", "rocking", "inverted"])
 def test_a_fresh_build_equals_the_committed_bytes(name: str, tmp_path: Path) -> None:
-    cache = RunCache(tmp_path / "kept")
+    cache = RunCache(tmp_path / "cache")
     (built,) = building.build([name], folder=tmp_path / "data", cache=cache)
     assert built.outcome == building.NEW
     for file in FILES:

@@ -122,7 +122,7 @@ def test_enclosures_hold_the_start(scene: Scene) -> None:
 
 
 def test_an_edited_proof_is_found(folder: Path, scene: Scene) -> None:
-    edit_proof(folder, lambda told: told["contact"].update(g_n_positive=False), seal=False)
+    edit_proof(folder, lambda stated: stated["contact"].update(g_n_positive=False), seal=False)
     assert problems(folder) == [f"{PROOF}: edited after it was written"]
     assert established(scene, folder) == (None, f"{PROOF}: edited after it was written")
     assert inspect(NAME, folder)[1] == problems(folder)
@@ -158,7 +158,7 @@ def test_a_printed_digit_is_excluded_by_its_enclosure(folder: Path, scene: Scene
 def test_even_with_all_hashes_made_to_fit(folder: Path) -> None:
     edit(folder, TRAJECTORY, lambda text: flipped(text, 10, "vy", 34))
     sha256 = store.read(NAME, folder).trajectory.sha256
-    edit_proof(folder, lambda told: told[TRAJECTORY].update(sha256=sha256), seal=True)
+    edit_proof(folder, lambda stated: stated[TRAJECTORY].update(sha256=sha256), seal=True)
     assert f"{TRAJECTORY}, line 10, vy: excluded by its enclosure" in problems(folder)
 
 
@@ -231,8 +231,8 @@ def test_a_proof_edited_with_its_seal_renewed_is_found(folder: Path, name: str) 
 
 def test_the_list_checks_what_it_says(folder: Path) -> None:
     edit_proof(folder, lambda content: content.update(digits=99), seal=True)
-    told = proofs.summary(store.read(NAME, folder), folder)
-    assert told == {"problem": f"{PROOF}: digits is not the least over the columns"}
+    stated = proofs.summary(store.read(NAME, folder), folder)
+    assert stated == {"problem": f"{PROOF}: digits is not the least over the columns"}
 
 
 def test_other_events_are_not_those_that_were_proved(folder: Path, scene: Scene) -> None:
@@ -271,7 +271,7 @@ def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) 
 
 
 def test_a_proof_that_ends_early_establishes_nothing(folder: Path, scene: Scene) -> None:
-    edit_proof(folder, lambda told: told.update(failure="not proved (S4): far"), seal=True)
+    edit_proof(folder, lambda stated: stated.update(failure="not proved (S4): far"), seal=True)
     assert problems(folder) == []
     proof, why = established(scene, folder)
     assert proof is None

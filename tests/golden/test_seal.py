@@ -91,7 +91,7 @@ def proof_of_others(place: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "told"),
+    ("spoil", "message"),
     [
         (flip_last_digit, "trajectory.csv got changed since it was built"),
         (no_proof, "proof.json: missing, but manifest.json records a proof"),
@@ -100,15 +100,15 @@ def proof_of_others(place: Path) -> None:
     ],
 )
 def test_what_got_changed_is_not_used(
-    proved: Path, spoil: Callable[[Path], object], told: str
+    proved: Path, spoil: Callable[[Path], object], message: str
 ) -> None:
     tt.golden.load(NAME, folder=proved.parent)
     spoil(proved)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         tt.golden.load(NAME, folder=proved.parent)
     if spoil is not proof_of_others:
         path = store.home() / NAME / TRAJECTORY
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=message):
             tt.check.conservation(path, NAME, folder=proved.parent)
     assert inspect(NAME, proved.parent)[1]
 

@@ -269,7 +269,7 @@ def test_states_can_be_copied(double: Trajectory) -> None:
 def test_a_run_too_long_to_be_kept_is_read_piece_by_piece(
     half: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The same bits, whether the series of all steps are kept or of some steps at a time."""
+    """The same bits, whether the series of all steps are stored or of some steps at a time."""
     whole = integrate(half, precision)
     expected = [whole.frame(numbers="text").to_csv(), whole.frame().to_csv(), whole.at("0.2")]
     assert whole._dense_output._pieces is not None

@@ -70,8 +70,8 @@ def test_unknown_columns_are_refused_at_once() -> None:
 
 def test_memory_does_not_grow_with_the_samples() -> None:
     """A million samples take no more than 100,000: 8 MB would be one column of them."""
-    told = subprocess.run(
+    measured = subprocess.run(
         [sys.executable, "-c", MEMORY], capture_output=True, text=True, check=True
     )
-    few, many = map(int, told.stdout.split())
+    few, many = map(int, measured.stdout.split())
     assert many - few < 4_000  # kB

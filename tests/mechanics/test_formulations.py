@@ -1,4 +1,4 @@
-"""Formulations: one motion told in four ways."""
+"""Formulations: one motion written in four ways."""
 
 import dataclasses
 from collections.abc import Callable
@@ -52,7 +52,7 @@ def test_state_has_its_columns_and_dimensions(
 def test_coordinates_tell_the_same_motion(
     model: str, body: TippeTop, mp: Any, rounded: Round
 ) -> None:
-    """Every quantity of the start is equal, whichever way it is told."""
+    """Every quantity of the start is equal, whichever way it is written."""
     numbers = body.numbers(rounded)
     newton, *others = (
         form.motion(numbers, beginning(form, body, mp, rounded), mp)

@@ -14,7 +14,7 @@ from tt_precise.mechanics.vectors import cross, dot, scaled, subtracted
 RATIOS = [(3, 4), (5, 12), (-8, 15), (20, 21)]
 
 
-def leaning(state: Any = (0, 0, 0, 0, 0), rise: int = 4, run: int = 3) -> NewtonState:
+def tilted(state: Any = (0, 0, 0, 0, 0), rise: int = 4, run: int = 3) -> NewtonState:
     """The axis at the angle of a Pythagorean triangle, towards X."""
     root = Fraction(rise**2 + run**2)
     length = Fraction(int(root**0.5))
@@ -31,13 +31,13 @@ def test_vertical_spins_are_steady(body: TippeTop, side: int, spin: int) -> None
 
 
 def test_a_tilted_spin_is_not_steady(body: TippeTop) -> None:
-    assert any(newton.rates(body, leaning((0, 0, 5, 0, 0))))
+    assert any(newton.rates(body, tilted((0, 0, 5, 0, 0))))
 
 
 @pytest.mark.parametrize(("run", "rise"), RATIOS)
 def test_normal_force_on_a_top_let_go(body: TippeTop, run: int, rise: int) -> None:
     """g_n = m g I1/(I1 + m R^2 alpha^2 sin^2 theta): the table yields as the top starts to fall."""
-    state = leaning(run=run, rise=rise)
+    state = tilted(run=run, rise=rise)
     give = body.m * (body.R * body.alpha * state.kx) ** 2 / body.I1
     assert newton.normal_force(body, state) == body.m * body.g / (1 + give)
 
@@ -45,7 +45,7 @@ def test_normal_force_on_a_top_let_go(body: TippeTop, run: int, rise: int) -> No
 @pytest.mark.parametrize(("run", "rise"), RATIOS)
 def test_gravity_rights_a_top_let_go(body: TippeTop, run: int, rise: int) -> None:
     """Torque R alpha sin theta g_n about -Y: the centre of mass swings below the centre."""
-    state = leaning(run=run, rise=rise)
+    state = tilted(run=run, rise=rise)
     rate = newton.rates(body, state)
     moment = body.R * body.alpha * state.kx * newton.normal_force(body, state)
     assert (rate.Lx, rate.Ly, rate.Lz) == (0, -moment, 0)
@@ -56,7 +56,7 @@ def test_a_centred_ball_slides_to_rest() -> None:
     """alpha = 0, I1 = I3 = I: v_dot = -mu g (1 + m R^2/I) v, whatever the spin."""
     m, R, inertia, g, mu = (Fraction(n, 7) for n in (3, 5, 2, 68, 4))
     ball = Parameters(m, R, Fraction(0), inertia, inertia, g, mu)
-    state = leaning((2, -3, 5, 7, -11))
+    state = tilted((2, -3, 5, 7, -11))
     rate = newton.rates(ball, state)
     assert newton.normal_force(ball, state) == m * g
     slowing = -mu * g * (1 + m * R * R / inertia)
@@ -66,7 +66,7 @@ def test_a_centred_ball_slides_to_rest() -> None:
 
 def test_gyroscopic_axis(body: TippeTop) -> None:
     """L along k leaves the axis where it is; L along z precesses it at |L|/I1."""
-    state = leaning((0, 0, 0, 0, 0))
+    state = tilted((0, 0, 0, 0, 0))
     along = state._replace(Lx=2 * state.kx, Lz=2 * state.kz)
     assert newton.axis_rate(body, along) == (0, 0, 0)
     about_z = state._replace(Lz=Fraction(2))

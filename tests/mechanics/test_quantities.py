@@ -43,13 +43,13 @@ def test_numpy_gives_the_same_number_for_a_whole_trajectory(
 ) -> None:
     evaluate = QUANTITIES[name].evaluate
     columns = NewtonState(*(np.full(3, float(x)) for x in motion.state))
-    kept = [column.copy() for column in columns]
+    copies = [column.copy() for column in columns]
     found = evaluate(Motion(body.numbers(float), columns, np))
     truth = float(evaluate(motion))
     bound_eps = 500  # some 50 operations whose terms are up to 10 times their sum
     assert np.shape(found) == (3,)
     assert np.all(np.abs(found - truth) <= bound_eps * np.finfo(float).eps * abs(truth))
-    assert all(np.array_equal(a, b) for a, b in zip(columns, kept, strict=True))
+    assert all(np.array_equal(a, b) for a, b in zip(columns, copies, strict=True))
 
 
 @EVERY

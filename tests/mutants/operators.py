@@ -71,7 +71,7 @@ def _places(tree: ast.Module) -> Iterator[_Place]:
 def _walk(node: ast.AST, names: list[str], around: ast.AST | None) -> Iterator[_Place]:
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         names = [*names, node.name]
-    # an expression is quoted as part of the one around it, or one could not tell which it is
+    # an expression is quoted as part of the one around it, or it would not be clear which it is
     shown = around if isinstance(around, ast.expr) else node
     for change in _changes(node):
         yield _Place(shown, ".".join(names), getattr(node, "lineno", 0), change)

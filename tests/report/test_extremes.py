@@ -16,11 +16,11 @@ LARGEST = 300_000  # characters of SVG
 
 
 def case(name: str, **more: Any) -> dict[str, Any]:
-    told = {
+    entry = {
         "topic": "contact", "family": "mu = {mu}", "name": name, "expected": "all well",
         "source": "theory", "found": "1 eps", "verdict": "pass", "value": 1.0,
     }  # fmt: skip
-    return told | more
+    return entry | more
 
 
 @pytest.fixture

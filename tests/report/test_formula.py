@@ -1,4 +1,4 @@
-"""Formulas: read as they are written, set as people write them, and told from words."""
+"""Formulas: read as they are written, set as people write them, and distinguished from words."""
 
 from xml.etree import ElementTree
 

@@ -1,4 +1,4 @@
-"""The section on proofs: what it tells of whole, spoiled and missing ones."""
+"""The section on proofs: what it says of whole, spoiled and missing ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page and its Markdown twin, and the report kept to be laid out again."""
+"""The page and its Markdown twin, and the report stored to be laid out again."""
 
 import json
 import re
@@ -136,14 +136,14 @@ def test_sentences_are_told_apart() -> None:
 
 
 def test_a_kept_report_is_laid_out_the_same(small_report: Report, tmp_path: Path) -> None:
-    file = tmp_path / "kept.json.gz"
+    file = tmp_path / "report.json.gz"
     archive.keep(small_report, file)
-    again = archive.kept(file)
+    again = archive.last(file)
     assert render.html(again) == render.html(small_report)
     assert render.markdown(again) == render.markdown(small_report)
     file.write_bytes(b"spoiled")
     with pytest.raises(InputError, match="expected one that `tt-precise report` has computed"):
-        archive.kept(file)
+        archive.last(file)
 
 
 def test_what_is_written(small_report: Report, tmp_path: Path) -> None:

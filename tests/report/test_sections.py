@@ -39,10 +39,10 @@ def test_all_claims_stand_by_section_of_the_paper(judgements: list[Judgement]) -
 
 
 def test_the_verdict_counts_readings_apart(judgements: list[Judgement]) -> None:
-    told = verdict(counts(judgements), len(judgements))
-    assert told.startswith("Of 7 statements that can be checked one by one, 2 + 1 hold")
-    assert "1 are misprints" in told
-    assert "2 are refuted" in told
+    sentence = verdict(counts(judgements), len(judgements))
+    assert sentence.startswith("Of 7 statements that can be checked one by one, 2 + 1 hold")
+    assert "1 are misprints" in sentence
+    assert "2 are refuted" in sentence
 
 
 def test_a_card_says_whether_the_paper_agrees(judgements: list[Judgement]) -> None:
@@ -66,7 +66,7 @@ def test_what_lambda_alone_would_show() -> None:
     table = pandas.DataFrame(
         [*rows, ("healthy", "1e-3", "True")], columns=["kind", "jellett", "at_1e-06"]
     )
-    told = jellett_alone(table)
-    assert "of 3 terms" in told
-    assert "alone shows 1 at" in told
-    assert "together show 2." in told
+    sentence = jellett_alone(table)
+    assert "of 3 terms" in sentence
+    assert "alone shows 1 at" in sentence
+    assert "together show 2." in sentence

@@ -108,7 +108,7 @@ def test_rows_do_not_depend_on_order_or_company(
         name: numpy.concatenate([numpy.asarray(piece[name]) for piece in pieces]) for name in rows
     }
     assert same(joined, rows)
-    # and the comparison can tell: another start is another row
+    # and the comparison can fail: another start is another row
     assert not same(compute(spec.plan, values + 1e-9, 8), rows)
 
 
@@ -193,7 +193,7 @@ def test_rolling_scenes_can_be_swept() -> None:
 def test_a_periodic_motion_keeps_few_steps_and_none_that_matters(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """On ice every nutation is as low as the one before; all rows are as if all were kept."""
+    """On ice every nutation is as low as the one before; all rows are as if all were stored."""
     spec = specification("frictionless", until="3", vary={"phi_dot": "0:20:9"})
     values = values_of(spec)
     rows = compute(spec.plan, values, 8)

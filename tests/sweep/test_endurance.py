@@ -107,7 +107,7 @@ def test_two_cores_and_a_cluster_scale() -> None:
 def test_a_hundred_thousand_starts(tmp_path: Path) -> None:
     """0 to 8 s each, under 1 GiB in all processes together, with all that is around the lanes.
 
-    The time is told: it should be under four minutes. What is asserted is a ratio, to the scalar
+    The time is printed: it should be under four minutes. What is asserted is a ratio, to the scalar
     side before and after.
     """
     scalar = scalar_side()

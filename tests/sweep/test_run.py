@@ -60,11 +60,11 @@ def test_an_interrupted_sweep_is_resumed(tmp_path: Path, whole: pandas.DataFrame
     for _ in range(2):
         with pytest.raises(KeyboardInterrupt):
             sweep(SPEC, out=out, chunk=CHUNK, executor=Stopping(3), one_in=0)
-    kept = len((out / "ledger.jsonl").read_text("utf-8").splitlines())
-    assert 2 <= kept < 6
+    written = len((out / "ledger.jsonl").read_text("utf-8").splitlines())
+    assert 2 <= written < 6
     done = sweep(SPEC, out=out, one_in=0)  # the size of the chunks is known
-    assert done.summary["how"]["chunks_found"] == kept
-    assert done.summary["how"]["rows_computed"] == 41 - CHUNK * kept
+    assert done.summary["how"]["chunks_found"] == written
+    assert done.summary["how"]["rows_computed"] == 41 - CHUNK * written
     pandas.testing.assert_frame_equal(read_rows(out), whole, check_exact=True)
     assert not (out / "chunks").exists()
     again = sweep(SPEC, out=out, one_in=0)
@@ -173,11 +173,11 @@ def test_differences_tell_missing_values() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [({"batch": 0}, "batch"), ({"chunk": 0}, "chunk"), ({"one_in": -1}, "one_in")],
 )
-def test_refuses(arguments: dict[str, int], told: str) -> None:
-    with pytest.raises(InputError, match=told):
+def test_refuses(arguments: dict[str, int], message: str) -> None:
+    with pytest.raises(InputError, match=message):
         sweep(SPEC, **arguments)  # type: ignore[arg-type]
 
 

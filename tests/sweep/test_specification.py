@@ -43,7 +43,7 @@ def test_axis_has_both_ends_and_exact_values() -> None:
 
 
 @pytest.mark.parametrize(
-    ("vary", "box", "samples", "told"),
+    ("vary", "box", "samples", "message"),
     [
         ({"phi": "1,2"}, {}, 0, "expected one of: theta"),
         ({"phi_dot": "1:2"}, {}, 0, "first:last:count"),
@@ -59,8 +59,8 @@ def test_axis_has_both_ends_and_exact_values() -> None:
         ({"mu": "1,2"}, {"mu": "0:1"}, 4, "each name once"),
     ],
 )
-def test_refuses(vary: dict[str, str], box: dict[str, str], samples: int, told: str) -> None:
-    with pytest.raises(InputError, match=told):
+def test_refuses(vary: dict[str, str], box: dict[str, str], samples: int, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         specification("reference", vary=vary, box=box, samples=samples)
 
 
@@ -153,7 +153,7 @@ def test_reads_toml(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("[vary]", "[varied]", "unknown key varied"),
         ('"0.1,0.2"', "1", "expected text"),
@@ -164,10 +164,10 @@ def test_reads_toml(tmp_path: Path) -> None:
         ("[box]", "[box", "TOML"),
     ],
 )
-def test_refuses_toml(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_refuses_toml(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(TOML.replace(old, new), "utf-8")
-    with pytest.raises(InputError, match=told) as refused:
+    with pytest.raises(InputError, match=message) as refused:
         read_specification(path)
     assert str(path) in str(refused.value)
 

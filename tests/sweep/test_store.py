@@ -235,8 +235,8 @@ def test_torn_or_ragged_files_cannot_be_drawn(
 
 
 def test_the_summary_does_not_depend_on_the_order_of_chunks(finished: Path) -> None:
-    told = json.loads((finished / "summary.json").read_text())
+    written = json.loads((finished / "summary.json").read_text())
     memory = sweep(SPEC, chunk=CHUNK, one_in=0).summary
-    assert told["columns"] == memory["columns"]
-    assert told["outcomes"] == memory["outcomes"]
-    assert told["columns"]["phi_dot"]["mean"] == pytest.approx(0, abs=1e-14)
+    assert written["columns"] == memory["columns"]
+    assert written["outcomes"] == memory["outcomes"]
+    assert written["columns"]["phi_dot"]["mean"] == pytest.approx(0, abs=1e-14)

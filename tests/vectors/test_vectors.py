@@ -159,10 +159,10 @@ def test_what_the_index_finds(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     shutil.copytree(home() / "upright", tmp_path / "upright")
     capsys.readouterr()
     assert main(arguments) == 1
-    told = capsys.readouterr().out
-    assert "rolling/trajectory.csv: not as index.json says" in told
-    assert "vectors/steps.json: listed in index.json, and missing" in told
-    assert "upright/scene.toml: not listed in index.json" in told
+    lines = capsys.readouterr().out
+    assert "rolling/trajectory.csv: not as index.json says" in lines
+    assert "vectors/steps.json: listed in index.json, and missing" in lines
+    assert "upright/scene.toml: not listed in index.json" in lines
     (tmp_path / "index.json").write_text("[]")
     assert main(arguments) == 1
     assert "index.json: no index" in capsys.readouterr().out

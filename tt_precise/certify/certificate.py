@@ -45,7 +45,7 @@ class Certificate:
     """What was proved about the golden data of one scene: ``record`` becomes the three files.
 
     ``wrong`` counts printed numbers that are proved not to be correctly rounded; ``settled`` says
-    that more bits would tell no more; ``pieces`` is the file for ``certify.checker``, if it is
+    that more bits would show no more; ``pieces`` is the file for ``certify.checker``, if it is
     wanted.
     """
 
@@ -133,7 +133,7 @@ def proved(
     stored = store.read(scene, folder)
     while True:
         proof = prove(stored.scene, bits, progress=progress)
-        certificate = judged(stored, proof)
+        certificate = compared(stored, proof)
         if certificate.settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
             break
         bits += MORE_BITS
@@ -156,7 +156,7 @@ def write(certificate: Certificate, folder: Path | None = None) -> None:
         record_proof(place)
 
 
-def judged(stored: store.Stored, proof: Proof) -> Certificate:
+def compared(stored: store.Stored, proof: Proof) -> Certificate:
     """What ``proof`` says of the golden tables ``stored``."""
     scales = {name: scale_of(stored.trajectory.column(name)) for name in stored.trajectory.columns}
     rows = match_rows(stored, proof)

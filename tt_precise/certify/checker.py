@@ -175,7 +175,7 @@ def _inverse(g: Poly) -> Poly:
 
 
 class Room:
-    """The interval [0, end] and the degree to which polynomials on it are kept."""
+    """The interval [0, end] and the degree to which polynomials on it are computed."""
 
     def __init__(self, end: arb, degree: int):
         self.degree, self.interval = degree, arb(0).union(end)

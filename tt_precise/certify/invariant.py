@@ -28,31 +28,31 @@ def exact_zeros(problem: Problem) -> frozenset[int]:
     while found:
         state = [arb(0) if i in found else value + arb(0, BOX) for i, value in enumerate(start)]
         rates = problem.rates(problem.parameters(), state, Balls)
-        kept = frozenset(i for i in found if arb(rates[i]) == 0)
-        if kept == found:
+        staying = frozenset(i for i in found if arb(rates[i]) == 0)
+        if staying == found:
             break
-        found = kept
+        found = staying
     return found
 
 
 def without(problem: Problem, zeros: frozenset[int]) -> Problem:
     """The problem in the remaining components."""
     size = len(problem.columns)
-    kept = [i for i in range(size) if i not in zeros]
+    free = [i for i in range(size) if i not in zeros]
 
     def rates(
         parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
     ) -> Sequence[Scalar]:
         whole = restored(state, zeros, size, 0)
         found = problem.rates(parameters, whole, fn)
-        return [found[i] for i in kept]
+        return [found[i] for i in free]
 
     def start() -> Sequence[arb]:
         values = problem.start()
-        return [values[i] for i in kept]
+        return [values[i] for i in free]
 
     return replace(
-        problem, columns=tuple(problem.columns[i] for i in kept), rates=rates, start=start
+        problem, columns=tuple(problem.columns[i] for i in free), rates=rates, start=start
     )
 
 

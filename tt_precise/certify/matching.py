@@ -13,7 +13,7 @@ from itertools import pairwise
 from flint import arb
 
 from tt_precise.certify.balls import ball
-from tt_precise.certify.printed import judge
+from tt_precise.certify.printed import compare
 from tt_precise.certify.proof import Proof
 from tt_precise.certify.tables import State
 from tt_precise.golden.consensus import ORDER, SAME_TIME, exact_decimal
@@ -117,7 +117,7 @@ def _emptiness(where: str, names: Sequence[str], row: Sequence[str], state: Stat
 
 def _is_rounded(text: str, exact: arb | None) -> bool:
     try:
-        return exact is not None and judge(text, exact).rounded
+        return exact is not None and compare(text, exact).rounded
     except InvalidOperation:
         return False
 

@@ -1,6 +1,6 @@
 """The first moment: the order to which a function of the state vanishes at t = 0, and its sign.
 
-A ball around an exact zero tells neither whether it is zero nor the sign beside it. But scenes
+A ball around an exact zero shows neither whether it is zero nor the sign beside it. But scenes
 start from rational numbers: with s = sin theta and c = cos theta every Taylor coefficient of a
 function along the solution (rational in body, state and time) is a rational function of c and s
 with rational coefficients. Modulo s^2 + c^2 = 1 it is A(c) + s B(c) over C(c). For a rational

@@ -14,7 +14,7 @@ from tt_precise.untyped import Json
 
 
 @dataclass(frozen=True)
-class Judged:
+class PrintedDigits:
     """What an enclosure says of one printed number.
 
     digits
@@ -34,8 +34,8 @@ class Judged:
     within: Fraction
 
 
-def judge(text: str, exact: arb, zero: Fraction = Fraction(0)) -> Judged:
-    """Judge a printed decimal by a ball around the exact number.
+def compare(text: str, exact: arb, zero: Fraction = Fraction(0)) -> PrintedDigits:
+    """Compare a printed decimal with a ball around the exact number.
 
     ``zero`` is what "0" stands for: anything no larger than that.
     """
@@ -45,7 +45,7 @@ def judge(text: str, exact: arb, zero: Fraction = Fraction(0)) -> Judged:
     nearest = max(low - value, value - high, Fraction(0))
     farthest = max(high - value, value - low)
     if not value:
-        return Judged(None, farthest <= zero, nearest > zero, farthest)
+        return PrintedDigits(None, farthest <= zero, nearest > zero, farthest)
     _, figures, exponent = printed.as_tuple()
     assert isinstance(exponent, int)  # a number, neither NaN nor infinite
     last = Fraction(10) ** exponent / 2
@@ -59,7 +59,7 @@ def judge(text: str, exact: arb, zero: Fraction = Fraction(0)) -> Judged:
     ends = sorted((sign * (low - value), sign * (high - value)))
     correct = -inner <= ends[0] and ends[1] <= last
     wrong = ends[1] < -inner or ends[0] > last
-    return Judged(digits, correct, wrong, farthest)
+    return PrintedDigits(digits, correct, wrong, farthest)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Tally:
 
     @property
     def settled(self) -> bool:
-        """Whether more bits would tell no more.
+        """Whether more bits would show no more.
 
         No ball around zero proves that a column is zero throughout, however small it is.
         """
@@ -106,13 +106,13 @@ def tally(cells: Iterable[tuple[str, arb | None, bool]], zero: Fraction) -> Tall
         entries += bool(text)
         if not text or exact is None:
             continue
-        judged = judge(text, exact, zero)
-        farthest = max(farthest, judged.within)
+        compared = compare(text, exact, zero)
+        farthest = max(farthest, compared.within)
         enclosed += 1
-        correct += judged.rounded
-        wrong += judged.wrong
-        if judged.digits is not None and not near_zero:
-            fewest = judged.digits if fewest is None else min(fewest, judged.digits)
+        correct += compared.rounded
+        wrong += compared.wrong
+        if compared.digits is not None and not near_zero:
+            fewest = compared.digits if fewest is None else min(fewest, compared.digits)
     return Tally(fewest, entries, correct, wrong, rounded(farthest, ROUND_UP, 2), enclosed)
 
 

@@ -22,7 +22,7 @@ def tails_table(
     """The last digits of vectors, quadratures and events' times, and how many numbers lack them.
 
     ``states`` belong to the rows of ``file``; {} where nothing is proved. The table ends before
-    the first row in which a number has no enclosure, or one wider than its last digits tell.
+    the first row in which a number has no enclosure, or one wider than its last digits.
     """
     printed, scene = stored.table(file), stored.scene
     label, *times = ("t",) if file == TRAJECTORY else ("name", "t")

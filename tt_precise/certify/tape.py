@@ -40,11 +40,11 @@ class Tape:
                     waiting += operands
         order = sorted(used)
         moved = {position: i for i, position in enumerate(order)}
-        kept: list[Operation] = []
+        needed: list[Operation] = []
         for position in order:
             name, *operands = writer.operations[position]
-            kept.append((name, *(moved[i] if name in _OPERATIONS else i for i in operands)))
-        return cls(kept, [moved[position] for position in results])
+            needed.append((name, *(moved[i] if name in _OPERATIONS else i for i in operands)))
+        return cls(needed, [moved[position] for position in results])
 
     @property
     def key(self) -> Hashable:

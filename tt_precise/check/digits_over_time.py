@@ -39,17 +39,17 @@ class DigitsOverTime:
         order = numpy.argsort(t)
         t, errors = t[order], errors[order]
         worst = numpy.maximum.accumulate(errors)
-        told: list[tuple[int, float]] = []
+        spans: list[tuple[int, float]] = []
         for digits in STEPS:
             good = int(numpy.searchsorted(worst, 10.0**-digits, side="right"))
             if good == len(t):
-                told.append((digits, float(t[-1])))
+                spans.append((digits, float(t[-1])))
                 break
             until = float(t[good - 1]) if good else 0.0
-            if until > EARLY * t[-1] and (not told or until > FURTHER * told[-1][1]):
-                told.append((digits, until))
-        whole = bool(told) and told[-1][1] == t[-1]
-        named = told[:1] + told[1:][-(MOST - 1) :]
+            if until > EARLY * t[-1] and (not spans or until > FURTHER * spans[-1][1]):
+                spans.append((digits, until))
+        whole = bool(spans) and spans[-1][1] == t[-1]
+        named = spans[:1] + spans[1:][-(MOST - 1) :]
         words = [
             f"{digits} digits {'to the end' if until == t[-1] else f'until {until:.3g} s'}"
             for digits, until in named

@@ -40,7 +40,7 @@ HORIZON = 100.0  # in sqrt(R/g), over which RESOLVED is shared out; the referenc
 # to the difference before, times MARGIN; where the ratio is no small one, MOST times it.
 MARGIN, MOST = 100.0, 10.0
 WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
-CLOSEST = 0.005  # in sqrt(R/g): nearer rows tell the equations nothing new
+CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
 EPS = float(numpy.finfo(float).eps)
 
 
@@ -81,9 +81,9 @@ class EquationResidual:
     def balance(self, samples: Samples) -> Residuals:
         """The balance of every interval of ``samples``; computed once for all checks."""
         if "balance" not in samples.shared:
-            kept = self._apart(samples.t)
-            rows = samples.rows(kept)
-            samples.shared["balance"] = self._followed(rows, self._balance(rows, kept[1:]))
+            apart = self._apart(samples.t)
+            rows = samples.rows(apart)
+            samples.shared["balance"] = self._followed(rows, self._balance(rows, apart[1:]))
         found: Residuals = samples.shared["balance"]
         return found
 
@@ -99,8 +99,8 @@ class EquationResidual:
         if t[-1] - t[0] > last * CLOSEST * self._time:
             return numpy.arange(len(t))
         cell = numpy.floor((t - t[0]) / (CLOSEST * self._time))
-        kept = numpy.flatnonzero(numpy.diff(cell, prepend=-1.0))
-        return kept if kept[-1] == last else numpy.append(kept, last)
+        apart = numpy.flatnonzero(numpy.diff(cell, prepend=-1.0))
+        return apart if apart[-1] == last else numpy.append(apart, last)
 
     def _balance(self, samples: Samples, ends: numpy.ndarray) -> Residuals:
         steps = numpy.diff(samples.t)

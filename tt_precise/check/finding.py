@@ -41,7 +41,7 @@ class CheckFinding:
 
     def as_dict(self) -> dict[str, Json]:
         """For JSON."""
-        # JSON has no infinity: an infinite worst value is told by its reason
+        # JSON has no infinity: an infinite worst value is given by its reason
         value = None if self.value is None or not math.isfinite(self.value) else self.value
         found: dict[str, Json] = {
             "name": self.name,

@@ -65,7 +65,7 @@ class GoldenDistance:
             self._derived = [name for name in derived if name not in taken]
         self._fewest, self._evidence = FewestDigits(), Evidence()
         self._over_time = DigitsOverTime()
-        self._kept: list[tuple[Fraction, dict[str, Decimal | None]]] = []
+        self._rows: list[tuple[Fraction, dict[str, Decimal | None]]] = []
         self._stride, self._seen = 1, 0
         self._resolved = RESOLVED if asked is None else 10.0 ** -(asked + SPARE_DIGITS)
 
@@ -111,9 +111,9 @@ class GoldenDistance:
             t = exact(written) if isinstance(written, str) else Fraction(float(written))
             names = [*self._written, *self._derived]
             cells = map(as_decimal, self._cells(block, samples, row, names))
-            self._kept.append((t, dict(zip(names, cells, strict=True))))
-            if len(self._kept) > 2 * MOST_RECOMPUTED:
-                self._kept, self._stride = self._kept[::2], 2 * self._stride
+            self._rows.append((t, dict(zip(names, cells, strict=True))))
+            if len(self._rows) > 2 * MOST_RECOMPUTED:
+                self._rows, self._stride = self._rows[::2], 2 * self._stride
         self._seen += 1
 
     def finding(self, until: float, broken: str, progress: Progress) -> CheckFinding:
@@ -129,10 +129,10 @@ class GoldenDistance:
         notes = []
         if self._fewest.rows:
             notes.append(f"{self._fewest.rows} rows compared with golden data")
-        if self._kept:
+        if self._rows:
             from tt_precise.check.recompute import recomputed
 
-            found, note = recomputed(self._setup.scene, self._kept, self._asked, progress)
+            found, note = recomputed(self._setup.scene, self._rows, self._asked, progress)
             self._take(found)
             notes.append(note)
             self._evidence.compared -= int((~found.compared).sum()) * self._stride

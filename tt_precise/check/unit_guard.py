@@ -1,6 +1,6 @@
 """Refuses trajectories that are in other units than SI, or of another body than the scene's.
 
-A simulator's error shows as a small drift and is for the checks to tell. What is refused here is
+A simulator's error shows as a small drift and is for the checks to find. What is refused here is
 off by a constant factor, or follows the equations only in other units: then nothing that the
 checks could say would mean anything. Looked at are the first rows only.
 """
@@ -26,7 +26,7 @@ from tt_precise.mechanics.vectors import cross, dot
 FACTOR = 0.1  # off by more than this, and constantly so, is another unit or body
 CONSTANT = 0.99  # correlation from which a factor counts as constant
 MISFIT, FIT = 0.2, 0.02  # parts of the motion unexplained as given, and in other units
-ROUGHLY = 0.1  # how well intervals need to be resolved to tell units apart
+ROUGHLY = 0.1  # how well intervals need to be resolved to distinguish units
 STILL = 1e-9  # relative change of a row that counts as no motion
 LOOKED_AT = 400  # rows
 AXIS = "the turning of the axis"
@@ -78,25 +78,27 @@ def _refuse_other_units(setup: CheckSetup, rows: Samples) -> None:
         return
     names = {"t", *setup.columns.names}
     unforced: tuple[str, str, float] | None = None
-    for told, read in readings(alone=_fits_but_for_force(as_given)):
+    for convention, read in readings(alone=_fits_but_for_force(as_given)):
         changed = read(rows.given, setup.body)
         if changed is None or not names & changed.keys():
             continue
         otherwise = _misfits(setup, {**rows.given, **changed}, FIT)
         found = _explained(as_given, otherwise)
         if found and otherwise.get(MOTION, 0.0) < FIT:
-            raise _refusal(found, as_given, otherwise[found], told)
+            raise _refusal(found, as_given, otherwise[found], convention)
         if found and unforced is None:
-            unforced = found, told, otherwise[found]
+            unforced = found, convention, otherwise[found]
     if unforced is not None:
-        found, told, otherwise_off = unforced
-        raise _refusal(found, as_given, otherwise_off, told)
+        found, convention, otherwise_off = unforced
+        raise _refusal(found, as_given, otherwise_off, convention)
 
 
-def _refusal(found: str, as_given: dict[str, float], otherwise: float, told: str) -> InputError:
+def _refusal(
+    found: str, as_given: dict[str, float], otherwise: float, convention: str
+) -> InputError:
     return InputError(
         f"{found} is off by {_percent(as_given[found])} of what the rows say, but only by "
-        f"{_percent(otherwise)} if {told}; expected SI, convert it"
+        f"{_percent(otherwise)} if {convention}; expected SI, convert it"
     )
 
 
@@ -116,7 +118,7 @@ def _explained(as_given: dict[str, float], otherwise: dict[str, float]) -> str:
 
 
 def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict[str, float]:
-    """Which part of the state's change the rows do not explain, in ways that can be told.
+    """Which part of the state's change the rows do not explain, in ways that can be convention.
 
     How the axis turns and whether the contact point stays on the table hold for every force. The
     rest is not looked at where the contact point is off by ``most``.

@@ -90,8 +90,8 @@ def _taken(content: Mapping[str, Json]) -> Committed:
 
 def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> dict[str, Json]:
     """What ``Committed.run`` holds, for the run that is just writing its verdicts."""
-    kept = {name: provenance[name] for name in ("date", "commit", "versions")}
-    return {**kept, "seconds": round(seconds), "workers": workers, "fingerprint": fingerprint()}
+    given = {name: provenance[name] for name in ("date", "commit", "versions")}
+    return {**given, "seconds": round(seconds), "workers": workers, "fingerprint": fingerprint()}
 
 
 @cache

@@ -88,8 +88,8 @@ def command(
             if not as_json:
                 click.echo(result.summary)
     if as_json:
-        told = [{**one.content, "complete": one.complete, "digits": one.digits} for one in found]
-        click.echo(json.dumps({"schema": SCHEMA, "scenes": told}))
+        entries = [{**one.content, "complete": one.complete, "digits": one.digits} for one in found]
+        click.echo(json.dumps({"schema": SCHEMA, "scenes": entries}))
     return 0 if all(one.complete for one in found) and not nothing else CHECK_FAILED
 
 

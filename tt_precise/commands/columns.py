@@ -48,15 +48,15 @@ def command(as_json: bool) -> int:
     for columns in sets.values():
         columns["t"]["required"] = True
     if as_json:
-        told = {"schema": SCHEMA, "sets": sets, "conventions": list(CONVENTIONS)}
-        click.echo(json.dumps(told, indent=2))
+        content = {"schema": SCHEMA, "sets": sets, "conventions": list(CONVENTIONS)}
+        click.echo(json.dumps(content, indent=2))
         return 0
     click.echo("A trajectory has one of these sets of columns; others are ignored.")
     for name, columns in sets.items():
         click.echo(f"\n{name}")
-        for column, told in columns.items():
-            note = "" if told["required"] else " (if known)"
-            click.echo(f"  {column:<10} {told['unit']:<9} {told['meaning']}{note}")
+        for column, content in columns.items():
+            note = "" if content["required"] else " (if known)"
+            click.echo(f"  {column:<10} {content['unit']:<9} {content['meaning']}{note}")
     click.echo("")
     for sentence in CONVENTIONS:
         click.echo(click.wrap_text(sentence, 88, "- ", "  "))

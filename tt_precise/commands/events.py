@@ -22,7 +22,7 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
         if precision or only:
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
-    from tt_precise.commands.run import events_told
+    from tt_precise.commands.run import event_rows
     from tt_precise.integrate import catalogue, integrate
     from tt_precise.progress import progress_bar
     from tt_precise.scene import load_scene
@@ -39,15 +39,15 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
     }
     if as_json:
         text, context = trajectory.precision.text, trajectory.precision.context
-        told = {
+        content = {
             "schema": SCHEMA,
             "scene": loaded.name,
             "status": trajectory.status,
             "t_end": text(context.mpf(trajectory.t_end)),
-            "events": events_told(trajectory),
+            "events": event_rows(trajectory),
             "climb": {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()},
         }
-        click.echo(json.dumps(told))
+        click.echo(json.dumps(content))
         return 0
     events = trajectory.events
     for row in events.to_dict("records"):

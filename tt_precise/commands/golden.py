@@ -62,8 +62,8 @@ def build_command(
             scenes or None, folder=folder, replace=replace, workers=workers, progress=progress
         )
     if as_json:
-        told = [{**vars(one), "bits": list(one.bits or [])} for one in built]
-        click.echo(json.dumps({"schema": SCHEMA.format("build"), "scenes": told}))
+        entries = [{**vars(one), "bits": list(one.bits or [])} for one in built]
+        click.echo(json.dumps({"schema": SCHEMA.format("build"), "scenes": entries}))
     else:
         say(line for one in built for line in _built_lines(one))
         say(f"in {place}" for place in dict.fromkeys(one.folder for one in built if one.good))
@@ -92,8 +92,8 @@ def verify_command(
     with progress_bar("verifying golden data") as progress:
         found = verify(scenes or None, folder=folder, workers=workers, progress=progress)
     if as_json:
-        told = [{"scene": one.scene, "verdict": one.verdict, **_facts(one)} for one in found]
-        click.echo(json.dumps({"schema": SCHEMA.format("verify"), "scenes": told}))
+        entries = [{"scene": one.scene, "verdict": one.verdict, **_facts(one)} for one in found]
+        click.echo(json.dumps({"schema": SCHEMA.format("verify"), "scenes": entries}))
     else:
         say(line for one in found for line in _verified_lines(one))
     return 0 if all(one.verdict == "pass" for one in found) else CHECK_FAILED
@@ -108,12 +108,12 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     from tt_precise.scene import shipped
 
     present = places.scenes(folder)
-    told = []
+    entries = []
     for name in present:
         stored = store.read(name, folder)
         manifest = stored.manifest
         proof = proofs.summary(stored, folder)
-        told.append(
+        entries.append(
             {
                 "scene": name,
                 **{key: manifest.get(key) for key in ("title", "status", "t_end", "digits")},
@@ -125,13 +125,13 @@ def list_command(folder: Path | None, as_json: bool) -> int:
         )
     missing = [name for name in shipped() if name not in present]
     if as_json:
-        listed = {"schema": SCHEMA.format("list"), "scenes": told, "missing": missing}
+        listed = {"schema": SCHEMA.format("list"), "scenes": entries, "missing": missing}
         click.echo(json.dumps(listed, ensure_ascii=False))
         return 0
     say(
         f"{one['scene']:<22}{one['digits']:>3} digits, {_proved(one['proof']):<17}"
         f"{one['rows']:>5} rows {one['events']:>5} events  {one['status']:<13}{one['title']}"
-        for one in told
+        for one in entries
     )
     if missing:
         click.echo(f"without golden data: {', '.join(missing)}")

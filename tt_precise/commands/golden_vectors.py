@@ -49,8 +49,8 @@ def command(build: bool, index_only: bool, folder: Path | None, as_json: bool) -
     if as_json:
         verdict = "fail" if problems else "pass"
         names = [path.relative_to(place).as_posix() for path in written]
-        told = {"schema": SCHEMA, "verdict": verdict, "problems": problems, "written": names}
-        click.echo(json.dumps(told))
+        content = {"schema": SCHEMA, "verdict": verdict, "problems": problems, "written": names}
+        click.echo(json.dumps(content))
     else:
         files = sum(1 for _ in index.entries(place))
         good = [f"wrote {path}" for path in written] or [f"{files} files as they should be"]

@@ -55,4 +55,4 @@ def _rendered(folder: Path) -> list[Path]:
     from tt_precise.report import archive
     from tt_precise.report.build import write
 
-    return write(archive.kept(), folder)
+    return write(archive.last(), folder)

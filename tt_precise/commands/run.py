@@ -72,7 +72,7 @@ def command(
         names = _split(events) or loaded.events
     recorded = set(_split(record) or loaded.record)
     if formulation == "euler":
-        recorded.add("phi")  # so that the end can be told as vectors too
+        recorded.add("phi")  # so that the end can be shown as vectors too
     wanted = _split(columns)
     # found out now, not after a long integration
     if plot is not None:
@@ -145,11 +145,11 @@ def summary(trajectory: Trajectory) -> dict[str, Json]:
         "error_estimate": {name: short(e) for name, e in trajectory.error_estimate.items()},
         "digits": round(trajectory.digits, 1),
         "drift": {name: short(value) for name, value in trajectory.drift.items()},
-        "events": events_told(trajectory),
+        "events": event_rows(trajectory),
     }
 
 
-def events_told(trajectory: Trajectory) -> list[dict[str, Json]]:
+def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
     """The recorded events for JSON: name, t, direction, and the state there as strings."""
     text, context = trajectory.precision.text, trajectory.precision.context
     events = trajectory.events
@@ -176,7 +176,7 @@ def lines(trajectory: Trajectory) -> list[str]:
 
     state = trajectory.state.as_text()
     errors = trajectory.error_estimate
-    told = [
+    shown = [
         f"{trajectory.scene.name}: {trajectory.status} at t = {float(trajectory.t_end)!r} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
@@ -188,12 +188,12 @@ def lines(trajectory: Trajectory) -> list[str]:
         f"  digits of the worst entry: {trajectory.digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
     ]
-    told += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]
+    shown += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]
     if trajectory.status == "contact_ignored":
-        told.append("  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top")
+        shown.append("  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top")
     elif trajectory.status != "complete":
-        told.append(f"  NOT COMPLETE: it ended before the horizon of {trajectory.scene.until} s")
-    return told
+        shown.append(f"  NOT COMPLETE: it ended before the horizon of {trajectory.scene.until} s")
+    return shown
 
 
 def _split(names: str | None) -> tuple[str, ...]:

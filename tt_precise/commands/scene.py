@@ -83,8 +83,8 @@ def list_command(as_json: bool) -> None:
 
     found = [load_scene(name) for name in shipped()]
     if as_json:
-        told = [{"name": one.name, "model": one.model, "title": one.title} for one in found]
-        click.echo(json.dumps({"schema": "tt_precise.scene.list/1", "scenes": told}, indent=2))
+        content = [{"name": one.name, "model": one.model, "title": one.title} for one in found]
+        click.echo(json.dumps({"schema": "tt_precise.scene.list/1", "scenes": content}, indent=2))
         return
     for one in found:
         click.echo(f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}")
@@ -100,8 +100,8 @@ def show(scene: str, as_json: bool) -> None:
     """
     from tt_precise.scene import load_scene
 
-    told = summary(load_scene(scene))
-    click.echo(json.dumps(told, indent=2, ensure_ascii=False) if as_json else lines(told))
+    content = summary(load_scene(scene))
+    click.echo(json.dumps(content, indent=2, ensure_ascii=False) if as_json else lines(content))
 
 
 def summary(scene: Scene) -> dict[str, Json]:
@@ -183,28 +183,29 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     return found
 
 
-def lines(told: dict[str, Json]) -> str:
+def lines(content: dict[str, Json]) -> str:
     """What a person reads."""
-    body = {name: _short(value) for name, value in told["body"].items()}
-    inverts = {True: "yes", False: "no", None: "undecided"}[told["inverts"]]
+    body = {name: _short(value) for name, value in content["body"].items()}
+    inverts = {True: "yes", False: "no", None: "undecided"}[content["inverts"]]
     ratios = "   ".join(
         f"lambda/{name} = {value:.6g}" if value is not None else f"{name} does not exist"
-        for name, value in told["lambda_over"].items()
+        for name, value in content["lambda_over"].items()
     )
-    given = ", ".join(f"{name} = {_short(value)}" for name, value in told["given"].items())
+    given = ", ".join(f"{name} = {_short(value)}" for name, value in content["given"].items())
     text = [
-        f"{told['scene']}: {told['title']}",
-        f"  model      {told['model']}, {told['friction']} friction, until {told['until']} s",
+        f"{content['scene']}: {content['title']}",
+        f"  model      {content['model']}, {content['friction']} friction, "
+        f"until {content['until']} s",
         f"  body       m {body['m']} kg, R {body['R']} m, alpha {body['alpha']}, "
         f"I1 {body['I1']} and I3 {body['I3']} (m R^2), g {body['g']} m/s^2, mu {body['mu']}",
         "  start      "
-        + ", ".join(f"{name} {_short(value)}" for name, value in told["start"].items()),
+        + ", ".join(f"{name} {_short(value)}" for name, value in content["start"].items()),
         *([f"  given      {given}"] if given else []),
-        f"  gamma      {told['gamma']:.6g}",
-        f"  lambda     {told['lambda']:.10g} kg m^3/s; {ratios}",
-        f"  inverts    {inverts}: {told['inverts_reason']}",
-        f"  balance    {told['static_balance']}",
-        *(f"  WARNING    {warning}" for warning in told["warnings"]),
+        f"  gamma      {content['gamma']:.6g}",
+        f"  lambda     {content['lambda']:.10g} kg m^3/s; {ratios}",
+        f"  inverts    {inverts}: {content['inverts_reason']}",
+        f"  balance    {content['static_balance']}",
+        *(f"  WARNING    {warning}" for warning in content["warnings"]),
     ]
     return "\n".join(text)
 

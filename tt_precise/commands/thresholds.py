@@ -34,8 +34,8 @@ def command(scene: str, digits: int, as_json: bool) -> int:
     with progress_bar(f"{loaded.name}: {digits} digits"):
         found = thresholds(loaded, digits)
     if as_json:
-        told = {"schema": SCHEMA, "scene": loaded.name, **found.to_json()}
-        click.echo(json.dumps(told, indent=2, ensure_ascii=False))
+        content = {"schema": SCHEMA, "scene": loaded.name, **found.to_json()}
+        click.echo(json.dumps(content, indent=2, ensure_ascii=False))
     else:
         say(lines(found))
     return 0 if agree(found) else DISAGREE
@@ -50,19 +50,19 @@ def agree(found: Thresholds) -> bool:
 def lines(found: Thresholds) -> list[str]:
     """What a person reads: value, unit, in how many digits the other way agrees; and the end."""
     texts = found.to_json()["quantities"]
-    told = [
+    shown = [
         f"{name:>12}  {texts[name]['value'] or 'does not exist':<{found.digits + 9}} "
         f"{one.unit:<10}  {_agreement(one, found.digits)}"
         for name, one in found.quantities.items()
     ]
     inverts = {True: "yes", False: "no", None: "undecided"}[found.inverts]
-    return [*told, f"{'inverts':>12}  {inverts}: {found.inverts_reason}"]
+    return [*shown, f"{'inverts':>12}  {inverts}: {found.inverts_reason}"]
 
 
 def _agreement(one: Determination, asked: int) -> str:
     if one.digits_agreed is None:
         return f"determined twice: {one.reason}"
-    told = f"{one.digits_agreed} digits agree"
+    shown = f"{one.digits_agreed} digits agree"
     if one.digits_agreed < asked:
-        told = f"ONLY {told}"
-    return f"{told}: {one.reason}" if one.reason else told
+        shown = f"ONLY {shown}"
+    return f"{shown}: {one.reason}" if one.reason else shown

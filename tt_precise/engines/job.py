@@ -59,8 +59,8 @@ def job(
     start = InitialState.in_si(scene, DOUBLE)
     q: Motion = start.motion(numpy)
     body, half = start.body, start.euler.theta / 2
-    leaning = (float(numpy.cos(half)), 0.0, float(numpy.sin(half)), 0.0)
-    w, x, y, z = flight.multiplied(leaning, TURNED)
+    tilted = (float(numpy.cos(half)), 0.0, float(numpy.sin(half)), 0.0)
+    w, x, y, z = flight.multiplied(tilted, TURNED)
     return {
         "schema": SCHEMA,
         "body": {

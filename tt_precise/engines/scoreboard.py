@@ -79,17 +79,17 @@ def as_dict(
 
 def line(row: dict[str, Json]) -> str:
     """One row of the scoreboard in one line of a terminal."""
-    told = [f"{row['engine']:10} {row['rung']:18} {row['verdict']:10}"]
+    parts = [f"{row['engine']:10} {row['rung']:18} {row['verdict']:10}"]
     if row["message"]:
-        told.append(row["message"])
+        parts.append(row["message"])
     if row["digits"]:
-        told.append("digits " + " ".join(f"{digits:.1f}" for digits in row["digits"]))
+        parts.append("digits " + " ".join(f"{digits:.1f}" for digits in row["digits"]))
     known = (name for name in ("order", "floor", "limit") if row[name] is not None)
-    told.extend(f"{name} {row[name]:.3g}" for name in known)
+    parts.extend(f"{name} {row[name]:.3g}" for name in known)
     if row["drift"]:
         drifts = (f"{name} {values[-1]:.1e}" for name, values in row["drift"].items())
-        told.append("drift " + ", ".join(drifts))
+        parts.append("drift " + ", ".join(drifts))
     if row["rung"] == "inversion" and row["equator"]:
         moments = ("never" if t is None else f"{t:.2f}" for t in row["equator"])
-        told.append(f"axis horizontal at {' '.join(moments)} s")
-    return "  ".join(told)
+        parts.append(f"axis horizontal at {' '.join(moments)} s")
+    return "  ".join(parts)

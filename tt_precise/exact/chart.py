@@ -34,12 +34,12 @@ class Remainder(NamedTuple):
 class Chart:
     """A field with relations; serves as ``fn`` for the functions of ``mechanics``.
 
-    A leaning chart differentiates at any azimuth and then works at azimuth 0, where the axis leans
-    along X: much smaller expressions, and no loss for equations that commute with rotations
+    A chart at azimuth 0 differentiates at any azimuth and then sets it to 0, where the axis is
+    tilted along X: much smaller expressions, and no loss for equations that commute with rotations
     about z.
     """
 
-    leaning: ClassVar = False
+    sets_azimuth: ClassVar = False
     azimuth: ClassVar[dict[str, int]]  # symbols, and what they are at azimuth 0
 
     def __init__(self, leading: str, rest: str):
@@ -59,11 +59,11 @@ class Chart:
         self._relations = [one for one in relations if one]
 
     def here(self, value: Scalar) -> Scalar:
-        """``value`` at azimuth 0 in a leaning chart, as it is in others."""
-        return self.at_azimuth_0(value) if self.leaning else self.field(value)
+        """``value`` at azimuth 0 in a chart that sets it, as it is in others."""
+        return self.at_azimuth_0(value) if self.sets_azimuth else self.field(value)
 
     def at_azimuth_0(self, value: Scalar) -> Scalar:
-        """``value`` where the axis leans along X."""
+        """``value`` where the axis is tilted along X."""
         element = self.field(value)
         for name, number in self.azimuth.items():
             symbol = self.symbol[name].numer
@@ -166,16 +166,16 @@ class VectorChart(Chart):
         return self.derivative(value, rates._asdict())
 
 
-class LeaningEulerChart(EulerChart):
+class EulerChartAtAzimuth0(EulerChart):
     """Euler angles at azimuth 0."""
 
-    leaning = True
+    sets_azimuth = True
 
 
-class LeaningVectorChart(VectorChart):
+class VectorChartAtAzimuth0(VectorChart):
     """Vectors at azimuth 0: ky = 0."""
 
-    leaning = True
+    sets_azimuth = True
 
 
 class FrameChart(VectorChart):

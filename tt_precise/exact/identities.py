@@ -3,7 +3,7 @@
 Each identity is one entry: a function that yields residuals, made by calling the functions of
 ``mechanics`` on the symbols of a chart. All parameters and the whole state are symbols, so a proof
 holds for every body and every state where nothing is divided by zero. Euler and vector form are
-compared through ``mechanics.conversion``. A leaning chart proves at azimuth 0, which the identities
+compared through ``mechanics.conversion``. A chart at azimuth 0 proves there, which the identities
 "equations turn with the frame" and "Euler angles turn with the frame" extend to every azimuth.
 """
 
@@ -20,7 +20,12 @@ from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.exact import friction as friction  # registers its identities
 from tt_precise.exact import turning as turning  # registers its identity
-from tt_precise.exact.chart import EulerChart, LeaningEulerChart, LeaningVectorChart, VectorChart
+from tt_precise.exact.chart import (
+    EulerChart,
+    EulerChartAtAzimuth0,
+    VectorChart,
+    VectorChartAtAzimuth0,
+)
 from tt_precise.exact.proof import (
     IDENTITIES,
     RATIONAL_POINTS,
@@ -59,7 +64,7 @@ def prove_all() -> list[IdentityProof]:
 
 
 @identity("Euler form = Newton form", "(1) to (6)")
-def _euler_is_newton(chart: LeaningEulerChart) -> Iterable[Scalar]:
+def _euler_is_newton(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
     """The vectors of the Euler state change as the Newton equations say."""
     vectors = _vectors(chart)
     by_euler = euler.rates(chart.body, chart.state, chart)
@@ -71,8 +76,8 @@ def _euler_is_newton(chart: LeaningEulerChart) -> Iterable[Scalar]:
 def _azimuth(chart: EulerChart) -> Iterable[Scalar]:
     """The vectors of an Euler state are those at azimuth 0, turned about z by phi."""
     vectors = _vectors(chart)
-    leaning = NewtonState(*map(chart.at_azimuth_0, vectors))
-    return _differences(vectors, _turned(leaning, (chart.C, chart.S)))
+    straight = NewtonState(*map(chart.at_azimuth_0, vectors))
+    return _differences(vectors, _turned(straight, (chart.C, chart.S)))
 
 
 @identity("g_n Euler = g_n Newton", "(7)")
@@ -95,7 +100,7 @@ def _contact(chart: VectorChart) -> Iterable[Scalar]:
 
 
 @identity("rate of g_n", "(7)")
-def _normal_force_slope(chart: LeaningVectorChart) -> Iterable[Scalar]:
+def _normal_force_slope(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """d g_n/dt times the denominator of eq (7) is the slope that finds extrema of g_n."""
     here = _here(chart)
     rates = newton.rates(chart.body, here)
@@ -107,7 +112,7 @@ def _normal_force_slope(chart: LeaningVectorChart) -> Iterable[Scalar]:
 
 
 @identity("the axis stays a unit vector", "(1)")
-def _unit_axis(chart: LeaningVectorChart) -> Iterable[Scalar]:
+def _unit_axis(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """|k|^2 does not change, gliding or rolling."""
     gliding = newton.rates(chart.body, _here(chart))
     for rates in (gliding, _rolling_rates(chart)):
@@ -154,7 +159,7 @@ def _jellett_euler(chart: EulerChart) -> Iterable[Scalar]:
 
 
 @identity("E falls by friction", "section 1")
-def _energy(chart: LeaningVectorChart) -> Iterable[Scalar]:
+def _energy(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """dE/dt = v_A.F = -mu g_n v_A^2."""
     state, body = _here(chart), chart.body
     loss = -body.mu * newton.normal_force(body, state) * (state.vx**2 + state.vy**2)
@@ -163,7 +168,7 @@ def _energy(chart: LeaningVectorChart) -> Iterable[Scalar]:
 
 
 @identity("rates of the parts of E", "section 2.3")
-def _energy_parts(chart: LeaningVectorChart) -> Iterable[Scalar]:
+def _energy_parts(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """Translational, rotational and potential energy change at their stated rates."""
     for name in ("E_trans", "E_rot", "E_pot"):
         yield _rate(chart, name) - _gliding(chart, f"{name}_dot")
@@ -190,13 +195,13 @@ def _main_equation(chart: EulerChart) -> Iterable[Scalar]:
 
 
 @identity("rate of D", "(11)")
-def _routh(chart: LeaningVectorChart) -> Iterable[Scalar]:
+def _routh(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """dD/dt = gamma m/(alpha sqrt(d)) (z x a).v_A_dot along the Newton equations."""
     yield _rate(chart, "D") - _gliding(chart, "D_dot")
 
 
 @identity("rate of E~", "(12)")
-def _modified_rate(chart: LeaningVectorChart) -> Iterable[Scalar]:
+def _modified_rate(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """dE~/dt = m (omega x a).v_A_dot along the Newton equations."""
     yield _rate(chart, "E_tilde") - _gliding(chart, "E_tilde_dot")
 
@@ -208,7 +213,7 @@ def _spin_rate(chart: VectorChart) -> Iterable[Scalar]:
 
 
 @identity("rolling vectors obey Newton", "(1), v_A = 0")
-def _rolling_contact(chart: LeaningVectorChart) -> Iterable[Scalar]:
+def _rolling_contact(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """m s_ddot = F - m g z with s_dot = -omega x a and the force of the constraint."""
     motion = _rolling_motion(chart)
     force = rolling.constraint_force(chart.body, NewtonState(*map(chart.here, motion.state)))
@@ -216,7 +221,7 @@ def _rolling_contact(chart: LeaningVectorChart) -> Iterable[Scalar]:
 
 
 @identity("rolling Euler = rolling vectors", "(10) to (12), v_A = 0")
-def _rolling_forms(chart: LeaningEulerChart) -> Iterable[Scalar]:
+def _rolling_forms(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
     """The Euler equations made from constant lambda, D, E~ move the vectors as Newton's do."""
     vectors = RollingState(*_rolling_vectors(chart)[:6])
     by_euler = _rolling_euler_rates(chart)
@@ -225,7 +230,7 @@ def _rolling_forms(chart: LeaningEulerChart) -> Iterable[Scalar]:
 
 
 @identity("lambda, D, E~ are constant when rolling, vectors", "(10) to (12), v_A = 0")
-def _rolling_integrals(chart: LeaningVectorChart) -> Iterable[Scalar]:
+def _rolling_integrals(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """lambda, D and E~ = E do not change along the rolling equations in vectors."""
     motion, rates = _rolling_motion(chart), _rolling_rates(chart)
     for name in ("lambda", "D", "E_tilde", "E"):

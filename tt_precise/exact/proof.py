@@ -13,11 +13,11 @@ from tt_precise.docstrings import docstring
 from tt_precise.exact.chart import (
     Chart,
     EulerChart,
+    EulerChartAtAzimuth0,
     ForceChart,
     FrameChart,
-    LeaningEulerChart,
-    LeaningVectorChart,
     VectorChart,
+    VectorChartAtAzimuth0,
 )
 
 SYMBOLIC = "symbolic"  # a polynomial reduction: for all parameters and states at once
@@ -31,8 +31,8 @@ CHARTS: dict[str, Callable[[], Chart]] = {
     for chart in (
         EulerChart,
         VectorChart,
-        LeaningEulerChart,
-        LeaningVectorChart,
+        EulerChartAtAzimuth0,
+        VectorChartAtAzimuth0,
         ForceChart,
         FrameChart,
     )

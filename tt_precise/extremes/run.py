@@ -9,7 +9,7 @@ from tt_precise.extremes.case import ExtremeCase, Observation, Outcome
 from tt_precise.progress import Progress, silent
 from tt_precise.workers import Call, Failure, local_pool
 
-# heyoka.real arrays leak memory, so a worker is not kept for ever
+# heyoka.real arrays leak memory, so a worker is replaced now and then
 CASES_OF_A_WORKER = 200
 
 

@@ -5,7 +5,7 @@
     >>> float(golden["theta"].iloc[-1]), len(golden.events), golden.manifest["digits"]
     (3.1340209458534365, 842, 34)
 
-``load`` gives the tables of one scene, ``compare`` tells how many digits of somebody's trajectory
+``load`` gives the tables of one scene, ``compare`` counts how many digits of somebody's trajectory
 agree with them. ``build`` makes them, ``verify`` judges them against their manifest and a fresh
 computation.
 """

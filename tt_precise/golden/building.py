@@ -166,16 +166,16 @@ def _settle(
             return REFUSED, note, int(old.manifest.get("digits", 0)) if old else 0
         history.append({"reason": reason, "first_change": change})
     constant = constancies(scene, consensus.trajectory)
-    told = manifests.compose(scene, consensus, runs, constant, history)
+    content = manifests.compose(scene, consensus, runs, constant, history)
     # a proof stays in the folder; whether it is one of the new digits, the proof itself says
-    told = manifests.with_proof(told, proof_hash(place / scene.name))
+    content = manifests.with_proof(content, proof_hash(place / scene.name))
     files = {
         SCENE: scene.text,
         TRAJECTORY: consensus.trajectory.csv(),
         EVENTS: consensus.events.csv(),
-        MANIFEST: manifests.dump(told),
+        MANIFEST: manifests.dump(content),
     }
-    digits = int(told["digits"])
+    digits = int(content["digits"])
     if old and all(_same(place / scene.name / name, text) for name, text in files.items()):
         return UNCHANGED, "", digits
     store.replace_folder(place / scene.name, files)

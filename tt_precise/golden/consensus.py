@@ -206,9 +206,9 @@ def _merged(
             if row[-1] and not is_near_zero(row[-1], scales[name]):
                 for (label, _), value in zip(rows, values[1:], strict=True):
                     worst[name][label] = min(worst[name][label], agreement(values[0], value))
-        lean = not row[names.index("kx")] == row[names.index("ky")] == ZERO
+        tilted = not row[names.index("kx")] == row[names.index("ky")] == ZERO
         for position, name in enumerate(names):
-            if not lean and name in UNDEFINED_AT_POLE:
+            if not tilted and name in UNDEFINED_AT_POLE:
                 # which way a computed 1e-50 points is rounding, even where all runs agree
                 row[position] = ""
             elif not row[position] and cells[position]:

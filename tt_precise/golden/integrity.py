@@ -27,7 +27,7 @@ _FORMS = {
     "direction": re.compile(r"[+-]?1|0", re.ASCII),
 }
 WORDS = ("meaning", "event_meanings")  # their wording may change from version to version
-FEW = 3  # of many equal problems so many are told
+FEW = 3  # of many equal problems so many are reported
 
 
 def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, list[str]]:
@@ -41,7 +41,7 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     except InputError as error:
         return None, [str(error)]
     problems = _problems_of_manifest(stored)
-    if scene_sha256(stored.scene_text) != _told(stored, SCENE).get("sha256"):
+    if scene_sha256(stored.scene_text) != _stated(stored, SCENE).get("sha256"):
         problems.append(f"{SCENE}: says something else than when the data were built")
     expected = columns(scene)
     wanted = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
@@ -50,8 +50,8 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
         damaged += list(_problems_of_table(scene, file, stored.table(file), names, stored))
     problems += damaged
     if not damaged:
-        told = derive(scene, stored.trajectory, stored.events)
-        problems += _differences(told, stored.manifest, MANIFEST)
+        stated = derive(scene, stored.trajectory, stored.events)
+        problems += _differences(stated, stored.manifest, MANIFEST)
         problems += _inconstant(scene, stored.trajectory)
     if not problems and stored.manifest[SELF_HASH] != self_hash(stored.manifest):
         problems.append(
@@ -76,10 +76,10 @@ def _problems_of_manifest(stored: Stored) -> list[str]:
     missing = sorted(needed - manifest.keys())
     if missing:
         return [f"{MANIFEST}: {', '.join(missing)} missing, expected to be there"]
-    told = {"schema": SCHEMA, "scene": stored.name, "model": stored.scene.model}
+    stated = {"schema": SCHEMA, "scene": stored.name, "model": stored.scene.model}
     return [
         f"{MANIFEST}: {key} is {manifest[key]!r}, expected {value!r}"
-        for key, value in told.items()
+        for key, value in stated.items()
         if manifest[key] != value
     ]
 
@@ -90,7 +90,7 @@ def _problems_of_table(
     if table.columns != names:
         yield f"{file}: columns are {','.join(table.columns)}, expected {','.join(names)}"
         return
-    told = _told(stored, file)
+    stated = _stated(stored, file)
     bad = [
         f"{file}, line {line}, {name}: got {cell[:50]!r}, expected a printed number"
         for line, row in enumerate(table.rows, start=2)
@@ -100,10 +100,10 @@ def _problems_of_table(
     yield from bad[:FEW]
     if file == TRAJECTORY and not bad:
         yield from _missing_times(scene, table, stored.manifest.get("status"))
-    if table.sha256 != told.get("sha256"):
+    if table.sha256 != stated.get("sha256"):
         marks = stored.manifest.get("row_marks")
-        told_marks = marks.get(file) if isinstance(marks, dict) else ""
-        yield from _changes(file, table, told, str(told_marks))
+        stated_marks = marks.get(file) if isinstance(marks, dict) else ""
+        yield from _changes(file, table, stated, str(stated_marks))
 
 
 def _missing_times(scene: Scene, table: Table, status: Json) -> Iterator[str]:
@@ -120,7 +120,7 @@ def _missing_times(scene: Scene, table: Table, status: Json) -> Iterator[str]:
         yield f"{TRAJECTORY}: ends at t = {times[-1] if times else 'no row'}, before the horizon"
 
 
-def _changes(file: str, table: Table, told: dict[str, Json], marks: str) -> Iterator[str]:
+def _changes(file: str, table: Table, stated: dict[str, Json], marks: str) -> Iterator[str]:
     """Where a table whose hash is wrong was changed."""
     before = [marks[i : i + 4] for i in range(0, len(marks), 4)]
     now = [table.row_marks[i : i + 4] for i in range(0, len(table.row_marks), 4)]
@@ -129,7 +129,7 @@ def _changes(file: str, table: Table, told: dict[str, Json], marks: str) -> Iter
         at = min(len(before), len(now)) if line is None else line
         yield f"{file}: {len(now)} rows, expected {len(before)}; the first change at line {at + 2}"
         return
-    hashes = {n: told.get("columns", {}).get(n, {}).get("sha256") for n in table.columns}
+    hashes = {n: stated.get("columns", {}).get(n, {}).get("sha256") for n in table.columns}
     changed = [n for n in table.columns if table.column_sha256(n) != hashes[n]]
     swapped = [
         f"{file}: columns {a} and {b} are swapped"
@@ -148,15 +148,15 @@ def _changes(file: str, table: Table, told: dict[str, Json], marks: str) -> Iter
         yield f"{file}: its hash differs from the one in {MANIFEST}"
 
 
-def _differences(derived: Json, told: Json, where: str) -> Iterator[str]:
-    """Where the manifest tells something else than follows from the data."""
-    if isinstance(derived, dict) and isinstance(told, dict):
+def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:
+    """Where the manifest states something else than follows from the data."""
+    if isinstance(derived, dict) and isinstance(stated, dict):
         for key, value in derived.items():
             if key in WORDS:
                 continue
-            yield from _differences(value, told.get(key), f"{where}: {key}" if key else where)
-    elif derived != told:
-        yield f"{where} is {str(told)[:50]!r}, the data say {str(derived)[:50]!r}"
+            yield from _differences(value, stated.get(key), f"{where}: {key}" if key else where)
+    elif derived != stated:
+        yield f"{where} is {str(stated)[:50]!r}, the data say {str(derived)[:50]!r}"
 
 
 def _inconstant(scene: Scene, trajectory: Table) -> Iterator[str]:
@@ -168,7 +168,7 @@ def _inconstant(scene: Scene, trajectory: Table) -> Iterator[str]:
             )
 
 
-def _told(stored: Stored, file: str) -> dict[str, Json]:
+def _stated(stored: Stored, file: str) -> dict[str, Json]:
     files = stored.manifest.get("files")
-    told = files.get(file) if isinstance(files, dict) else None
-    return told if isinstance(told, dict) else {}
+    stated = files.get(file) if isinstance(files, dict) else None
+    return stated if isinstance(stated, dict) else {}

@@ -132,7 +132,7 @@ def _described(name: str) -> tuple[str, str]:
 
 
 def _run(run: Run) -> dict[str, Json]:
-    told: dict[str, Json] = {
+    content: dict[str, Json] = {
         "name": run.label,
         "formulation": run.formulation,
         "bits": run.bits,
@@ -140,8 +140,8 @@ def _run(run: Run) -> dict[str, Json]:
         "rows": len(run.trajectory.rows) - (run.status == "pole"),
     }
     if run.order:
-        told |= {"order": run.order, "tolerance": f"2^-{run.bits - 1}"}
-    return told
+        content |= {"order": run.order, "tolerance": f"2^-{run.bits - 1}"}
+    return content
 
 
 def _rounded(digits: float) -> float | str:

@@ -44,7 +44,7 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
         if worst > context.mpf(10) ** (1 - digits):
             raise InputError(
                 f"{scene.name}: {name} of a run for the pose differs by {float(worst):.1g} from "
-                f"what is published, expected {digits} digits; `tt-precise golden verify` tells "
+                f"what is published, expected {digits} digits; `tt-precise golden verify` says "
                 "which is wrong"
             )
     return {

@@ -3,7 +3,7 @@
 Every printed number has to meet its enclosure, Euler columns those that follow from the vectors.
 Counts, times of the climb and the bound of the contact force are derived again from tables and
 enclosures. This finds what was changed in any of these files, also where all hashes were made to
-fit. Whether the enclosures are those of the exact solution only a proof can tell.
+fit. Whether the enclosures are those of the exact solution only a proof can decide.
 """
 
 from __future__ import annotations
@@ -165,15 +165,15 @@ def _holds(text: str, ball: Outward | None, scale: Decimal) -> bool:
 
 def _times(stored: Stored, record: Record, enclosures: Enclosures) -> Iterator[str]:
     """Times of the climb that are not those which the events give."""
-    told = record.content["inversion"]
-    if "failure" in told or record.content["failure"]:
+    stated = record.content["inversion"]
+    if "failure" in stated or record.content["failure"]:
         return
     found = inversion(stored, enclosures)
-    moments = {"equator": (told.get("equator"), found.equator)}
+    moments = {"equator": (stated.get("equator"), found.equator)}
     for name in "ABC":
         for which in ("t_init", "t_end"):
             own = getattr(getattr(found, name), which)
-            moments[f"{name}, {which}"] = told.get(name, {}).get(which), own
+            moments[f"{name}, {which}"] = stated.get(name, {}).get(which), own
     for name, (ball, derived) in moments.items():
         if (ball is None) != (derived is None):
             yield f"{PROOF}: {name} is {'none' if ball is None else 'there'}, not so the events say"

@@ -59,7 +59,7 @@ def require_whole(stored: Stored) -> None:
     problems = _remembered(place.resolve(), stamps) if known else _broken(stored)
     if problems:
         raise InputError(
-            f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` tells where"
+            f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` says where"
         )
 
 

@@ -53,7 +53,7 @@ class Stored:
 
 
 def read(scene: str | Path, folder: Folder = None) -> Stored:
-    """Read the golden data of ``scene`` (see ``places.locate``), without judging them.
+    """Read the golden data of ``scene`` (see ``places.locate``), without verifying them.
 
     Tables are parsed once a process, as long as path, size and time of a file stay the same.
     What a build puts in their place meanwhile is read as a whole, or not at all.

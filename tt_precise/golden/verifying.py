@@ -30,8 +30,8 @@ QUAD_BITS = 113
 
 # Digits of a fresh computation count relative to the size of the component at that time, its
 # largest golden entry within so many rows: a zero passed on the way does not decide, and a
-# component that decays is still judged by its own size. One that has decayed further than to
-# 1e-10 of its largest is judged as if it had not.
+# component that decays is still measured by its own size. One that has decayed further than to
+# 1e-10 of its largest is measured as if it had not.
 NEIGHBOURS = 20
 DECAYED = Decimal("1e-10")
 
@@ -89,7 +89,7 @@ def verify(
     workers: int | None = None,
     progress: Progress = silent,
 ) -> list[Verification]:
-    """Judge golden data, by default all there are: hashes, proofs and fresh computations.
+    """Verify golden data, by default all there are: hashes, proofs and fresh computations.
 
     Fresh is a computation in quad, in vector form, of which at least 28 digits of every entry,
     and every event, have to come out again; a scene too sensitive for that takes as many bits as
@@ -203,7 +203,7 @@ def _readable(name: str, folder: Path) -> Stored | None:
     try:
         stored = store.read(name, folder)
         stored.scene  # noqa: B018 - it has to be one
-    except InputError:  # told when the files are inspected
+    except InputError:  # reported when the files are inspected
         return None
     return stored
 
@@ -211,7 +211,7 @@ def _readable(name: str, folder: Path) -> Stored | None:
 def _proved(name: str, folder: Path) -> int | None:
     try:
         record = proofs.read(name, folder)
-    except InputError:  # told among the problems
+    except InputError:  # reported among the problems
         return None
     return record.digits if record else None
 

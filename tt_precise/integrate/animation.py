@@ -71,11 +71,11 @@ def animate(
         drawn.set_layout_engine("none")
         picture = _Picture(drawn, frames, f"{scene.name}  ({scene.title})")
         moving = FuncAnimation(drawn, picture.show, frames=count, interval=1000 / fps)
-        tell = progress or silent
+        report = progress or silent
         with replacing(target) as temporary:
             moving.save(
                 temporary, writer=writer, dpi=DPI,
-                progress_callback=lambda done, total: tell((done + 1) / count),
+                progress_callback=lambda done, total: report((done + 1) / count),
             )  # fmt: skip
     return target
 

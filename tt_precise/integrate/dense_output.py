@@ -28,8 +28,8 @@ TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits
 MOST_BYTES = 400_000_000  # of the series of all steps of one run
 
 
-class Kept:
-    """The pieces of a propagation, unless they become too large to be kept."""
+class StoredPieces:
+    """The pieces of a propagation, unless they become too large to be stored."""
 
     def __init__(self, setup: Setup):
         number = {"double": 8, "mp": setup.precision.bits // 8 + 40}.get(setup.precision.name, 16)
@@ -44,20 +44,20 @@ class Kept:
         self._bytes = 0.0
 
     def append(self, output: ContinuousOutput) -> None:
-        """Keep one more piece."""
+        """Store one more piece."""
         self._bytes += output.n_steps * self._bytes_of_a_step
         self._pieces = [*self._pieces, output] if self._bytes <= MOST_BYTES else []
 
     @property
     def pieces(self) -> tuple[ContinuousOutput, ...] | None:
-        """The pieces, one behind the other; None where they have not been kept."""
+        """The pieces, one behind the other; None where they were too large."""
         return tuple(self._pieces) if self._bytes <= MOST_BYTES else None
 
 
 class DenseOutput:
     """Rows over the time of a propagation, dimensionless: in guarded numbers or in double.
 
-    The series of all steps are made by a second propagation when they are first needed, and kept;
+    The series of all steps are made by a second propagation when they are first needed, and stored;
     those of a run that is too long for that (``MOST_BYTES``) are made again for every call, and
     read piece by piece. May be used by several threads at once.
     """
@@ -216,9 +216,9 @@ class DenseOutput:
             return
         with self._lock:
             if self._pieces is None and not self._too_long:
-                kept = Kept(self.setup)
-                self._again(kept, progress)
-                self._pieces, self._too_long = kept.pieces, kept.pieces is None
+                stored = StoredPieces(self.setup)
+                self._again(stored, progress)
+                self._pieces, self._too_long = stored.pieces, stored.pieces is None
             reader = _Reader(read, self.propagation.time)
             if self._pieces is None:
                 self._again(reader, progress)
@@ -248,7 +248,7 @@ class DenseOutput:
 
 
 class _Reader:
-    """Pieces that are read one behind the other, and not kept."""
+    """Pieces that are read one behind the other, and not stored."""
 
     def __init__(self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], end: Scalar):
         self._read, self._end = read, end

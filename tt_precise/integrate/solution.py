@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
-from tt_precise.integrate.dense_output import DenseOutput, Kept
+from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
 from tt_precise.integrate.paired import Pair, can_be_paired, propagate_pair
 from tt_precise.integrate.propagate import propagate
 from tt_precise.integrate.setup import Setup
@@ -45,7 +45,9 @@ def solve(
         pair = propagate_pair(setup, start, scene.sample_every)
         if pair:
             return Solution(start, pair.run, pair)
-    # wide arithmetics take seconds, so there the dense output is kept at once, not made again
-    kept = Kept(setup) if precision.name in ("quad", "mp") else None
-    propagation = propagate(setup, start, dense=kept, progress=progress)
-    return Solution(start, DenseOutput(setup, start, propagation, kept.pieces if kept else None))
+    # wide arithmetics take seconds, so there the dense output is stored at once, not made again
+    stored = StoredPieces(setup) if precision.name in ("quad", "mp") else None
+    propagation = propagate(setup, start, dense=stored, progress=progress)
+    return Solution(
+        start, DenseOutput(setup, start, propagation, stored.pieces if stored else None)
+    )

@@ -1,4 +1,4 @@
-"""The last report as a document, kept in the user's cache: to be laid out again, not computed."""
+"""The last report as a document, cached for the user: to be laid out again, not computed."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def keep(report: Report, file: Path | None = None) -> None:
             raise
 
 
-def kept(file: Path | None = None) -> Report:
-    """The report that was kept last.
+def last(file: Path | None = None) -> Report:
+    """The report that was stored last.
 
     Raises
     ------

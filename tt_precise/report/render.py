@@ -153,8 +153,8 @@ def _shared_letters(page: str) -> str:
 def _compact(value: Mapping[str, Json]) -> Markup:
     from markupsafe import Markup
 
-    kept = {name: part for name, part in value.items() if name not in ("track", "curve", "end")}
-    return Markup(json.dumps(kept, separators=(",", ":")).replace("<", "\\u003c"))
+    data = {name: part for name, part in value.items() if name not in ("track", "curve", "end")}
+    return Markup(json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def _tally(entries: Iterable[Entry]) -> list[tuple[str, int]]:

@@ -37,7 +37,7 @@ class Heights(NamedTuple):
 
     ``columns`` describe it (see ``height_columns``), ``curvature`` is what its second derivative
     stays below, ``at_ends`` the larger one of those at both ends, ``changes`` how many changes of
-    sign its rate has at most (and by an even number fewer in fact); ``finite`` tells whether these
+    sign its rate has at most (and by an even number fewer in fact); ``finite`` says whether these
     mean anything.
     """
 

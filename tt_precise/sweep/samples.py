@@ -43,19 +43,19 @@ class _Samples:
         self._low = numpy.array([float(one.low) for one in spec.box])
         self._width = numpy.array([float(one.high) for one in spec.box]) - self._low
         dimensions = len(spec.box)
-        self._kept: Array = None
+        self._drawn: Array = None
         if spec.sampler == "latin":
-            self._kept = qmc.LatinHypercube(dimensions, rng=spec.seed).random(spec.samples)
+            self._drawn = qmc.LatinHypercube(dimensions, rng=spec.seed).random(spec.samples)
             return
         # 30 bits, the default, would repeat points after a billion
         self._sobol = qmc.Sobol(dimensions, scramble=True, bits=52, rng=spec.seed)
         self._next = 0
         if spec.axes:
-            self._kept = self._draw(spec.samples)
+            self._drawn = self._draw(spec.samples)
 
     def at(self, numbers: Array) -> Array:
-        if self._kept is not None:
-            points = self._kept[numbers]
+        if self._drawn is not None:
+            points = self._drawn[numbers]
         else:
             # drawn and dropped: SciPy's own fast_forward fails for more than 32 bits
             while self._next < numbers[0]:

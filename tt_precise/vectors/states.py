@@ -38,7 +38,7 @@ AGREEMENT = 40  # digits in which two formulations have to agree
 class StateCase:
     """One state: a top, its law, and a start turned about the vertical by a rational angle.
 
-    ``law`` is that of friction, "rolling" (v_A = 0 is kept by whatever force it takes) or "none"
+    ``law`` is that of friction, "rolling" (v_A = 0, by whatever force it takes) or "none"
     (free flight). ``half`` is (cos, sin) of half the azimuth.
     """
 

@@ -59,7 +59,7 @@ def chart() -> EulerChart:
 
 @cache
 def motion() -> Motion:
-    """The motion with symbolic Euler state, in the plane of the lean (x-hat = X, y-hat = Y)."""
+    """The motion with symbolic Euler state, in the plane of the tilt (x-hat = X, y-hat = Y)."""
     symbols = chart()
     vectors = vectors_from_euler(symbols.body, symbols.state, symbols)
     return Motion(symbols.body, vectors, symbols, euler=symbols.state)

@@ -217,8 +217,8 @@ def direction_of_omega_cross_a(side: int = 1, scene: SceneLike = "reference") ->
         import numpy
 
         product = _omega_cross_a(body, columns)
-        lean = numpy.hypot(columns["kx"], columns["ky"])
-        return side * (product[1] * columns["kx"] - product[0] * columns["ky"]) / lean
+        horizontal = numpy.hypot(columns["kx"], columns["ky"])
+        return side * (product[1] * columns["kx"] - product[0] * columns["ky"]) / horizontal
 
     return _at_every_instant_or_on_average(
         along_y,

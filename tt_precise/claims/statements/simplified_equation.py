@@ -23,7 +23,7 @@ SIMPLIFIED = "mu*g_n*R**2*(1 - alpha*cos(theta))**2*nu_y/lambda_"
     control={"printed": SIMPLIFIED.replace("**2*nu_y", "*nu_y")},
 )
 def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
-    """With xi = 0 kept by the motion, theta_dot is the printed expression."""
+    """With xi = 0 throughout the motion, theta_dot is the printed expression."""
     symbols = f.chart()
     body, state = symbols.body, symbols.state
     c, s = symbols.c, symbols.s

@@ -251,16 +251,16 @@ def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200
     outside = integrate(
         evidence.variant(I1="0.26", theta="0.8", phi_dot="120", omega_3="47.6", until="40")
     )
-    kept = [run for run in runs if run.status != "contact_lost"]
+    on_table = [run for run in runs if run.status != "contact_lost"]
     both = "sufficient (Sec. 1), necessary (Sec. 3)"
     return readings(
         {
             "sufficient, for solutions with g_n > 0": statement(
-                all(map(_inverts, kept)),
+                all(map(_inverts, on_table)),
                 printed=both,
                 measured="theta(40 s) = "
-                + ", ".join(decimal(run.state.theta, 6) for run in kept)
-                + f"; contact lost by {len(runs) - len(kept)}",
+                + ", ".join(decimal(run.state.theta, 6) for run in on_table)
+                + f"; contact lost by {len(runs) - len(on_table)}",
             ),
             "necessary": statement(
                 not _inverts(outside),

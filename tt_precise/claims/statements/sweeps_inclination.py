@@ -80,8 +80,8 @@ def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
 )  # fmt: skip
 def more_spin_needed(beyond: str = "0.3") -> Finding:
     """Beyond theta(0) = 0.3 more spin is needed for the same lambda."""
-    kept, free = starts("theta at lambda", "unilateral"), starts("theta", "unilateral")
-    spins = kept[kept["theta"] >= float(beyond)]["omega_3"]
+    fixed, free = starts("theta at lambda", "unilateral"), starts("theta", "unilateral")
+    spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
     ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
     spin = float(reference()["omega_3"])
     return all_of(

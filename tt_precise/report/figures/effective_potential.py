@@ -42,9 +42,9 @@ def deforming_potential() -> Figure:
             there = series.columns(["theta", "D", "E_tilde"], [high, low])
             for i, dashes, filling in ((0, "-", colour), (1, "--", "white")):
                 V = effective_potential(body, numpy.cos(angles), there["D"][i], lambda_, numpy)
-                kept = there["E_tilde"][0] + ABOVE > V
+                reached = there["E_tilde"][0] + ABOVE > V
                 label = f"{high:.2f} s" if i == 0 else None
-                wells.plot(angles[kept], MILLI * V[kept], dashes, color=colour, label=label)
+                wells.plot(angles[reached], MILLI * V[reached], dashes, color=colour, label=label)
                 wells.plot(there["theta"][i], MILLI * there["E_tilde"][i], "o", color=colour,
                            markerfacecolor=filling, markersize=5)  # fmt: skip
         wells.set(xlabel=r"$\theta$ (rad)", ylabel=r"$V$, $\tilde E$ (mJ)",

@@ -34,10 +34,10 @@ def digits_beside_the_poles(cases: Sequence[Case]) -> Figure | None:
     decades = range(0, 71, 2)
     with style.panels([3.0]) as (drawing, (panel,)):
         for precision, colour in PRECISIONS.items():
-            kept = [digits_of_the_tilt(precision, k, known=False) for k in decades]
+            correct = [digits_of_the_tilt(precision, k, known=False) for k in decades]
             given = [digits_of_the_tilt(precision, k, known=True) for k in decades]
             label = NAMES.get(precision, precision)
-            panel.plot(decades, kept, color=colour, label=label)
+            panel.plot(decades, correct, color=colour, label=label)
             panel.plot(decades, given, color=colour, linestyle=":")
         panel.set_xlabel(r"$k$: the axis is $10^{-k}$ rad from the inverted pole")
         panel.set_ylabel("correct digits of the tilt")

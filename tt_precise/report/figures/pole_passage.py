@@ -26,11 +26,11 @@ def axis_at_the_pole() -> Figure:
     lows = [float(t) for t in turns["t"] if abs(float(t) - passage) < BEFORE]
     dots = series.columns(["kx", "ky", "phi_dot"], lows)
     with style.panels([5.0], shared_time=False) as (drawing, (panel,)):
-        for kept, colour, label in (
+        for chosen, colour, label in (
             (times <= passage, style.GREY, "before"),
             (times >= passage, style.BLUE, "after"),
         ):
-            panel.plot(path["kx"][kept], path["ky"][kept], color=colour, label=label)
+            panel.plot(path["kx"][chosen], path["ky"][chosen], color=colour, label=label)
         for sign, colour, label in (
             (-1, style.RED, r"nearest to the pole, $\dot\varphi<0$"),
             (1, style.GREEN, r"nearest to the pole, $\dot\varphi>0$"),

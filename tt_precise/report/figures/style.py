@@ -1,7 +1,7 @@
 """One look for all figures, and SVG text that is the same at every run.
 
 Drawn for a column of 390 px as well as for print: 5.6 inches wide, letters of 10 points, colours
-(Okabe and Ito's) that everybody can tell apart, white ground, a unit on every axis.
+(Okabe and Ito's) that everybody can distinguish, white ground, a unit on every axis.
 """
 
 from __future__ import annotations

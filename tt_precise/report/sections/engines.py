@@ -65,16 +65,16 @@ def _measured(board: dict[str, Json]) -> Section:
 
 def _row(row: dict[str, Json]) -> tuple[str, ...]:
     drift = ", ".join(f"{name} {max(values):.1e}" for name, values in row["drift"].items())
-    told = row["verdict"]
+    outcome = row["verdict"]
     if row["message"]:
-        told += f" ({row['message']})"
+        outcome += f" ({row['message']})"
     if row["rung"] == "inversion" and row["equator"]:
         moments = ("never" if t is None else f"{t:.2f} s" for t in row["equator"])
-        told += f": axis horizontal at {', '.join(moments)}"
+        outcome += f": axis horizontal at {', '.join(moments)}"
     return (
         row["engine"],
         row["rung"],
-        told,
+        outcome,
         ", ".join(f"{digits:.1f}" for digits in row["digits"]),
         "" if row["order"] is None else f"{row['order']:.2f}",
         "" if row["floor"] is None else f"{row['floor']:.1e}",

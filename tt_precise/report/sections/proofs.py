@@ -47,16 +47,16 @@ def section() -> Section:
     """Scenes with their proved digits, and proved times of the climb."""
     rows, times, ends, digits, results = [], [], [], [], {}
     for name in store.scenes():
-        told, record = _judged(name)
+        verdict, record = _judged(name)
         if record is None:
-            rows.append((name, told, *["-"] * 7))
-            results[name] = {"proof": told}
+            rows.append((name, verdict, *["-"] * 7))
+            results[name] = {"proof": verdict}
             continue
         content = record.content
         rows.append(
             (
                 name,
-                told,
+                verdict,
                 f"{float(record.until_s):.4g}",
                 str(content["bits"]),
                 str(content["steps"]),
@@ -70,7 +70,7 @@ def section() -> Section:
         times += _times(name, content["inversion"])
         ends += _ends(name, content["forever"])
         results[name] = {
-            "proof": told,
+            "proof": verdict,
             **record.summary,
             "contact": content["contact"],
             "proved_events": content["proved_events"],
