@@ -26,9 +26,11 @@ from tt_precise.json_file import parse, read, read_as
 def test_what_is_no_object_is_one_line(tmp_path: Path, content: bytes, message: str) -> None:
     file = tmp_path / "a.json"
     file.write_bytes(content)
-    with pytest.raises(InputError, match=rf"a\.json: {message}.*expected a list of things") as raised:
+    with pytest.raises(
+        InputError, match=rf"a\.json: {message}.*expected a list of things"
+    ) as caught:
         read(file, "a list of things")
-    assert "\n" not in str(raised.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_an_object_is_read(tmp_path: Path) -> None:

@@ -43,7 +43,12 @@ def rigid_body() -> Callable[[pandas.DataFrame], pandas.DataFrame]:
         half = numpy.sqrt((1 + state.kz) / 2)
         half_turn = (half, -state.ky / (2 * half), state.kx / (2 * half))
         c, s = numpy.cos(twist), numpy.sin(twist)
-        quaternion = (half_turn[0] * c, half_turn[1] * c + half_turn[2] * s, half_turn[2] * c - half_turn[1] * s, half * s)
+        quaternion = (
+            half_turn[0] * c,
+            half_turn[1] * c + half_turn[2] * s,
+            half_turn[2] * c - half_turn[1] * s,
+            half * s,
+        )
         columns = dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
         columns |= dict(zip(("wx", "wy", "wz"), angular_velocity(body, state), strict=True))
         s_dot = Motion(body, state, numpy).s_dot

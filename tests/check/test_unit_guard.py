@@ -38,7 +38,12 @@ def scaled(frame: pandas.DataFrame, factor: float, *names: str) -> pandas.DataFr
     ],
 )
 def test_other_units_are_named(
-    healthy: Healthy, rows: int, columns: list[str], factor: float, names: list[str], convention: str
+    healthy: Healthy,
+    rows: int,
+    columns: list[str],
+    factor: float,
+    names: list[str],
+    convention: str,
 ) -> None:
     frame = healthy("reference", rows)[columns]
     assert tt.check.conservation(frame, "reference").passed

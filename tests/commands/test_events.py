@@ -58,7 +58,11 @@ def test_the_events_of_a_scene_as_json(
 ) -> None:
     assert cli.main(["events", "reference", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
-    assert (printed["schema"], printed["scene"], printed["status"]) == (SCHEMA, "reference", "complete")
+    assert (printed["schema"], printed["scene"], printed["status"]) == (
+        SCHEMA,
+        "reference",
+        "complete",
+    )
     assert [event["name"] for event in printed["events"]] == list(trajectory.events["name"])
     assert [float(event["t"]) for event in printed["events"]] == list(trajectory.events["t"])
     for definition in "ABC":

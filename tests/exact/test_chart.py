@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.exact.chart import EulerChart, VectorChartAtAzimuth0, VectorChart
+from tt_precise.exact.chart import EulerChart, VectorChart, VectorChartAtAzimuth0
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import d
