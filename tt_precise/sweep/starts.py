@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
 from tt_precise.arithmetic import Array
+from tt_precise.errors import InputError
+from tt_precise.processes import WorkerDiedError
 from tt_precise.scene import Inclination, Scene
 from tt_precise.sweep.specification import Plan
 from tt_precise.workers import Call, Failure, Pool
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     import pandas
 
 TASK_ROWS = 128
+NO_BUGS = (InputError, WorkerDiedError, MemoryError, OSError)
 
 
 def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -> pandas.DataFrame:
@@ -25,8 +28,10 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -
 
     Raises
     ------
+    InputError
+        A task fails again and again: a start cannot be used, or the system does not let it go on.
     RuntimeError
-        A task fails again and again.
+        It fails for another reason.
     """
     import heyoka
     import pandas
@@ -46,7 +51,8 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -
     for call, result in pool.perform(chunk_task, calls):
         name, index, values = pieces[call.key]
         if isinstance(result, Failure):
-            raise RuntimeError(f"sweep of {name}: {result.reason}")
+            kind = InputError if isinstance(result.error, NO_BUGS) else RuntimeError
+            raise kind(f"sweep of {name}: {result.reason}") from result.error
         columns = {"series": name, "contact": plan.contact, "index": index}
         columns |= {start: values[:, position] for position, start in enumerate(plan.names)}
         frames[call.key] = pandas.DataFrame({**columns, **result["columns"]})

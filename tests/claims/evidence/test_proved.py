@@ -163,6 +163,17 @@ def test_counts_and_digits() -> None:
     )
 
 
+def test_an_interval_that_is_too_wide_settles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the whole proof: it is there, and leaves the claim open."""
+    assert judge("NUM-20").finding.proved  # the control
+    wide = Interval(Fraction("0.001"), Fraction("0.009"))
+    monkeypatch.setattr(Proved, "potential_energy", lambda *names: wide)
+    finding = judge("NUM-20").finding
+    assert not finding.proved
+    assert finding.note.endswith(" Not proved: the enclosure does not decide it.")
+    assert finding.verdict == Verdict.ROUNDED
+
+
 def test_what_is_not_settled_is_told() -> None:
     unknown = Proved(None, "no proof")
     assert unknown.sentence(True, "that") == " Proved (rigorous enclosure): that."
