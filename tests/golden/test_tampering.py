@@ -33,7 +33,7 @@ def fresh(small_built: Small) -> list[Run]:
 
 def damaged(place: Path, rng: random.Random) -> str:
     """Do one thing to the files; what it was."""
-    kind = rng.choice(["byte", "byte", "byte", "delete", "cut", "digit", "digit"])
+    kind = rng.choice(["byte", "byte", "byte", "delete", "cut", "digit", "digit", "resealed"])
     file = place / rng.choice(FILES)
     data = bytearray(file.read_bytes())
     if kind == "delete":
@@ -46,7 +46,7 @@ def damaged(place: Path, rng: random.Random) -> str:
         file.write_bytes(data)
     else:
         file = place / rng.choice([TRAJECTORY, EVENTS])
-        kind = changed_digit(file, rng)
+        kind = changed_digit(file, rng) if kind == "digit" else rearranged(file, rng)
         try:
             reseal(place)
         except (InputError, ArithmeticError, KeyError, ValueError):
@@ -70,6 +70,28 @@ def changed_digit(file: Path, rng: random.Random) -> str:
     lines[row] = ",".join(cells)
     file.write_text("\n".join(lines) + "\n")
     return f"digit {at} of {lines[0].split(',')[column]}, resealed,"
+
+
+def rearranged(file: Path, rng: random.Random) -> str:
+    """Blank cells, or leave out, double or exchange rows, or cells of a row."""
+    header, *rows = (line.split(",") for line in file.read_text().splitlines())
+    first = 3 if "name" in header else 1
+    at, other = rng.sample(range(len(rows)), 2)
+    column, beside = rng.sample(range(first, len(header)), 2)
+    kind = rng.choice(["blank", "blank column", "drop", "double", "rows", "cells"])
+    if kind == "drop":
+        del rows[at]
+    elif kind == "double":
+        rows.insert(at, rows[at])
+    elif kind == "rows":
+        rows[at], rows[other] = rows[other], rows[at]
+    elif kind == "cells":
+        rows[at][column], rows[at][beside] = rows[at][beside], rows[at][column]
+    else:
+        for row in [rows[at]] if kind == "blank" else rows:
+            row[column] = ""
+    file.write_text("\n".join(map(",".join, [header, *rows])) + "\n")
+    return f"{kind} {header[column]}, row {at}, resealed,"
 
 
 def same(one: Stored, other: Stored) -> bool:

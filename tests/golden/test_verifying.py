@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tt_precise.errors import InputError
+from tt_precise.golden import integrity, store, verifying
 from tt_precise.golden import manifest as manifests
-from tt_precise.golden import store, verifying
 from tt_precise.golden.integrity import inspect
 from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY
@@ -310,3 +310,32 @@ def test_all_that_is_there_are_the_scenes_and_not_the_test_vectors(tmp_path: Pat
     assert [one.name for one in verifying._asked_for(None, tmp_path)] == ["mine"]
     assert "reference" in [one.name for one in verifying._asked_for(None, None)]
     assert "vectors" not in [one.name for one in verifying._asked_for(None, None)]
+
+
+@pytest.mark.parametrize(
+    ("column", "told"),
+    [
+        ("theta_dot", "is empty, a fresh computation has a number"),
+        ("kx", "got '', expected a printed number"),
+    ],
+)
+def test_an_empty_cell_under_right_hashes_is_found(
+    small: Small, fresh: list[Run], column: str, told: str
+) -> None:
+    """Euler columns are empty at a pole, vectors nowhere."""
+    edit_table(small, TRAJECTORY, lambda lines: emptied(lines, column))
+    reseal(small)
+    assert f"{TRAJECTORY}, line 4, {column}: {told}" in judged(small, fresh)
+
+
+def emptied(lines: list[list[str]], column: str) -> None:
+    lines[3][lines[0].index(column)] = ""
+
+
+def test_data_that_ship_are_of_the_scene_that_ships(
+    small: Small, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Everything else may fit: those of a shorter run are others under the same name."""
+    assert problems(small) == ""
+    monkeypatch.setattr(integrity, "home", lambda: small.folder)
+    assert "scene.toml: another scene than the reference that ships" in problems(small)

@@ -13,12 +13,14 @@ from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.digits import PRINTED
 from tt_precise.golden.invariants import CONSTANT_TO, constancies
 from tt_precise.golden.manifest import SCHEMA, SELF_HASH, derive, scene_sha256, self_hash
-from tt_precise.golden.places import Folder
+from tt_precise.golden.places import Folder, home
 from tt_precise.golden.runs import columns
 from tt_precise.golden.seal import missing_proof
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.scene import Scene
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.scene import Scene, load_scene
+from tt_precise.scene import shipped as shipped_scenes
 from tt_precise.untyped import Json
 
 _FORMS = {
@@ -26,6 +28,8 @@ _FORMS = {
     "t": re.compile(rf"{PRINTED.pattern}|\d+(?:\.\d+)?", re.ASCII),
     "direction": re.compile(r"[+-]?1|0", re.ASCII),
 }
+# Euler columns are undefined at the poles, others nowhere
+NEVER_EMPTY = {*_FORMS, *NewtonState._fields}
 WORDS = ("meaning", "event_meanings")  # their wording may change from version to version
 FEW = 3  # of many equal problems so many are reported
 
@@ -43,6 +47,7 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     problems = _problems_of_manifest(stored)
     if scene_sha256(stored.scene_text) != _stated(stored, SCENE).get("sha256"):
         problems.append(f"{SCENE}: says something else than when the data were built")
+    problems += _another_scene(stored)
     expected = columns(scene)
     wanted = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
     damaged = []
@@ -59,6 +64,14 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
             "(title, source, rule, evidence, versions, history or row_marks)"
         )
     return stored, problems + _problems_of_proof(stored)
+
+
+def _another_scene(stored: Stored) -> list[str]:
+    """Data that ship are of the scene that ships under their name."""
+    if stored.folder.resolve() != home().resolve() or stored.name not in shipped_scenes():
+        return []
+    same = stored.scene == load_scene(stored.name)
+    return [] if same else [f"{SCENE}: another scene than the {stored.name} that ships"]
 
 
 def _problems_of_proof(stored: Stored) -> list[str]:
@@ -95,7 +108,7 @@ def _problems_of_table(
         f"{file}, line {line}, {name}: got {cell[:50]!r}, expected a printed number"
         for line, row in enumerate(table.rows, start=2)
         for name, cell in zip(names, row, strict=True)
-        if not _FORMS.get(name, PRINTED).fullmatch(cell) and (cell or name in _FORMS)
+        if not _FORMS.get(name, PRINTED).fullmatch(cell) and (cell or name in NEVER_EMPTY)
     ]
     yield from bad[:FEW]
     if file == TRAJECTORY and not bad:

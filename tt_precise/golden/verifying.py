@@ -255,16 +255,27 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
             continue
         cells = golden.column(name)
         sizes = _sizes(cells, scales[name]) if name != "t" else [abs(Decimal(t)) for t in cells]
-        triples = enumerate(zip(fresh.column(name), cells, sizes, strict=False))
+        triples = list(enumerate(zip(fresh.column(name), cells, sizes, strict=False)))
         errors = {
             row: relative_error(as_decimal(mine), Decimal(cell), size)
             for row, (mine, cell, size) in triples
             if cell
         }
+        blank = [row for row, (mine, cell, _) in triples if mine and not cell]
+        wrongly = next((row for row in blank if not _at_pole(golden, row)), None)
+        if wrongly is not None:
+            line = f"{file}, line {wrongly + 2}, {name}"
+            problems.append(f"{line}: is empty, a fresh computation has a number")
         if errors:
             row = max(errors, key=errors.__getitem__)
             worst.append(WorstEntry(file, row, name, correct_digits(errors[row])))
     return worst
+
+
+def _at_pole(table: Table, row: int) -> bool:
+    """Whether the axis is vertical to all digits that are verified: nothing says where it leans."""
+    cells = (table.column(name)[row] for name in ("kx", "ky"))
+    return all(abs(Decimal(cell or 1)) < Decimal(10) ** -FRESH_DIGITS for cell in cells)
 
 
 def _sizes(cells: Sequence[str], scale: Decimal) -> list[Decimal]:

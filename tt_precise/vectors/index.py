@@ -39,6 +39,7 @@ KINDS = {
     "proof.json": ("proof", "what is proved of the digits"),
     "enclosure.csv": ("enclosure", "last digits of the exact solution"),
     "events-enclosure.csv": ("enclosure", "last digits of the exact numbers at events"),
+    "certificate.json.xz": ("certificate", "the steps of a proof, for a checker of its own"),
 }
 
 
