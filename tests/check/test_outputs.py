@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -124,3 +125,38 @@ def test_a_limit_of_one_check_alone_is_drawn(failing: tt.check.Result, tmp_path:
     arguments = ["check", str(path), "--scene", "contact-lost", "--limit", "jellett=1e-5"]
     assert main([*arguments, "--plot", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"<?xml")
+
+
+FORGED = "a\n### forged: pass\x1b[2J\u2028.csv"
+
+
+def test_a_name_or_a_reason_cannot_forge_a_line(failing: tt.check.Result) -> None:
+    """Nor reach a terminal as more than text, from Python either."""
+    checks = (replace(failing.checks[0], reason=FORGED), *failing.checks[1:])
+    result = replace(failing, trajectory=FORGED, scene=FORGED, checks=checks)
+    for text in (str(result), result.markdown(), result._repr_html_(), result.junit()):
+        assert not [line for line in text.splitlines() if line.startswith("### forged")]
+        assert not [c for c in text if not c.isprintable() and c != "\n"]
+    assert result.as_dict()["trajectory"] == FORGED  # JSON has its own way to write it
+    table, markdown = str(result).splitlines(), result.markdown().splitlines()
+    assert len(markdown) == 4 + len(checks)
+    assert max(map(len, table)) <= 100
+
+
+def test_a_failed_assertion_shows_a_file_s_name_in_one_line(
+    failing: tt.check.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from tt_precise.check import run
+
+    *others, golden = failing.checks
+    failed = replace(failing, trajectory=FORGED, checks=(*others, replace(golden, verdict="fail")))
+    monkeypatch.setattr(run, "conservation", lambda *given, **options: failed)
+    for check in (
+        lambda: tt.check.assert_conserves("x", "reference"),
+        lambda: tt.check.assert_matches_golden("x", "reference", digits=40),
+    ):
+        with pytest.raises(AssertionError) as raised:
+            check()
+        first, *lines = str(raised.value).splitlines()
+        assert first == "a\\n### forged: pass\\u001b[2J\\u2028.csv against reference:"
+        assert all(line.startswith("  ") for line in lines)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from tt_precise.errors import InputError
+from tt_precise.terminal import one_line
 
 if TYPE_CHECKING:
     import os
@@ -61,9 +62,7 @@ def assert_conserves(
         if result[name].verdict == "skipped"
     ]
     if lines:
-        raise AssertionError(
-            f"{result.trajectory} against {result.scene}:\n  " + "\n  ".join(lines)
-        )
+        raise AssertionError("\n  ".join([_of(result), *map(one_line, lines)]))
     return result
 
 
@@ -108,7 +107,11 @@ def assert_matches_golden(
         few = {name: found for name, found in golden.parts.items() if found < digits}
         listed = ", ".join(f"{name} {found:.1f}" for name, found in few.items())
         raise AssertionError(
-            f"{result.trajectory} against {result.scene}:\n  {golden.sentence()}\n"
+            f"{_of(result)}\n  {one_line(golden.sentence())}\n"
             f"  correct digits: {listed}\n  over time: {golden.history or 'nothing to compare'}"
         )
     return result
+
+
+def _of(result: Result) -> str:
+    return one_line(f"{result.trajectory} against {result.scene}:")

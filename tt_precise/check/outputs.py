@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from html import escape
 
 from tt_precise.check.finding import SIGNS, CheckFinding
+from tt_precise.terminal import one_line
 
 WIDTH = 100
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
@@ -24,7 +25,7 @@ def _cells(finding: CheckFinding) -> tuple[str, ...]:
         _number(finding.value),
         f"{SIGNS[finding.sense]} {limit}" if limit else "",
         _number(finding.at, 6),
-        finding.reason,
+        one_line(finding.reason),
     )
 
 
@@ -34,7 +35,7 @@ def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) ->
     rows = [HEADINGS, *map(_cells, done)]
     widths = [max(len(row[i]) for row in rows) for i in range(5)]
     margin = sum(widths) + 2 * len(widths)
-    lines = textwrap.wrap(heading, width)
+    lines = textwrap.wrap(one_line(heading), width)
     for row in rows:
         start = "  ".join(cell.ljust(size) for cell, size in zip(row, widths, strict=False)) + "  "
         notes = textwrap.wrap(row[5], max(24, width - margin)) or [""]
@@ -53,7 +54,7 @@ def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) ->
             reasons.setdefault(finding.reason, []).append(finding.name)
     for reason, names in reasons.items():
         lines += textwrap.wrap(
-            f"skipped {', '.join(names)}: {reason}", width, subsequent_indent="  "
+            f"skipped {', '.join(names)}: {one_line(reason)}", width, subsequent_indent="  "
         )
     return "\n".join(lines)
 
@@ -62,7 +63,7 @@ def markdown(heading: str, findings: Sequence[CheckFinding]) -> str:
     """The findings as Markdown."""
     marks = {"pass": "✅ pass", "fail": "❌ **fail**", "skipped": "➖ skipped"}
     lines = [
-        f"### {_escaped(heading)}",
+        f"### {_escaped(one_line(heading))}",
         "",
         "| " + " | ".join(HEADINGS) + " |",
         "| --- | --- | ---: | ---: | ---: | --- |",
@@ -96,7 +97,7 @@ def html(heading: str, findings: Sequence[CheckFinding]) -> str:
         for finding in findings
     )
     return (
-        f"<p>{escape(heading)}</p>"
+        f"<p>{escape(one_line(heading))}</p>"
         f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     )
 
