@@ -10,6 +10,7 @@ import pytest
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate import integrate
+from tt_precise.integrate.events import event_named
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.vanishing import vanishes
@@ -128,11 +129,11 @@ def test_which_events_vanish_at_the_start(reference: Scene) -> None:
     setup = Setup(formulation=integrated("gliding", "newton"), precision=QUAD)
     start = InitialState.of(reference, QUAD.arithmetic)
     at_rest = ("theta_min", "theta_max", "phi_dot_zero", "nu_x_zero", "nu_y_zero", "nu_crossing")
-    assert all(vanishes(name, setup, start) for name in at_rest)
+    assert all(vanishes(event_named(name, "gliding"), setup, start) for name in at_rest)
     moving = ("equator", "omega_3_zero", "Lk_equals_Lz", "Lk_equals_minus_Lz")
-    assert not any(vanishes(name, setup, start) for name in moving)
+    assert not any(vanishes(event_named(name, "gliding"), setup, start) for name in moving)
     turning = InitialState.of(starting(reference, theta_dot="1e-25"), QUAD.arithmetic)
-    assert not vanishes("theta_min", setup, turning)
+    assert not vanishes(event_named("theta_min", "gliding"), setup, turning)
 
 
 def test_which_extrema_are_at_the_start(reference: Scene) -> None:
@@ -142,9 +143,9 @@ def test_which_extrema_are_at_the_start(reference: Scene) -> None:
         InitialState.of(starting(reference, nu_y="1"), QUAD.arithmetic),
     )
     for name in ("extremum:E_pot", "extremum:theta"):
-        assert vanishes(name, setup, at_rest), name
-    assert not vanishes("extremum:g_n", setup, moving)
-    assert not vanishes("extremum:omega_3", setup, moving)
+        assert vanishes(event_named(name, "gliding"), setup, at_rest), name
+    assert not vanishes(event_named("extremum:g_n", "gliding"), setup, moving)
+    assert not vanishes(event_named("extremum:omega_3", "gliding"), setup, moving)
 
 
 def test_a_start_off_the_table_is_refused_unless_the_table_may_pull(reference: Scene) -> None:

@@ -4,25 +4,13 @@ from __future__ import annotations
 
 from typing import Literal
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
+from tt_precise.arithmetic import Functions
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
-from tt_precise.mechanics import friction, newton, rolling
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.formulations import contact_terms
 
 NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")
-
-
-def contact_terms(
-    model: str, body: Parameters, vectors: NewtonState, fn: Functions
-) -> tuple[Scalar, Scalar]:
-    """Numerator and denominator of g_n; rolling has no denominator that could vanish."""
-    if model == "rolling":
-        return rolling.constraint_force(body, vectors)[2], 1
-    viscous = friction.viscous_at(body, vectors.vx, vectors.vy, fn)
-    return newton.contact_terms(viscous, vectors)
 
 
 def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContact | None:

@@ -11,12 +11,12 @@ from typing import Any, Literal, Protocol
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.initial_state import InitialState
-from tt_precise.integrate.contact import contact_terms
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import Hit, Integrator, integrator
 from tt_precise.integrate.vanishing import vanishes
+from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.progress import Progress
 from tt_precise.untyped import Adaptive, ContinuousOutput
 
@@ -164,7 +164,7 @@ def _propagation_of(
     # a zero of order k at the start splits into roots up to eps^(1/k) behind it; phi_dot has k = 2
     early = 2.0 ** (-setup.precision.bits / 4)
     first = {hit.name for hit in made.hits if hit.time < early}
-    at_start = {name for name in first if vanishes(name, setup, start)}
+    at_start = {name for name in first if vanishes(made.events[name], setup, start)}
     time, time_low = made.adaptive.dtime
     return Propagation(
         status=status,

@@ -41,13 +41,14 @@ class Hit(NamedTuple):
 
 @dataclass
 class Integrator:
-    """A ``heyoka.taylor_adaptive`` with the lists that its event callbacks fill.
+    """A ``heyoka.taylor_adaptive``, its events, and the lists that their callbacks fill.
 
     ``losses`` holds the latest time at which g_n fell through 0 in a run that went on there.
     """
 
     adaptive: Adaptive
     terminal: tuple[str, ...]
+    events: dict[str, Event]
     hits: list[Hit] = field(default_factory=list)
     losses: list[Scalar] = field(default_factory=list)
 
@@ -96,6 +97,7 @@ def build(setup: Setup) -> Integrator:
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
+    events = {name: event_named(name, form.model) for name in setup.events}
     hits: list[Hit] = []
     losses: list[Scalar] = []
     noted = []
@@ -113,12 +115,12 @@ def build(setup: Setup) -> Integrator:
             for ex in terminal.values()
         ],
         nt_events=[
-            *(_event(heyoka, name, equations, fp_type, hits) for name in setup.events),
+            *(_event(heyoka, event, equations, fp_type, hits) for event in events.values()),
             *noted,
         ],
         **numeric_options(setup),
     )
-    return Integrator(made, tuple(terminal), hits, losses)
+    return Integrator(made, tuple(terminal), events, hits, losses)
 
 
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
@@ -177,12 +179,11 @@ def heyoka_direction(direction: int) -> Any:
 
 def _event(
     heyoka: ModuleType,
-    name: str,
+    event: Event,
     equations: Equations,
     fp_type: type,
     hits: list[Hit],
 ) -> Any:
-    event = event_named(name, equations.motion.model)
     expression = event_expression(event, equations)
     direction = heyoka_direction(event.direction)
 
@@ -196,7 +197,7 @@ def _event(
                 "for fewer kinds of them"
             )
         # the state of the integrator is at the end of the step; the event's is interpolated
-        hits.append(Hit(name, time, sign, tuple(adaptive.update_d_output(time))))
+        hits.append(Hit(event.name, time, sign, tuple(adaptive.update_d_output(time))))
 
     return heyoka.nt_event(expression, callback, direction=direction, fp_type=fp_type)
 

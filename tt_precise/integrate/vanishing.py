@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from tt_precise.initial_state import InitialState
-from tt_precise.integrate.events import EXTREMUM, event_named
+from tt_precise.integrate.events import EXTREMUM, Event
 from tt_precise.integrate.setup import Setup
 
 
-def vanishes(event: str, setup: Setup, start: InitialState) -> bool:
+def vanishes(event: Event, setup: Setup, start: InitialState) -> bool:
     """Whether the event's function is zero at the start itself.
 
     Then whether heyoka finds a root just behind it is a matter of rounding (theta_dot(0) = 0 in
     the reference scene), and the rule is: the start is no event.
     """
     form, context = setup.formulation, setup.precision.context
-    known = event_named(event, form.model)
-    evaluate = known.function
+    evaluate = event.function
     first = start.state(form)
-    if known.slope or not event.startswith(EXTREMUM):
+    if event.slope or not event.name.startswith(EXTREMUM):
         q = form.motion(start.body, first, context, context.mpf(0))
         return bool(abs(evaluate(q)) < context.ldexp(1, -setup.precision.bits))
     h = context.ldexp(1, -setup.precision.bits // 3)

@@ -152,3 +152,13 @@ def formulation(model: str, coordinates: str, law: str = "viscous") -> Formulati
         raise InputError(
             f"formulation: got {coordinates!r}, expected one of: {', '.join(COORDINATES)}"
         ) from None
+
+
+def contact_terms(
+    model: str, body: Parameters, vectors: NewtonState, fn: Functions
+) -> tuple[Scalar, Scalar]:
+    """Numerator and denominator of g_n; rolling has no denominator that could vanish."""
+    if model == "rolling":
+        return rolling.constraint_force(body, vectors)[2], 1
+    viscous = friction.viscous_at(body, vectors.vx, vectors.vy, fn)
+    return newton.contact_terms(viscous, vectors)
