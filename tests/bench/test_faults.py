@@ -10,8 +10,9 @@ import sympy
 import tt_precise as tt
 from tt_precise.bench import faults
 from tt_precise.bench.dropped_terms import rates_without, term_names
+from tt_precise.bench.gyroscopic_term import rates_without as rates_without_gyroscopic
 from tt_precise.body import Parameters
-from tt_precise.mechanics import euler
+from tt_precise.mechanics import euler, newton
 
 STATE = euler.EulerState(0.7, 1.1, -2.3, 150.0, 0.02, -0.05)
 
@@ -45,6 +46,27 @@ def test_a_dropped_term_is_the_one_that_is_named() -> None:
     assert [a == b for a, b in zip(whole, spoiled, strict=True)] == [i != 2 for i in range(6)]
 
 
+def test_forgetting_nothing_changes_nothing() -> None:
+    """Without its gyroscopic term the simulator is right where omega x I omega is 0."""
+    body = tt.load_scene("reference").body.numbers(float)
+    spin = newton.NewtonState(0.0, 0.6, 0.8, 0.0, 0.6e-4, 0.8e-4, 0.02, -0.01)  # L along k
+    for found, right in zip(
+        rates_without_gyroscopic(body, spin), newton.rates(body, spin), strict=True
+    ):
+        assert found == pytest.approx(right, rel=1e-12, abs=1e-18)
+    turning = spin._replace(Lx=1e-5)
+    assert rates_without_gyroscopic(body, turning).vx != newton.rates(body, turning).vx
+
+
+def test_the_gyroscopic_term_is_missed_in_close_and_in_wide_rows() -> None:
+    (fault,) = (one for one in faults.faults() if one.kind == "simulator")
+    row = faults.row(faults.Fault(fault.kind, fault.name, "", lambda: fault.frame()[:201]), (1, 10))
+    found = [row[f"equations_{spacing}ms"] for spacing in (1, 10)]
+    assert min(found) > 1e-3
+    # the energy only falls, so that without rates lambda alone would tell
+    assert row["energy"] < 1e-6
+
+
 def test_some_of_each_kind_are_caught() -> None:
     chosen = {
         ("healthy", "Newton form in double"): 0,
@@ -57,7 +79,7 @@ def test_some_of_each_kind_are_caught() -> None:
     for fault in faults.faults():
         key = (fault.kind, fault.name)
         if key in chosen and fault.size in ("", "1e-3", "0.001"):
-            row = faults.row(fault)
+            row = faults.row(fault, (faults.GIVEN_MS,))
             assert row["at_1e-06"] == bool(chosen[key]), row
             met.add(key)
     assert met == set(chosen)
@@ -76,5 +98,14 @@ def test_the_whole_sweep() -> None:
         rows = found[(found["kind"] == "parameter") & (found["size"] == size)]
         assert len(rows) == 7
         assert rows[column].all()
+    others = found[found["kind"].isin(faults.EQUATIONS)]
+    for spacing in faults.SPACINGS_MS:
+        values = others[f"equations_{spacing}ms"]
+        assert (values.dropna() > 1e-6).mean() > 0.9, spacing
+        assert not (healthy[f"equations_{spacing}ms"] > 1e-9).any()
+    simulator = found[found["kind"] == "simulator"]
+    assert (simulator[[f"equations_{spacing}ms" for spacing in faults.SPACINGS_MS]] > 1e-3).all(
+        None
+    )
     columns = found[(found["kind"] == "column") & (found["size"] == "")]
     assert columns["at_1e-03"].all()

@@ -1,13 +1,14 @@
 """Which planted faults the conservation checks catch: ``python -m tt_precise.bench.faults``.
 
 Faulty simulators of the reference scene and faulty files, each run through the checks as a CSV
-reader would see it, and healthy ones beside them, which must not be flagged. A fault is caught at
-every limit below the value that the table states. Writes ``reports/faults.csv``.
+reader would see it, with rows every 10 ms, and healthy ones beside them, which must not be flagged.
+A fault is caught at every limit below the value that the table states. What ``equations`` finds,
+which compares rates, stands there for other spacings, too. Writes ``reports/faults.csv``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,9 +33,13 @@ OUT = Path("reports/faults.csv")
 SIZES = ("1e-3", "1e-6", "1e-9", "1e-12")
 LIMITS = (1e-3, 1e-6, 1e-9, 1e-12)
 STEPS_S = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)  # RK4; at 2e-3 it does not survive the spike at 3.19 s
+EVERY_S = "0.001"  # of the rows that are made; every tenth is what the checks are given
+SPACINGS_MS = (1, 2, 5, 10, 20)
+GIVEN_MS = 10
 SHOWN = ("jellett", "energy", "energy_balance", "equations", "axis_norm")
 DIGITS = 8.0  # asked of the distance from golden data
 MOST_STEPS = 100_000  # the healthy equations take 5,000; a wrong one may blow up
+EQUATIONS = ("dropped term", "simulator")  # kinds whose equations are others
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
@@ -44,7 +49,7 @@ Column = Callable[["pandas.DataFrame"], Any]  # gives the faulty column
 
 @dataclass(frozen=True)
 class Fault:
-    """A trajectory with something wrong in it, or nothing (``kind`` "healthy")."""
+    """A trajectory with something wrong in it, or nothing (``kind`` "healthy"); rows every 1 ms."""
 
     kind: str
     name: str
@@ -60,7 +65,8 @@ def table(progress: Progress = silent) -> pandas.DataFrame:
     that may be asked about (the fault is caught at every limit below), ``by`` the check that has
     it;
     ``at_1e-03`` ... say whether a limit catches it, ``by_golden`` whether asking for 8 correct
-    digits does.
+    digits does. ``equations_1ms`` ... are what ``equations`` finds in rows of that spacing; empty
+    where it cannot tell, or the rows are refused.
     """
     import pandas
 
@@ -74,7 +80,7 @@ def table(progress: Progress = silent) -> pandas.DataFrame:
 
 def faults() -> Iterator[Fault]:
     """Everything that is planted, the healthy ones first."""
-    scene = load_scene(SCENE)
+    scene = load_scene(SCENE).varied(sample_every=EVERY_S)
     yield from _healthy(scene)
     for name in ("m", "R", "alpha", "I1", "I3", "g", "mu"):
         for size in SIZES:
@@ -83,6 +89,7 @@ def faults() -> Iterator[Fault]:
 
     for number, name in enumerate(term_names()):
         yield Fault("dropped term", name, "", _without_term(scene, number))
+    yield Fault("simulator", "without omega x I omega", "", _without_gyroscopic_term(scene))
     for step in STEPS_S:
         yield Fault("RK4", f"step {step:g} s", f"{step:g}", _runge_kutta(scene, step))
     yield Fault(
@@ -133,15 +140,37 @@ def _without_term(scene: Scene, number: int) -> Callable[[], pandas.DataFrame]:
         start, body, units = _initial_state(scene)
         variables = euler.EulerState(*heyoka.make_vars(*EULER))
         rates, _ = rates_without(number, euler.rates, body, variables, heyoka)
-        adaptive = heyoka.taylor_adaptive(
-            list(zip(variables, [rate + 0.0 for rate in rates], strict=True)),
-            [float(entry) for entry in start.euler],
-        )
-        times = numpy.array([float(t) for t in scene.sample_times])
-        outcome = adaptive.propagate_grid(times / units.time, max_steps=MOST_STEPS)
-        return _table(times, outcome[-1].T, EULER, units)
+        return _solved(scene, variables, [rate + 0.0 for rate in rates], start.euler, units)
 
     return frame
+
+
+def _without_gyroscopic_term(scene: Scene) -> Callable[[], pandas.DataFrame]:
+    def frame() -> pandas.DataFrame:
+        import heyoka
+
+        from tt_precise.bench.gyroscopic_term import rates_without
+        from tt_precise.mechanics.newton import NewtonState
+
+        start, body, units = _initial_state(scene)
+        variables = NewtonState(*heyoka.make_vars(*VECTORS))
+        return _solved(scene, variables, rates_without(body, variables), start.vectors, units)
+
+    return frame
+
+
+def _solved(
+    scene: Scene, variables: Any, rates: Iterable[Any], start: Iterable[Any], units: Any
+) -> pandas.DataFrame:
+    """Any equations, integrated as well as double allows."""
+    import heyoka
+
+    adaptive = heyoka.taylor_adaptive(
+        list(zip(variables, rates, strict=True)), [float(entry) for entry in start]
+    )
+    times = numpy.array([float(t) for t in scene.sample_times])
+    outcome = adaptive.propagate_grid(times / units.time, max_steps=MOST_STEPS)
+    return _table(times, outcome[-1].T, variables._fields, units)
 
 
 def _runge_kutta(
@@ -229,20 +258,29 @@ def _spoiled_columns(scene: Scene) -> Iterator[Fault]:
     yield Fault("column", "one glitch of Lz at t = 4 s", "1e-6", glitch)
 
 
-def row(fault: Fault) -> dict[str, Json]:
-    """One row of the table."""
+def row(fault: Fault, spacings: Sequence[int] = SPACINGS_MS) -> dict[str, Json]:
+    """One row of the table; ``spacings`` (ms), for ``equations``, contain ``GIVEN_MS``."""
     from tt_precise.check import conservation
     from tt_precise.errors import InputError
 
     scene: str | Scene = _slippery(load_scene(SCENE)) if "mu = 0.1" in fault.name else SCENE
     known: dict[str, Json] = {"kind": fault.kind, "fault": fault.name, "size": fault.size}
-    try:
-        result = conservation(fault.frame(), scene)
-    except InputError as error:
-        refused = {"largest": numpy.inf, "by": "refused", "note": str(error)}
-        caught = {f"at_{limit:.0e}": True for limit in LIMITS}
-        return known | refused | caught | {"by_golden": True}
-    return known | _found(result)
+    frame, results = fault.frame(), {}
+    for spacing in spacings:
+        try:
+            results[spacing] = conservation(frame.iloc[::spacing], scene)
+        except InputError as error:
+            if spacing == GIVEN_MS:
+                known |= {"largest": numpy.inf, "by": "refused", "note": str(error)}
+                known |= {f"at_{limit:.0e}": True for limit in LIMITS} | {"by_golden": True}
+    if GIVEN_MS in results:
+        known |= _found(results[GIVEN_MS])
+    told = {spacing: found["equations"] for spacing, found in results.items()}
+    return known | {
+        f"equations_{spacing}ms": told[spacing].value
+        for spacing in spacings
+        if spacing in told and told[spacing].verdict != "skipped"
+    }
 
 
 def _found(result: Result) -> dict[str, Json]:
@@ -291,6 +329,13 @@ def summary(found: pandas.DataFrame) -> str:
         lines.append(
             f"{kind}: {len(rows)} planted; caught by conservation {caught}; "
             f"by {DIGITS:.0f} golden digits {int(rows['by_golden'].sum())}."
+        )
+    planted = planted.set_index("kind")
+    for spacing in SPACINGS_MS:
+        values = planted.loc[planted.index.isin(EQUATIONS), f"equations_{spacing}ms"]
+        lines.append(
+            f"rows every {spacing} ms: equations alone finds {int((values > 1e-6).sum())} of "
+            f"{len(values)} other equations at 1e-6, and cannot tell {int(values.isna().sum())}."
         )
     return "\n".join(lines)
 

@@ -16,6 +16,7 @@ KINDS = {
     "healthy": (style.GREEN, "o"),
     "parameter": (style.BLUE, "^"),
     "dropped term": (style.RED, "x"),
+    "simulator": (style.RED, "+"),
     "RK4": (style.PURPLE, "s"),
     "float32": (style.BLACK, "*"),
     "column": (style.ORANGE, "D"),
