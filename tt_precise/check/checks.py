@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy
 
 from tt_precise.arithmetic import Array
+from tt_precise.check.contact_height import ContactVelocity
 from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.finding import Sense
 from tt_precise.check.samples import CheckSetup, Samples
@@ -120,12 +121,6 @@ def _slip_skipped(setup: CheckSetup, first: Samples) -> str:
     return ""
 
 
-def _slip(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-    q = first.first
-    scale = float(setup.body.R * numpy.sqrt(dot(q.omega, q.omega))) or 1.0
-    return lambda samples: samples.slip / scale
-
-
 def _axis(setup: CheckSetup, first: Samples, limit: float) -> Watch:
     return lambda samples: abs(numpy.sqrt(dot(samples.state.k, samples.state.k)) - 1)
 
@@ -195,7 +190,7 @@ CHECKS = (
     ),
     RowCheck(
         "contact_velocity", "v_A.z = 0 (rolling: v_A = 0), in units of R omega at the start",
-        _slip, _slip_skipped,
+        ContactVelocity, _slip_skipped,
     ),
     RowCheck("axis_norm", "|k| = 1", _axis, _axis_skipped),
     RowCheck("quaternion_norm", "|q| = 1", _quaternion, _quaternion_skipped),
