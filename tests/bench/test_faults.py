@@ -104,8 +104,7 @@ def test_the_whole_sweep() -> None:
         assert (values.dropna() > 1e-6).mean() > 0.9, spacing
         assert not (healthy[f"equations_{spacing}ms"] > 1e-9).any()
     simulator = found[found["kind"] == "simulator"]
-    assert (simulator[[f"equations_{spacing}ms" for spacing in faults.SPACINGS_MS]] > 1e-3).all(
-        None
-    )
+    named = [f"equations_{spacing}ms" for spacing in faults.SPACINGS_MS]
+    assert simulator[named].to_numpy().min() > 1e-3
     columns = found[(found["kind"] == "column") & (found["size"] == "")]
     assert columns["at_1e-03"].all()

@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from tt_precise import cli
-from tt_precise.check.engine_states import engine_columns
+from tt_precise.check.engine_states import CONVENTIONS, engine_columns
+from tt_precise.engines.catalogue import ENGINES
 from tt_precise.errors import InputError
 from tt_precise.integrate import integrate
 from tt_precise.scene import Scene, load_scene
@@ -55,11 +56,20 @@ def written(pose: pd.DataFrame, scene: Scene, engine: str) -> dict[str, np.ndarr
 
 
 def check(path: Path, *more: str) -> int:
-    argv = ["check", str(path), "--scene", "reference", "--until", UNTIL, "--digits", "9", *more]
-    return cli.main(argv)
+    return main(
+        "check", str(path), "--scene", "reference", "--until", UNTIL, "--digits", "9", *more
+    )
 
 
-# the others share an entry with bullet
+def main(*words: str) -> int:
+    return cli.main(list(words))
+
+
+def test_every_engine_of_the_adapters_has_a_convention() -> None:
+    assert {engine.name.lower() for engine in ENGINES} == set(CONVENTIONS)
+
+
+# dart and exudyn share an entry with ode, the others with bullet
 @pytest.mark.parametrize("engine", ["mujoco", "drake", "ode", "bullet"])
 def test_each_engine_passes_in_its_own_convention_only(
     engine: str, pose: pd.DataFrame, scene: Scene, tmp_path: Path
@@ -95,9 +105,17 @@ def test_the_origin_can_be_said(pose: pd.DataFrame, scene: Scene, tmp_path: Path
 def test_the_name_of_the_file_is_shown(
     pose: pd.DataFrame, scene: Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    np.savez(tmp_path / "run.npz", **written(pose, scene, "ode"))  # type: ignore[arg-type]
-    check(tmp_path / "run.npz", "--from", "ode")
+    arrays = written(pose, scene, "ode")
+    np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
+    check(tmp_path / "run.npz", "--from", "exudyn")
     assert "run.npz against scene reference: pass" in " ".join(capsys.readouterr().out.split())
+    # and where it is refused
+    np.savez(tmp_path / "ms.npz", **{**arrays, "t": 1e3 * arrays["t"]})  # type: ignore[arg-type]
+    assert main("check", str(tmp_path / "ms.npz"), "--scene", "reference", "--from", "dart") == 2
+    refused = capsys.readouterr().err
+    assert f"{tmp_path / 'ms.npz'}: " in refused
+    assert "if the time is in ms" in refused
+    assert "the table" not in refused
 
 
 @pytest.mark.parametrize(

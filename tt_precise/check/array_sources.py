@@ -68,16 +68,20 @@ class ParquetSource(RowSource):
 
 
 class ColumnSource(RowSource):
-    """Columns in memory; ``column(name)`` gives one of those called ``names``."""
+    """Columns in memory; ``column(name)`` gives one of those called ``names``.
+
+    ``where`` is what messages call them.
+    """
 
     def __init__(
         self,
         names: Sequence[Hashable],
         column: Callable[[Hashable], object],
         rename: Mapping[str, str],
+        where: str = "the table",
     ):
         self._theirs, self._column = list(names), column
-        super().__init__("the table", [str(name) for name in names], rename)
+        super().__init__(where, [str(name) for name in names], rename)
 
     def blocks(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent

@@ -39,7 +39,7 @@ _CENTRAL = Convention(scalar_first=False, in_body_frame=False, origin=CENTRE_OF_
 CONVENTIONS = {
     "mujoco": Convention(scalar_first=True, in_body_frame=True, origin=CENTRE_OF_SPHERE),
     "drake": Convention(scalar_first=True, in_body_frame=False, origin=CENTRE_OF_SPHERE),
-    "ode": Convention(scalar_first=True, in_body_frame=False, origin=CENTRE_OF_MASS),
+    **dict.fromkeys(("dart", "exudyn", "ode"), _CENTRAL._replace(scalar_first=True)),
     **dict.fromkeys(("bullet", "cannon-es", "jolt", "newton", "rapier"), _CENTRAL),
 }
 # each array by its names in .npz, and its width; in CSV the columns are these with a number behind

@@ -20,7 +20,7 @@ from tt_precise.errors import InputError
 def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowSource:
     """A table from a path, "-" (standard input), a DataFrame, a mapping or a ``Trajectory``.
 
-    The caller closes it.
+    The caller closes it. A source that is open already is returned as it is.
 
     Raises
     ------
@@ -28,6 +28,8 @@ def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowS
         It cannot be opened, or has no header.
     """
     rename = rename or {}
+    if isinstance(source, RowSource):
+        return source
     if isinstance(source, str | os.PathLike):
         name = os.fspath(source)
         if name == "-":

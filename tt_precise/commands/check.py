@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
@@ -86,10 +85,15 @@ def command(
         require_format(plot)
     table: object = trajectory
     if engine is not None:
+        from tt_precise.check.array_sources import ColumnSource
         from tt_precise.check.engine_states import engine_columns
         from tt_precise.scene import load_scene
 
-        table = engine_columns(trajectory, engine, load_scene(scene))
+        given = engine_columns(trajectory, engine, load_scene(scene))
+        # messages name the file, not a table
+        table = ColumnSource(
+            list(given), lambda name: given[str(name)], renaming(columns), trajectory
+        )
     with progress_bar(f"checking {trajectory}") as progress:
         result = conservation(
             table,
@@ -103,8 +107,6 @@ def command(
             folder=folder,
             progress=progress,
         )
-    if engine is not None:
-        result = replace(result, trajectory=trajectory)
     _write(result, junit, markdown, plot)
     click.echo(json.dumps(result.as_dict(), indent=2) if as_json else str(result))
     return 0 if result.passed else FAILED
