@@ -25,7 +25,7 @@ NEARLY, FORGETTING = 0.9, 1.01  # of the length of a step that failed; by which 
 MOST_HALVINGS = 12  # of a step that does not verify, before the proof ends there
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stretch:
     """One verified step: |y(t) - p(s)| <= radius for t = begin + unit s, 0 <= s <= end.
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import flint
 from flint import arb
@@ -94,6 +94,13 @@ def lower_bound(stretch: Stretch, function: Function, pieces: int = 8) -> arb:
         return -largest(-part for part in parts)
 
 
+@lru_cache(maxsize=2)
+def _moving(stretch: Stretch, sharp: bool) -> tuple[Slope, ...]:
+    """The state in a stretch with its derivative; the next function is mostly about the same."""
+    tube, rates = stretch.sharp if sharp else (stretch.tube, stretch.rates)
+    return tuple(Slope(y, {0: rate}) for y, rate in zip(tube, rates, strict=True))
+
+
 @dataclass(frozen=True)
 class _Part:
     stretch: Stretch
@@ -115,9 +122,7 @@ class _Part:
         *,
         sharp: bool = False,
     ) -> _Part:
-        tube, rates = stretch.sharp if sharp else (stretch.tube, stretch.rates)
-        moving = [Slope(y, {0: rate}) for y, rate in zip(tube, rates, strict=True)]
-        along = function(moving)
+        along = function(_moving(stretch, sharp))
         local = [(t - stretch.begin) / stretch.piece.unit for t in touches]
         first = begins if stretch.begin == 0 else None
         return cls(stretch, function, along.value, along.partials[0], sharp, first, local)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import flint
 from flint import arb
 
 from tt_precise.arithmetic import Scalar
@@ -18,16 +19,34 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene
 
 
-def observed(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Function:
-    """``evaluate`` of the scene's ``Motion``, dimensionless, as a function of the state's entries.
+class Observer:
+    """A scene's dimensionless ``Motion`` at entries of its state: balls, bands or slopes of bands.
 
-    The entries may be balls, bands or slopes of bands.
+    Functions of one observer share what they compute of the state that they saw last.
     """
 
-    def function(state: Sequence[Scalar]) -> Scalar:
-        return evaluate(_motion(scene, state))
+    def __init__(self, scene: Scene):
+        self.form, self._parameters = form_of(scene), problem_of(scene).parameters
+        self._scene = scene
+        self._last: tuple[Sequence[Scalar], int, Motion] | None = None
 
-    return function
+    def motion(self, state: Sequence[Scalar]) -> Motion:
+        """The motion; a state is not to be changed after it was seen."""
+        precision = flint.ctx.prec
+        if self._last is None or self._last[0] is not state or self._last[1] != precision:
+            body = body_of(self._scene, self._parameters())
+            vectors = self.form.State(*state[: len(self.form.columns)])
+            self._last = state, precision, self.form.motion(body, vectors, Balls)
+        return self._last[2]
+
+    def of(self, evaluate: Callable[[Motion], Scalar]) -> Function:
+        """``evaluate`` as a function of the state's entries."""
+        return lambda state: evaluate(self.motion(state))
+
+
+def observed(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Function:
+    """``evaluate`` of the scene's ``Motion`` as a function of the state's entries."""
+    return Observer(scene).of(evaluate)
 
 
 def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
@@ -35,7 +54,7 @@ def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
 
     None where a value is undefined, or not bounded (Euler angles at a pole).
     """
-    motion = _motion(scene, state)
+    motion = Observer(scene).motion(state)
     names = [*NewtonState._fields, *EulerState._fields, *scene.record]
     recorded = [value * QUADRATURE_SCALE for value in state[len(form_of(scene).columns) :]]
     units = units_of(scene)
@@ -44,9 +63,3 @@ def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
         number = arb(value) * units.of_dimension(STATE_DIMENSIONS[name])
         found[name] = number if number.is_finite() else None
     return found
-
-
-def _motion(scene: Scene, state: Sequence[Scalar]) -> Motion:
-    form = form_of(scene)
-    body = body_of(scene, problem_of(scene).parameters())
-    return form.motion(body, form.State(*state[: len(form.columns)]), Balls)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+import flint
 from flint import arb
 
 from tt_precise.arithmetic import Arithmetic, Functions, Scalar
@@ -62,8 +63,13 @@ def problem_of(scene: Scene) -> Problem:
     ) -> Sequence[Scalar]:
         return extended_rates(form, scene.record, body_of(scene, parameters), tuple(state), fn)
 
+    known: dict[int, Sequence[arb]] = {}
+
     def parameters() -> Sequence[arb]:
-        return InitialState.of(scene, BALLS).parameters(form)
+        precision = flint.ctx.prec
+        if precision not in known:
+            known[precision] = InitialState.of(scene, BALLS).parameters(form)
+        return known[precision]
 
     def start() -> Sequence[arb]:
         state = InitialState.of(scene, BALLS).state(form)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -14,6 +14,7 @@ from flint import arb
 from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import largest
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
+from tt_precise.certify.happening import ProvedEvents, search
 from tt_precise.certify.interval_newton import Zero, lower_bound, zeros
 from tt_precise.certify.observed import columns_in_si, observed
 from tt_precise.certify.onset import onset
@@ -30,15 +31,6 @@ from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
 
 BITS = 200
-
-
-@dataclass(frozen=True)
-class ProvedEvents:
-    """All zeros of one event after t = 0, or why they are not proved."""
-
-    name: str
-    zeros: tuple[Zero, ...]
-    failure: NotProved | None = None
 
 
 @dataclass(frozen=True)
@@ -144,33 +136,16 @@ class Proof:
         InputError
             The catalogue does not have it for this model.
         """
-        event = event_named(name, self.scene.model)
         if name not in catalogue(self.scene.model):
             raise InputError(f"event: got {name}, expected one of the catalogue, no extremum")
+        return self._search([name])[name]
+
+    def _search(self, names: Sequence[str]) -> dict[str, ProvedEvents]:
         with flint.ctx.workprec(self.enclosure.working_bits):
             # the last stretch reaches beyond the horizon
             end = self.lost.time if self.lost else self.enclosure.problem.until()
-        function = observed(self.scene, event.function)
-        found: list[Zero] = []
-        try:
-            every = zeros(
-                self.enclosure.stretches,
-                function,
-                begins=onset(self.scene, event.function),
-                touches=self._touches if name == "phi_dot_zero" else (),
-            )
-            for zero in every:
-                if zero.time > end:
-                    break
-                if not zero.time < end:
-                    raise NotProved(
-                        "zeros", f"whether one of {name} is beyond the end is undecided"
-                    )
-                if event.direction in (0, zero.direction):
-                    found.append(zero)
-        except NotProved as why:
-            return ProvedEvents(name, tuple(found), why)
-        return ProvedEvents(name, tuple(found))
+        touches = {name: self._touches if name == "phi_dot_zero" else () for name in names}
+        return search(self.scene, self.enclosure.stretches, end, touches)
 
     @cached_property
     def _touches(self) -> tuple[arb, ...]:
@@ -197,7 +172,7 @@ class Proof:
     @cached_property
     def all_events(self) -> dict[str, ProvedEvents]:
         """Every event of the catalogue."""
-        return {name: self.events(name) for name in catalogue(self.scene.model)}
+        return self._search(catalogue(self.scene.model))
 
     @cached_property
     def inversion(self) -> InversionTimes:
