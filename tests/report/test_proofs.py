@@ -50,8 +50,10 @@ def test_times_are_those_of_the_proof() -> None:
 def test_the_theorem_for_ever_has_its_constants() -> None:
     found = section()
     _, _, ends = _tables(found)
-    entered, final = (row for row in ends.rows if row[0] == "reference")
-    assert entered[1] == final[1] == "pi"
+    held, entered, final = (row for row in ends.rows if row[0] == "reference")
+    assert held[1] == entered[1] == final[1] == "pi"
+    assert held[4] == "-"
+    assert float(held[2]) < float(entered[2])
     assert float(entered[2]) < float(final[2]) == 8
     assert 0 < float(entered[4]) < float(final[4])
 

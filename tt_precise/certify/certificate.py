@@ -189,7 +189,7 @@ def compared(stored: store.Stored, proof: Proof) -> Certificate:
         "mismatches": [*rows.mismatches, *happened.mismatches],
         "contact": _contact(proof),
         "inversion": _inversion(proof),
-        "forever": _forever(Enclosures(stored, enclosure, tails)),
+        "forever": _forever(proof, Enclosures(stored, enclosure, tails)),
         "conserved_within": within,
         "proved_events": {
             name: len(found.zeros) for name, found in proof.all_events.items() if not found.failure
@@ -267,12 +267,13 @@ def _inversion(proof: Proof) -> dict[str, Json]:
     return found
 
 
-def _forever(enclosures: Enclosures) -> dict[str, Json]:
+def _forever(proof: Proof, enclosures: Enclosures) -> dict[str, Json]:
     try:
-        entered, final = forever(enclosures.stored.scene, enclosures)
+        if proof.lost:
+            raise NotProved("F3", "contact is lost")
+        return {name: one.as_dict() for name, one in forever(proof.scene, enclosures).items()}
     except NotProved as why:
         return {"failure": str(why)}
-    return {"entered": entered.as_dict(), "at_the_end": final.as_dict()}
 
 
 def _number(exact: Scalar, digits: int) -> dict[str, str] | None:

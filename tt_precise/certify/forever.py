@@ -35,140 +35,71 @@ and bounded, and the solution goes on for ever with m(t) <= m(t0) exp(-rate (t -
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from decimal import ROUND_CEILING, ROUND_FLOOR
-from fractions import Fraction
+from collections.abc import Callable, Sequence
 
 import flint
 import numpy
 from flint import arb, arb_mat
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.certify.balls import Balls, around, ball, bounds, largest
-from tt_precise.certify.printed import outward, rounded
-from tt_precise.certify.problem import BALLS
+from tt_precise.certify.balls import around, largest
+from tt_precise.certify.energy_well import held
 from tt_precise.certify.slopes import Slope, variables
 from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.vertical_spin import COLUMNS, Reduced, TrappingBlock, entries
 from tt_precise.golden.enclosures import Enclosures
-from tt_precise.golden.store import TRAJECTORY
-from tt_precise.initial_state import InitialState
-from tt_precise.mechanics import newton
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.scene import Scene
-from tt_precise.untyped import Json
 
-COLUMNS = ("kx", "ky", "Lx", "Ly", "vx", "vy")
 PAIRS = (slice(0, 2), slice(2, 4), slice(4, 6))
 BITS = 128
 ROOM = arb(1.01).mid()  # the block is this much larger than what has to lie in it
 # of the largest: a pair that has died out needs room for what the others drive it to
 SMALLEST = (0.0, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0)
-LIMITS = ("D", "E", "E_tilde", "omega_3")
 
 
-@dataclass(frozen=True)
-class TrappingBlock:
-    """A neighbourhood of the vertical spin, which the solution enters and never leaves.
+def forever(scene: Scene, enclosures: Enclosures) -> dict[str, TrappingBlock]:
+    """What holds the solution for ever, from rows of its enclosure on.
 
-    ``pole`` is -1 (inverted) or 1 (upright), ``rate`` in 1/s, ``force`` a bound of g_n/(m g) in it.
-    ``tilt`` bounds sin theta in the block, and ``reached`` the part of it that the solution is in
-    at ``since_s``: from then on sin theta <= reached tilt exp(-rate (t - since)).
-    """
-
-    pole: int
-    since_s: str
-    rate: arb
-    force: arb
-    tilt: arb
-    reached: arb
-    limits: dict[str, arb]
-
-    def as_dict(self) -> dict[str, Json]:
-        """For proof.json."""
-        return {
-            "theta_tends_to": "pi" if self.pole < 0 else "0",
-            "since_s": self.since_s,
-            "rate_per_s": rounded(bounds(self.rate)[0], ROUND_FLOOR, 4),
-            "g_n_at_least_mg": rounded(bounds(self.force)[0], ROUND_FLOOR, 4),
-            "sin_theta_at_most": rounded(bounds(self.tilt * self.reached)[1], ROUND_CEILING, 4),
-            "limits": {
-                name: dict(zip(("middle", "radius"), outward(one, 30), strict=True))
-                for name, one in self.limits.items()
-            },
-        }
-
-
-class Reduced:
-    """The motion near a vertical spin, as a function of ``COLUMNS`` for the lambda of a scene."""
-
-    def __init__(self, scene: Scene, pole: int):
-        start = InitialState.of(scene, BALLS)
-        self.body, self.units, self.pole = start.body, start.units, pole
-        self.lambda_ = arb(jellett(start.motion(Balls)))
-
-    def state(self, x: Sequence[Scalar]) -> NewtonState:
-        """The whole state that belongs to x."""
-        kx, ky, Lx, Ly, vx, vy = x
-        kz = self.pole * (1 - (kx * kx + ky * ky)).sqrt()
-        # lambda is linear in Lz
-        without, one = (
-            jellett(Motion(self.body, NewtonState(kx, ky, kz, Lx * n, Ly * n, Lz, 0, 0), Balls))
-            for n, Lz in ((1, 0), (0, 1))
-        )
-        return NewtonState(kx, ky, kz, Lx, Ly, (self.lambda_ - without) / one, vx, vy)
-
-    def rates(self, x: Sequence[Scalar]) -> list[Scalar]:
-        """f(x)."""
-        found = newton.rates(self.body, self.state(x))
-        return [getattr(found, name) for name in COLUMNS]
-
-    def force(self, x: Sequence[Scalar]) -> Scalar:
-        """g_n/(m g)."""
-        return newton.normal_force(self.body, self.state(x))
-
-    def limits(self) -> dict[str, arb]:
-        """Values of conserved and other quantities at the vertical spin, SI."""
-        motion = Motion(self.body, self.state([arb(0)] * 6), Balls)
-        return {
-            name: arb(QUANTITIES[name].evaluate(motion))
-            * self.units.of_dimension(QUANTITIES[name].dimension)
-            for name in LIMITS
-        }
-
-
-def forever(scene: Scene, enclosures: Enclosures) -> tuple[TrappingBlock, TrappingBlock]:
-    """The first block that the solution is in at a row of its enclosure, and that of the last row.
-
-    The first is the largest, and contracts slowly; the last one comes close to the linear rates.
+    ``held`` is where the energy alone does so first (``energy_well``), with the largest bounds and
+    no rate; ``entered`` the first block that contracts, and slowly; ``at_the_end`` that of the
+    last row, which comes close to the linear rates. What is not proved is absent.
 
     Raises
     ------
     NotProved
-        No row is in such a block; the scene may have to be proved for longer.
+        Not even the last row is held; the scene may have to be proved for longer.
     """
     count = len(enclosures.rows.rows)
     if scene.model != "gliding" or not scene.body.mu:
         raise NotProved("F2", "without friction nothing tends to a vertical spin")
     if scene.start.theta.at_pole:
-        raise NotProved("F4", "the axis is vertical from the start")
+        raise NotProved("F4", "the axis is vertical from the start, and nothing tends to it")
     if not count:
         raise NotProved("F4", "no row is enclosed")
     with flint.ctx.workprec(BITS):
-        last = _entries(scene, enclosures, count - 1)
-        reduced = Reduced(scene, 1 if last["kz"] > 0 else -1)
-        frame = _Frame(reduced)
-        found = final = frame.entered(scene, enclosures, count - 1)
-        low, high = 0, count - 1
-        while high - low > 1:
-            middle = (low + high) // 2
-            try:
-                found, high = frame.entered(scene, enclosures, middle), middle
-            except NotProved:
-                low = middle
-        return found, final
+        last = count - 1
+        pole = 1 if entries(scene, enclosures, last)["kz"] > 0 else -1
+        found = {"held": _first(last, lambda row: held(scene, enclosures, row))}
+        try:
+            frame = _Frame(Reduced(scene, pole))
+            final = frame.entered(scene, enclosures, last)
+            found["entered"] = _first(last, lambda row: frame.entered(scene, enclosures, row))
+            found["at_the_end"] = final
+        except NotProved:
+            pass
+        return found
+
+
+def _first(last: int, block: Callable[[int], TrappingBlock]) -> TrappingBlock:
+    """The block of the first row that has one; rows after it have one, too."""
+    found, low, high = block(last), -1, last
+    while high - low > 1:
+        middle = (low + high) // 2
+        try:
+            found, high = block(middle), middle
+        except NotProved:
+            low = middle
+    return found
 
 
 class _Frame:
@@ -191,12 +122,12 @@ class _Frame:
         self.linear = self.inverse * arb_mat(linear) * self.basis
 
     def entered(self, scene: Scene, enclosures: Enclosures, row: int) -> TrappingBlock:
-        entries = _entries(scene, enclosures, row)
-        if not entries["kz"] * self.reduced.pole > 0:
+        known = entries(scene, enclosures, row)
+        if not known["kz"] * self.reduced.pole > 0:
             raise NotProved("F4", "the axis is nearer to the other pole")
-        x = arb_mat(6, 1, [entries[name] for name in COLUMNS])
+        x = arb_mat(6, 1, [known[name] for name in COLUMNS])
         z = (self.inverse * x).entries()
-        lengths = [_length(z[pair]) for pair in PAIRS]
+        lengths = [length(z[pair]) for pair in PAIRS]
         longest = largest(lengths)
         why = NotProved("F2", "nothing was tried")
         for smallest in SMALLEST:
@@ -208,7 +139,7 @@ class _Frame:
                 continue
             reached = largest(one / w for one, w in zip(lengths, weights, strict=True))
             box = self._box(weights)
-            tilt = _length([box[0].abs_upper(), box[1].abs_upper()])
+            tilt = length([box[0].abs_upper(), box[1].abs_upper()])
             return TrappingBlock(
                 self.reduced.pole,
                 enclosures.rows.rows[row][0],
@@ -240,7 +171,7 @@ class _Frame:
                     (a, b), (c, d) = block
                     total += (largest([a, d]) + abs(b + c) / 2) * weights[p]
                 else:
-                    total += _length([x for line in block for x in line]) * weights[q]
+                    total += length([x for line in block for x in line]) * weights[q]
                 bent = [
                     sum(
                         (bends[i][j][k].abs_upper() * weights[k // 2] for k in range(6)),
@@ -250,7 +181,7 @@ class _Frame:
                     for i in _indices(pair)
                     for j in _indices(other)
                 ]
-                total += _length(bent) * weights[q]
+                total += length(bent) * weights[q]
             rates.append(-total / weights[p])
         rate = -largest(-one for one in rates)
         if not rate > 0:
@@ -281,17 +212,6 @@ def _indices(pair: slice) -> range:
     return range(pair.start, pair.stop)
 
 
-def _length(numbers: Sequence[arb]) -> arb:
+def length(numbers: Sequence[arb]) -> arb:
+    """An upper bound of the Euclidean length."""
     return sum((x * x for x in numbers), start=arb(0)).sqrt().upper()
-
-
-def _entries(scene: Scene, enclosures: Enclosures, row: int) -> dict[str, arb]:
-    """Balls around the enclosed vectors of a row of trajectory.csv, dimensionless."""
-    units = InitialState.of(scene, BALLS).units
-    texts = enclosures.stored.trajectory.rows[row]
-    known = enclosures.proved(TRAJECTORY, texts, enclosures.rows.rows[row])
-    found = {}
-    for name in NewtonState._fields:
-        low, high = (ball(Fraction(end)) for end in (known[name].low, known[name].high))
-        found[name] = low.union(high) / units.of_dimension(STATE_DIMENSIONS[name])
-    return found

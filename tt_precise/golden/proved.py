@@ -7,6 +7,6 @@ PROVED = frozenset(
         "below-threshold", "beside-the-pole", "contact-lost", "frictionless", "from-initiation",
         "inverted", "just-above-threshold", "just-below-threshold", "kicked", "phi-dot-195",
         "phi-dot-83", "phi-dot-minus-10", "reference", "rocking", "rolling", "smoothest",
-        "stays-upright", "steep", "tippetopsim", "upright"
+        "stays-upright", "steep", "tippetopsim", "track", "upright"
     }
 )  # fmt: skip

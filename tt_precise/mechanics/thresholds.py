@@ -28,6 +28,37 @@ def lambda_up(body: Parameters, fn: Functions) -> Scalar:
     return scale * (1 - alpha) ** 2 / fn.sqrt(alpha + body.gamma - 1)
 
 
+def tumbling_lambda_squared(body: Parameters, z: Scalar) -> Scalar:
+    """lambda^2 of the motion that tumbles at cos theta = ``z``; negative where there is none.
+
+    Tumbling means theta_dot = 0, v_A = 0, g_n = m g with theta strictly between the poles; eqs (2)
+    and (5) then give omega_3 = phi_dot (cos theta - alpha) and
+    phi_dot^2 (alpha - (1 - gamma) cos theta) = m g R alpha/I3.
+    """
+    phi_dot_squared = (
+        body.m * body.g * body.R * body.alpha / body.I3 / (body.alpha - (1 - body.gamma) * z)
+    )
+    inertia = _inertia(body, z)
+    return phi_dot_squared * body.R * body.R * inertia * inertia
+
+
+def least_energy(body: Parameters, z: Scalar, lambda_: Scalar) -> Scalar:
+    """The least energy, in J, of all states with this lambda and cos theta = ``z``.
+
+    That is lambda^2/(2 a.I a) + m g R (1 - alpha z), with I the tensor of inertia: L.I^-1 L/2 is
+    least, on the plane -L.a = lambda, for L in the direction of I a. It is stationary in z where
+    the top may tumble.
+    """
+    across = 2 * body.R * body.R * _inertia(body, z)
+    return lambda_ * lambda_ / across + body.m * body.g * body.R * (1 - body.alpha * z)
+
+
+def _inertia(body: Parameters, z: Scalar) -> Scalar:
+    """a.I a/R^2."""
+    u = z - body.alpha
+    return body.I1 * (1 - z * z) + body.I3 * u * u
+
+
 def L0(body: Parameters, lambda_: Scalar) -> Scalar:
     """Angular momentum of the upright spin with this lambda, in kg m^2/s; section 1."""
     return lambda_ / (body.R * (1 - body.alpha))

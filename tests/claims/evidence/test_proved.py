@@ -19,7 +19,18 @@ from tt_precise.golden import places, proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval
 
 CHEAP = ("NUM-04", "NUM-05", "NUM-07", "NUM-20", "NUM-21", "NUM-22", "NUM-24", "QUAL-01")
-LONG = ("EQ-06", "NUM-06", "NUM-08", "NUM-09", "QUAL-03", "QUAL-13", "QUAL-15", "QUAL-18", "TH-07")
+LONG = (
+    "EQ-06",
+    "NUM-06",
+    "NUM-08",
+    "NUM-09",
+    "QUAL-03",
+    "QUAL-13",
+    "QUAL-15",
+    "QUAL-18",
+    "TH-07",
+    "TH-15",
+)
 
 
 def _all() -> list[Any]:

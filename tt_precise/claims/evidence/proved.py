@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
+from typing import Any
 
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.measured import MOST_DIGITS, decade
@@ -43,7 +44,7 @@ class Proved:
 
     @property
     def g_n_positive(self) -> bool:
-        """Whether g_n > 0 at every instant, the horizon included."""
+        """Whether g_n > 0 at all times from 0 to the horizon, both included."""
         return self.proof is not None and self.proof.contact["g_n_positive"] is True
 
     @property
@@ -65,10 +66,44 @@ class Proved:
         return any(speed is not None and not speed.low <= 0 <= speed.high for speed in speeds)
 
     @property
+    def for_ever(self) -> dict[str, Any] | None:
+        """What holds from some time of the proof on (``certify.forever``); None if nothing does.
+
+        With ``theta_tends_to``, ``limits``, ``g_n_at_least_mg``, ``rate_per_s`` if there is one.
+        """
+        found = self.proof.record.content["forever"] if self.proof else {}
+        return found.get("at_the_end", found.get("held"))
+
+    @property
+    def inverts(self) -> bool:
+        """Whether the inverted spin is proved to be the limit of the motion, for t -> infinity."""
+        return bool(self.for_ever and self.for_ever["theta_tends_to"] == "pi")
+
+    @property
+    def approach(self) -> str:
+        """In words, how fast the limit is approached."""
+        found = self.for_ever
+        if not found or not found["rate_per_s"]:
+            return "at a rate that is not proved"
+        since, rate = found["since_s"], Decimal(found["rate_per_s"])
+        return f"at least as fast as exp(-{rate} t/s) from t = {since} s on"
+
+    @property
+    def span(self) -> str:
+        """In words, the times of which ``g_n_positive`` and ``least_g_n`` speak."""
+        if self.proof is None or self.for_ever is not None:
+            return "at all times t >= 0"
+        return f"at all times from 0 to {Decimal(self.proof.record.until_s):.3g} s"
+
+    @property
     def least_g_n(self) -> str:
         """A proved lower bound of g_n in units of m g, rounded down; "0" if none is proved."""
         bound = self.proof.contact.get("g_n_at_least_mg") if self.proof else None
-        return f"{Decimal(bound):f}" if bound else "0"
+        if not bound:
+            return "0"
+        later = self.for_ever
+        least = min(Decimal(bound), Decimal(later["g_n_at_least_mg"] if later else bound))
+        return f"{least:f}"
 
     def moment(self, definition: str, which: str) -> Interval | None:
         """``t_init``, ``t_end`` or ``duration`` in s in a definition; None if not proved."""

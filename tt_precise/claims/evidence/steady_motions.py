@@ -1,8 +1,6 @@
 """The motions that do not glide: upright spin, inverted spin, and tumbling at constant theta.
 
-Tumbling means theta_dot = 0, v_A = 0, g_n = m g with theta strictly between the poles; eqs (2)
-and (5) then give omega_3 = phi_dot (cos theta - alpha) and
-phi_dot^2 (alpha - (1 - gamma) cos theta) = m g R alpha/I3.
+Tumbling motions are those of ``mechanics.thresholds.tumbling_lambda_squared``.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import eigenvalues, linearised
-from tt_precise.mechanics.thresholds import lambda_thres, lambda_up
+from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
 
 SEED = 1871
 DIGITS = 50  # of the linearisation: central differences with a step of 1e-25 leave half of them
@@ -85,15 +83,6 @@ def growth(case: Case, side: int) -> int:
 def largest_threshold(body: Parameters, fn: Functions) -> Scalar:
     """max(lambda_thres, lambda_up)."""
     return max(lambda_thres(body, fn), lambda_up(body, fn))
-
-
-def tumbling_lambda_squared(body: Parameters, z: Scalar) -> Scalar:
-    """lambda^2 of the tumbling motion at cos theta = ``z``; negative where there is none."""
-    u = z - body.alpha
-    phi_dot_squared = (
-        body.m * body.g * body.R * body.alpha / body.I3 / (body.alpha - (1 - body.gamma) * z)
-    )
-    return phi_dot_squared * (body.R * (body.I1 * (1 - z * z) + body.I3 * u * u)) ** 2
 
 
 def tumbles(case: Case) -> bool:

@@ -31,6 +31,6 @@ def normal_force_stays_positive(scene: evidence.SceneLike = "reference") -> Find
     return judged(
         check,
         f"The least g_n is {decimal(fraction_of(least) / evidence.weight(scene), 4)} of m g."
-        + known.sentence(proved, f"g_n > {known.least_g_n} m g at every instant"),
+        + known.sentence(proved, f"g_n > {known.least_g_n} m g {known.span}"),
         proved=proved,
     )

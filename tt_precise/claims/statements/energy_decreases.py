@@ -39,6 +39,6 @@ def energy_decreases(quantity: str = "E", scene: evidence.SceneLike = "reference
         },
         "E_dot = -mu g_n v_A^2 (EQ-05) vanishes at instants only, such as the start; the claim "
         "needs g_n >= 0 and a motion that glides."
-        + known.sentence(proved, "g_n > 0 at every instant of this solution, which glides"),
+        + known.sentence(proved, f"g_n > 0 {known.span} in this solution, which glides"),
         proved=proved,
     )

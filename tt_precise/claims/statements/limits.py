@@ -8,6 +8,7 @@ from itertools import pairwise
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence.backwards import past
+from tt_precise.claims.evidence.proved import proofs_of
 from tt_precise.claims.measured import Settled, decimal, measured_text
 from tt_precise.claims.verdicts import Check, Finding, all_of, judged, statement
 from tt_precise.exact.arithmetic import own_context, rounding_to
@@ -56,9 +57,14 @@ def limits_in_the_past(scene: evidence.SceneLike = "reference") -> Finding:
 )
 def limits_in_the_future(scene: evidence.SceneLike = "reference") -> Finding:
     """The reference solution tends to theta = pi and L = L1 z."""
+    checks = {name: _falling(away) for name, away in _distances(scene).items()}
+    known = proofs_of(scene)
+    proved = known.inverts and all(check.holds for check in checks.values())
     return all_of(
-        {name: _falling(away) for name, away in _distances(scene).items()},
-        "The approach is exponential, and the inverted spin with this lambda attracts (TH-01).",
+        checks,
+        "The approach is exponential, and the inverted spin with this lambda attracts (TH-01)."
+        + known.sentence(proved, f"theta -> pi, L -> L1 z, D -> D1, E~ -> E~1, {known.approach}"),
+        proved=proved,
     )
 
 

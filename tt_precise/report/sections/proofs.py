@@ -31,14 +31,18 @@ METHOD = (
     "events are the zeros of their functions after t = 0."
 )
 FOREVER = (
-    "For ever: near a vertical spin all states with the same lambda are drawn to it. A block "
-    "around it, bounded in coordinates near the eigenvectors of the linear motion, is proved to "
-    "contract at a rate, with second derivatives bounded on all of it, and the enclosed solution "
-    "to lie in it at the time named. So for all later times sin theta is at most the bound times "
-    "exp(-rate (t - t0)), contact is never lost, v_A tends to 0, and D and E (and the modified "
-    "energy, with E) to their values at that spin. The first line of a scene is the earliest "
-    "sample that is in such a block, the second the last one. Theorem and proof stand in the "
-    "docstring of tt_precise.certify.forever."
+    "For ever: where the axis has come near enough to the vertical the energy, which falls, cannot "
+    "rise to what it would take to lean farther again, with this lambda. All that the motion may "
+    "still come to is a bounded set of states, on which contact is proved to be kept; in it "
+    "nothing but the vertical spin goes on without gliding. So contact is never lost, theta tends "
+    "to pi (or 0), v_A to 0, and D and E (and the modified energy, with E) to their values at that "
+    "spin: the first line of a scene, with the earliest sample of which that is proved. Nearer "
+    "to the spin a block of states is proved to contract at a rate, and sin theta is at most the "
+    "bound times exp(-rate (t - t0)): the second line has the earliest sample in such a block, the "
+    "third the last sample. Theorems and proofs stand in the docstrings of "
+    "tt_precise.certify.energy_well and tt_precise.certify.forever. Scenes without a line lose "
+    "contact, have no friction, spin upright or inverted from the start, or are slower than the "
+    "threshold and tend to a tumbling motion."
 )
 SHOWN = 25  # digits of a time; those of the proof itself are more
 
@@ -153,18 +157,18 @@ def _times(scene: str, inversion: dict[str, Json]) -> list[tuple[str, ...]]:
 
 
 def _ends(scene: str, found: dict[str, Json]) -> list[tuple[str, ...]]:
-    """What is proved for ever; nothing where the solution is in no block that contracts."""
+    """What is proved for ever; nothing where the solution tends to no vertical spin."""
     return [
         (
             scene,
             block["theta_tends_to"],
             block["since_s"],
             block["sin_theta_at_most"],
-            block["rate_per_s"],
+            block["rate_per_s"] or "-",
             f"g_n > {Decimal(block['g_n_at_least_mg']):f} m g",
             *(f"{Decimal(block['limits'][name]['middle']):.12g}" for name in ("D", "E")),
         )
-        for block in (found.get("entered"), found.get("at_the_end"))
+        for block in (found.get(name) for name in ("held", "entered", "at_the_end"))
         if block
     ]
 
