@@ -15,6 +15,7 @@ from tt_precise.body import Parameters
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate, system
 from tt_precise.integrate import propagate as propagation
+from tt_precise.integrate.idle import Idle
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import subtracted
@@ -24,7 +25,7 @@ from tt_precise.scene import Inclination, Scene, Start, load_scene, shipped
 @pytest.fixture
 def no_idle(monkeypatch: pytest.MonkeyPatch) -> None:
     """No integrators from before, and none left behind that were compiled under a patch."""
-    monkeypatch.setattr(system, "_idle", {})
+    monkeypatch.setattr(system, "_idle", Idle(system.build))
 
 
 def with_mu(scene: Scene, mu: str) -> Scene:
@@ -74,9 +75,11 @@ def test_a_run_repeats_bit_by_bit(half: Scene, precision: str) -> None:
     assert other.state.values != first.state.values
 
 
-def test_a_fresh_compilation_changes_no_bit(half: Scene, no_idle: None) -> None:
+def test_a_fresh_compilation_changes_no_bit(
+    half: Scene, monkeypatch: pytest.MonkeyPatch, no_idle: None
+) -> None:
     first = integrate(half, "quad")
-    system._idle.clear()
+    monkeypatch.setattr(system, "_idle", Idle(system.build))
     assert integrate(half, "quad").state == first.state
 
 

@@ -7,9 +7,10 @@ import pytest
 
 from tt_precise.integrate import Trajectory, integrate, system
 from tt_precise.integrate.equations import Equations
+from tt_precise.integrate.idle import Idle
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.system import integrator, numeric_options
+from tt_precise.integrate.system import numeric_options
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.scene import Scene
 
@@ -26,8 +27,7 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
         built.append(setup)
         return original(setup)
 
-    monkeypatch.setattr(system, "_idle", {})
-    monkeypatch.setattr(system, "build", build)
+    monkeypatch.setattr(system, "_idle", Idle(build))
     return built
 
 
@@ -36,28 +36,6 @@ def test_one_integrator_serves_every_body_and_start(builds: list[Setup], half: S
     first, other, again = integrate(half), integrate(heavy), integrate(half)
     assert len(builds) == 1
     assert first.state.values == again.state.values != other.state.values
-
-
-def test_two_at_once_get_one_each(builds: list[Setup]) -> None:
-    with integrator(SETUP) as one, integrator(SETUP) as two:
-        assert one is not two
-    assert len(builds) == 2
-    assert len(system._idle[SETUP]) == 2
-
-
-def test_an_interrupted_integrator_is_not_used_again(builds: list[Setup]) -> None:
-    with pytest.raises(KeyboardInterrupt), integrator(SETUP):
-        raise KeyboardInterrupt
-    assert not system._idle[SETUP]
-
-
-def test_idle_integrators_do_not_pile_up(
-    builds: list[Setup], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(system, "MOST_IDLE", 1)
-    with integrator(SETUP), integrator(SETUP):
-        pass
-    assert len(system._idle[SETUP]) == 1
 
 
 def test_events_of_an_earlier_run_are_forgotten(double: Trajectory, half: Scene) -> None:

@@ -8,6 +8,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
+from tt_precise.integrate.idle import Idle
 from tt_precise.scene import Inclination, load_scene
 from tt_precise.sweep import lanes, specification, step_buffer
 from tt_precise.sweep.chunk import compute
@@ -71,12 +72,11 @@ def test_rows_do_not_depend_on_when_the_steps_are_read(monkeypatch: pytest.Monke
     spec = specification("reference", until="1", vary={"phi_dot": "-20:20:11"})
     ((_, values),) = blocks(spec, 4096, set())
     expected = compute(spec.plan, values, 8)
-    monkeypatch.setattr(lanes, "_idle", {})
     monkeypatch.setattr(lanes, "STEPS_BETWEEN", 1)
     for room in (1, 2, 7):
         monkeypatch.setattr(step_buffer, "ROOM", room)
         monkeypatch.setattr(lanes, "ROOM", room)
-        lanes._idle.clear()
+        monkeypatch.setattr(lanes, "_idle", Idle(lanes.Lanes))
         found = compute(spec.plan, values, 8)
         for name, column in expected.items():
             if name == "outcome":
@@ -115,7 +115,7 @@ def test_each_bound_between_steps_has_one_sign(monkeypatch: pytest.MonkeyPatch) 
     def wrong(buffer: Any) -> Any:
         return true_rates(buffer) * draws.choice([-1, 1], size=8)
 
-    monkeypatch.setattr(lanes, "_idle", {})
+    monkeypatch.setattr(lanes, "_idle", Idle(lanes.Lanes))
     monkeypatch.setattr(lanes, "STEPS_BETWEEN", 1)
     monkeypatch.setattr(step_buffer, "ROOM", 1)
     monkeypatch.setattr(lanes, "ROOM", 1)

@@ -51,11 +51,6 @@ class Tape:
         """Equal for tapes with the same operations."""
         return tuple(self._operations), tuple(self._results)
 
-    @property
-    def products(self) -> int:
-        """How many products it has."""
-        return sum(name == "*" for name, *_ in self._operations)
-
     def __call__(self, parameters: Sequence[Scalar], variables: Sequence[Scalar]) -> list[Scalar]:
         """The values of the function, in the arithmetic of what it is given."""
         values: list[Scalar] = []

@@ -45,7 +45,7 @@ def conservation(
     folder: Folder = None,
     progress: Progress = silent,
 ) -> Result:
-    """RowCheck what a trajectory must conserve.
+    """Check what a trajectory must conserve.
 
     Parameters
     ----------

@@ -18,7 +18,6 @@ from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.engine-job/1"
 SCHEMA_FILE = Path(__file__).with_name("job.schema.json")
-PROTOCOL = Path(__file__).with_name("PROTOCOL.md")
 DOUBLE = Arithmetic(numpy, float)
 # about the axis: without it a quaternion read in the wrong order would be one of the same axis
 TURNED = (0.8, 0.0, 0.0, 0.6)

@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -27,6 +26,7 @@ from tt_precise.integrate.accuracy import digits_over_rows
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.equations import Equations
+from tt_precise.integrate.idle import Idle
 from tt_precise.integrate.propagate import Pieces, Propagation
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
@@ -131,7 +131,7 @@ def _propagate(
     import heyoka
     import numpy
 
-    with _batch(tolerance / RATIO) as batch:
+    with _batches.lent(tolerance / RATIO) as batch:
         batch.set_time(0.0)
         batch.pars[:] = numpy.array([lane.parameters for lane in lanes]).T
         batch.state[STATE] = numpy.array([lane.state for lane in lanes]).T
@@ -219,26 +219,8 @@ class _Piece:
         return rows if numpy.ndim(time) else rows[0]
 
 
-_idle: dict[float, list[Adaptive]] = {}
-_idle_lock = threading.Lock()
-MOST_IDLE = 32  # more than there are tolerances to choose from
-
-
-@contextmanager
-def _batch(tolerance: float) -> Iterator[Adaptive]:
-    """A compiled batch of two lanes with this tolerance, for one user at a time."""
-    with _idle_lock:
-        idle = _idle.setdefault(tolerance, [])
-        taken = idle.pop() if idle else None
-    if taken is None:
-        taken = _build(tolerance)
-    yield taken
-    with _idle_lock:
-        if sum(map(len, _idle.values())) < MOST_IDLE:
-            idle.append(taken)
-
-
 def _build(tolerance: float) -> Adaptive:
+    """A compiled batch of two lanes with this tolerance."""
     import heyoka
     import numpy
 
@@ -256,3 +238,6 @@ def _build(tolerance: float) -> Adaptive:
         ],
         tol=tolerance,
     )
+
+
+_batches = Idle(_build)

@@ -5,9 +5,7 @@ Everything is integrated in dimensionless units (m = R = g = 1).
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,6 +14,7 @@ from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.events import EXTREMUM, Event, event_named
+from tt_precise.integrate.idle import Idle
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics import newton
@@ -67,25 +66,7 @@ class Integrator:
         self.losses.clear()
 
 
-_idle: dict[Setup, list[Integrator]] = {}
-_idle_lock = threading.Lock()
-MOST_IDLE = 32
 MOST_EVENTS = 1_000_000  # each takes half a kB
-
-
-@contextmanager
-def integrator(setup: Setup) -> Iterator[Integrator]:
-    """An integrator for ``setup``: an idle one of an earlier run, or one that is compiled now."""
-    with _idle_lock:
-        idle = _idle.setdefault(setup, [])
-        taken = idle.pop() if idle else None
-    if taken is None:
-        taken = build(setup)
-    yield taken
-    # only after a run without an exception: an interrupted integrator is not used again
-    with _idle_lock:
-        if sum(map(len, _idle.values())) < MOST_IDLE:
-            idle.append(taken)
 
 
 def build(setup: Setup) -> Integrator:
@@ -121,6 +102,14 @@ def build(setup: Setup) -> Integrator:
         **numeric_options(setup),
     )
     return Integrator(made, tuple(terminal), events, hits, losses)
+
+
+_idle = Idle(build)
+
+
+def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
+    """An integrator for ``setup``: an idle one of an earlier run, or one that is compiled now."""
+    return _idle.lent(setup)
 
 
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
 import heyoka
@@ -18,6 +18,7 @@ import numpy
 
 from tt_precise.arithmetic import Array
 from tt_precise.integrate.equations import Equations
+from tt_precise.integrate.idle import Idle
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import (
@@ -81,19 +82,6 @@ class LaneResults(NamedTuple):
 
     results: list[LaneResult]
     events: Events
-
-
-_idle: dict[Build, list[Lanes]] = {}
-
-
-@contextmanager
-def lanes(build: Build) -> Iterator[Lanes]:
-    """Lend compiled lanes, made now if none are left from an earlier task of this process."""
-    shelf = _idle.setdefault(build, [])
-    compiled = shelf.pop() if shelf else Lanes(build)
-    yield compiled
-    # only after a task without an exception: an interrupted integrator is not used again
-    shelf.append(compiled)
 
 
 class Lanes:
@@ -229,3 +217,11 @@ def _noting(hits: array[float], position: int) -> Callable[[Adaptive, float, int
             hits.extend((lane, position, time, sign))
 
     return note
+
+
+_idle = Idle(Lanes)
+
+
+def lanes(build: Build) -> AbstractContextManager[Lanes]:
+    """Compiled lanes: idle ones of an earlier task of this process, or made now."""
+    return _idle.lent(build)
