@@ -1,4 +1,4 @@
-"""What the user's hand feels: one declared list of costs, each beside a bar.
+"""What a user waits for: one declared list of costs, each beside a bar.
 
 Every cost is a ratio to a yardstick that is timed just before it in the same run, and a median of
 several: calls beside a bare heyoka loop or an integration, whole processes beside

@@ -14,7 +14,7 @@ from flint import arb
 from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import largest
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
-from tt_precise.certify.happening import ProvedEvents, search
+from tt_precise.certify.events import ProvedEvents, search
 from tt_precise.certify.interval_newton import Zero, lower_bound, zeros
 from tt_precise.certify.observed import columns_in_si, observed
 from tt_precise.certify.onset import onset

@@ -1,4 +1,4 @@
-"""``tt-precise bench``: what the user's hand feels, beside the bars."""
+"""``tt-precise bench``: what a user waits for, beside the bars."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from tt_precise.commands.options import JSON
 from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.bench/1"
@@ -23,7 +24,7 @@ MET = {True: "met", False: "NOT met", None: ""}
 @click.option(
     "--out", type=click.Path(dir_okay=False, path_type=Path), help="Write the table to this CSV."
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(only: tuple[str, ...], scenes: int, out: Path | None, as_json: bool) -> int:
     """Time calls and whole commands, each as a ratio to a yardstick measured in turn with it.
 

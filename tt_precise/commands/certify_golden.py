@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from tt_precise.commands.options import JSON
 from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.golden.certify/1"
@@ -36,7 +37,7 @@ CHECK_FAILED = 1
     type=click.IntRange(min=1),
     help="Scenes that are proved at once; by default one for each core.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(
     scenes: tuple[str, ...],
     folder: Path | None,

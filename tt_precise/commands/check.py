@@ -48,7 +48,7 @@ FAILED = 1
     type=click.Path(file_okay=False),
     help="Where golden data lie; by default in the package, one's own in ./golden.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@options.JSON
 @click.option("--junit", type=click.Path(dir_okay=False), help="Write JUnit XML.")
 @click.option("--markdown", type=click.Path(dir_okay=False), help="Write a Markdown table.")
 @click.option("--plot", type=click.Path(dir_okay=False), help="Draw the drifts (.svg, .png, .pdf).")

@@ -35,7 +35,7 @@ Row = Mapping[str, Json]  # what Judgement.as_dict gives
 @click.option("--full", is_flag=True, help="Quotes, definitions and notes too.")
 @click.option("--again", is_flag=True, help="Compute the verdicts, do not look them up.")
 @options.workers("for --again; one for each core, at most 4")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@options.JSON
 def command(
     ids: tuple[str, ...],
     verdict: tuple[str, ...],

@@ -6,6 +6,8 @@ import json
 
 import click
 
+from tt_precise.commands.options import JSON
+
 SCHEMA = "tt_precise.columns/1"
 CONVENTIONS = (
     "Frames: inertial X, Y, Z, right-handed, Z up, the table is Z = 0; the body's frame has its "
@@ -32,7 +34,7 @@ CONVENTIONS = (
 
 
 @click.command("columns")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(as_json: bool) -> int:
     """List the columns that `check` reads and `run` writes: name, unit, frame, meaning."""
     from tt_precise.check.columns import COLUMN_SETS

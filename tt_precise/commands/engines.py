@@ -37,7 +37,7 @@ GOOD = ("rounding", "converges", "measured")
 @click.option("--out", type=click.Path(path_type=Path), help="Where to write the scoreboard.")
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of a job.")
 @click.option("--job", "job_of", metavar="RUNG", help="Print the job of a test at --step.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@options.JSON
 def command(
     program: str | None,
     law: str,

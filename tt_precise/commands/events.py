@@ -6,6 +6,7 @@ import json
 
 import click
 
+from tt_precise.commands.options import JSON, PRECISION
 from tt_precise.errors import InputError
 
 SCHEMA = "tt_precise.events/1"
@@ -13,9 +14,9 @@ SCHEMA = "tt_precise.events/1"
 
 @click.command("events")
 @click.argument("scene", required=False)
-@click.option("--precision", type=click.Choice(["double", "extended", "quad", "mp"]))
+@PRECISION
 @click.option("--only", help="Names separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(scene: str | None, precision: str | None, only: str | None, as_json: bool) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb."""
     if scene is None:

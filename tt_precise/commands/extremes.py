@@ -28,7 +28,7 @@ CASE_FAILED = 1
 @click.option("--full", is_flag=True, help="A line for each case, not only for each family.")
 @options.workers("one for each core, at most 4")
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the JSON to this file too.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@options.JSON
 def command(
     quick: bool,
     topic: tuple[str, ...],

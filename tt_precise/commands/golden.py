@@ -26,7 +26,6 @@ FOLDER = click.option(
     help="Where golden data lie; by default in the package, one's own in ./golden.",
 )
 WORKERS = options.workers("one for each core")
-JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 
 
 @click.group("golden")
@@ -39,7 +38,7 @@ def command() -> None:
 @click.option("--replace", default="", metavar="REASON", help="Allow published digits to change.")
 @FOLDER
 @WORKERS
-@JSON
+@options.JSON
 def build_command(
     scenes: tuple[str, ...],
     replace: str,
@@ -76,7 +75,7 @@ def build_command(
 @click.argument("scenes", nargs=-1)
 @FOLDER
 @WORKERS
-@JSON
+@options.JSON
 def verify_command(
     scenes: tuple[str, ...], folder: Path | None, workers: int | None, as_json: bool
 ) -> int:
@@ -101,7 +100,7 @@ def verify_command(
 
 @command.command("list")
 @FOLDER
-@JSON
+@options.JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
     """List the scenes that have golden data, and shipped ones that lack them."""
     from tt_precise.golden import places, proofs, store

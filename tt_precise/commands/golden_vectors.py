@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from tt_precise.commands.options import JSON
+
 SCHEMA = "tt_precise.golden.vectors/1"
 
 
@@ -20,7 +22,7 @@ SCHEMA = "tt_precise.golden.vectors/1"
     type=click.Path(file_okay=False, path_type=Path),
     help="Where golden data lie, instead of those of the package.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(build: bool, index_only: bool, folder: Path | None, as_json: bool) -> int:
     """Verify the test vectors and the index of the reference data, or build them.
 

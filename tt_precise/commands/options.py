@@ -8,11 +8,14 @@ from typing import Any, TypeVar
 
 import click
 
-from tt_precise.workers import most_workers
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+PRECISION = click.option(
+    "--precision",
+    type=click.Choice(["double", "extended", "quad", "mp"]),
+    help="The arithmetic: 53 bits (the default), 64, 113 or 200.",
+)
 
 
 class _Finite(click.ParamType):
@@ -41,6 +44,8 @@ FINITE, POSITIVE = _Finite(), _Finite(above=0)
 
 def workers(default: str) -> Callable[[F], F]:
     """``--workers``, with its older name ``--jobs``; ``default`` says what is taken without."""
+    from tt_precise.workers import most_workers
+
     kind = click.IntRange(1, most_workers())
 
     def decorate(function: F) -> F:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from tt_precise.commands.options import JSON
+
 SCHEMA = "tt_precise.report/1"
 
 
@@ -20,7 +22,7 @@ SCHEMA = "tt_precise.report/1"
     "--render", "rendered", is_flag=True,
     help="Lay out again what the last report has computed; computes nothing.",
 )  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(out: str, opened: bool, rendered: bool, as_json: bool) -> int:
     """Write the precision report: HTML, Markdown, results.json and the figures."""
     from tt_precise.files import atomic_write

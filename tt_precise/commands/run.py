@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.arithmetic import Scalar
+from tt_precise.commands.options import JSON, PRECISION
 from tt_precise.errors import InputError
 from tt_precise.terminal import say
 from tt_precise.untyped import Json
@@ -22,11 +23,16 @@ UNFINISHED = 1
 
 @click.command("run")
 @click.argument("scene")
-@click.option("--precision", type=click.Choice(["double", "extended", "quad", "mp"]))
-@click.option("--bits", type=int, help="Bits of the precision mp (200).")
-@click.option("--digits", type=int, help="Correct digits wanted: chooses all that is not given.")
+@PRECISION
+@click.option("--bits", type=int, help="Bits of mp, instead of 200.")
+@click.option("--digits", type=int, help="Correct digits wanted; arithmetic and accuracy follow.")
 @click.option("--formulation", help="newton (unless --digits finds better) or euler.")
-@click.option("--contact", default="unilateral", show_default=True, help="Or bilateral: g_n<0 too.")
+@click.option(
+    "--contact",
+    default="unilateral",
+    show_default=True,
+    help="Ends where g_n reaches 0; or bilateral: goes on, with g_n < 0.",
+)
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--events", help="Events to record: names separated by commas, or all.")
 @click.option("--record", help="Quadratures: any of phi,psi,x,y, separated by commas.")
@@ -35,7 +41,7 @@ UNFINISHED = 1
 )
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the trajectory (CSV, SI).")
 @click.option("--plot", type=click.Path(dir_okay=False), help="Draw it (.svg, .png or .pdf).")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(
     scene: str,
     precision: str | None,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from tt_precise.commands.options import JSON
 from tt_precise.errors import InputError
 from tt_precise.untyped import Json
 
@@ -76,7 +77,7 @@ def new(file: Path, force: bool) -> None:
 
 
 @command.command("list")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def list_command(as_json: bool) -> None:
     """List the scenes that ship with the package."""
     from tt_precise.scene import load_scene, shipped
@@ -92,7 +93,7 @@ def list_command(as_json: bool) -> None:
 
 @command.command("show")
 @click.argument("scene")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def show(scene: str, as_json: bool) -> None:
     """Show what follows from SCENE, a shipped name or a TOML file.
 

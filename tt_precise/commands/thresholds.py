@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from tt_precise.commands.options import JSON
 from tt_precise.terminal import say
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ DISAGREE = 1
 @click.command("thresholds")
 @click.argument("scene")
 @click.option("--digits", type=int, default=50, show_default=True, help="Digits to determine.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(scene: str, digits: int, as_json: bool) -> int:
     """Determine lambda, its thresholds and the asymptotic values of SCENE, each in two ways.
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.arithmetic import Scalar
+from tt_precise.commands.options import JSON
 from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ REPORTS = Path("reports")
     help="Also renew the table behind --digits; by default if all is measured for reports.",
 )  # fmt: skip
 @click.option("--knob/--no-knob", "settings_table", default=None, hidden=True)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(quick: bool, out: Path | None, settings_table: bool | None, as_json: bool) -> int:
-    """Time every method at every setting on golden scenes, and judge it by the golden data.
+    """Time every method at every setting on golden scenes, and compare it with golden data.
 
     Peers that are not installed are skipped with a line on stderr.
     """

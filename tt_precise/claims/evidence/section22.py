@@ -42,6 +42,12 @@ def both_ways(
     return {reading: check(starts(names, contact)) for contact, reading in CONTACTS.items()}
 
 
+def losing_contact(names: str | Iterable[str]) -> str:
+    """How many starts of one or several series lose contact: "3 of 801 starts"."""
+    rows = starts(names, "unilateral")
+    return f"{(rows['outcome'] == 'contact_lost').sum()} of {len(rows)} starts"
+
+
 def reference() -> pandas.Series:
     """The row of the reference solution."""
     rows = starts("phi_dot", "held")

@@ -13,6 +13,7 @@ from tt_precise.claims.evidence.section22 import (
     SECTION,
     both_ways,
     greatest,
+    losing_contact,
     number,
     reference,
     share,
@@ -92,11 +93,9 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
             count == len(rows), printed="all invert", measured=f"{count} of {len(rows)}"
         )
 
-    lost = starts(series, "unilateral")
-    losing = int((lost["outcome"] == "contact_lost").sum())
     return readings(
         both_ways(series, check),
-        f"{losing} of {len(lost)} starts lose contact; all that do not invert are among them, so "
+        f"{losing_contact(series)} lose contact; all that do not invert are among them, so "
         "that the paper's theorem says nothing about them.",
     )
 

@@ -11,6 +11,7 @@ from tt_precise.claims.evidence.section22 import (
     SECTION,
     both_ways,
     greatest,
+    losing_contact,
     number,
     reference,
     starts,
@@ -179,11 +180,9 @@ def longest_at_zero(zero: str = "0") -> Finding:
 )  # fmt: skip
 def all_invert(series: str = "phi_dot") -> Finding:
     """Every start with phi_dot(0) in [-200, 200] inverts."""
-    lost = starts(series, "unilateral")
-    losing = int((lost["outcome"] == "contact_lost").sum())
     return readings(
         both_ways(series, inverting),
-        f"But {losing} of {len(lost)} starts lose contact on the way, and the theorem that the "
+        f"But {losing_contact(series)} lose contact on the way, and the theorem that the "
         "paper appeals to says nothing about them.",
     )
 
