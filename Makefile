@@ -15,6 +15,10 @@ DEV := .venv/.stamp-dev
 ALL := .venv/.stamp-all
 DOCS := .venv/.stamp-docs
 
+# Python's own variable against bytecode files: the tests start a hundred processes, which would all
+# compile the package anew
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .PHONY: help venv report test slow golden peers clients browser proofs fuzz mutants \
         lint format types check docs smoke lock build clean
@@ -50,7 +54,7 @@ report: $(DEV)
 
 test:     ## the default tests: none of the marked ones, about 4 minutes
 test: $(DEV)
-	$(PYTEST) -n $(JOBS) $(ARGS)
+	$(PYTEST) -n $(JOBS) --dist worksteal $(ARGS)
 
 slow:     ## tests marked slow: long evidence
 golden:   ## tests marked golden: rebuild the golden data

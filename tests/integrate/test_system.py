@@ -71,6 +71,9 @@ def test_a_numeric_option_reaches_heyoka() -> None:
     assert numeric_options(SETUP.but(options=(("tol", 0.5),)))["tol"] == 0.5
     quad = numeric_options(SETUP.but(precision=precision_named("quad")))
     assert quad["compact_mode"] is True
+    assert numeric_options(SETUP)["compact_mode"] is False
+    # without, the slope of g_n in the rolling model compiles for a minute
+    assert numeric_options(SETUP.but(events=("extremum:g_n",)))["compact_mode"] is True
     assert quad["tol"] == precision_named("quad").fp_type(2) ** -112
 
 

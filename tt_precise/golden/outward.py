@@ -82,10 +82,19 @@ class Outward:
 
     def __mul__(self, other: Scalar) -> Outward:
         y = Outward.of(other)
-        pairs = ((self.low, y.low), (self.low, y.high), (self.high, y.low), (self.high, y.high))
-        return Outward(
-            min(_DOWN.multiply(a, b) for a, b in pairs), max(_UP.multiply(a, b) for a, b in pairs)
-        )
+        a, b, c, d = self.low, self.high, y.low, y.high
+        if a >= 0:
+            low, high = (a if c >= 0 else b, c), (b if d >= 0 else a, d)
+        elif b <= 0:
+            low, high = (a if d >= 0 else b, d), (a if c <= 0 else b, c)
+        elif c >= 0:
+            low, high = (a, d), (b, d)
+        elif d <= 0:
+            low, high = (b, c), (a, c)
+        else:
+            low = min((a, d), (b, c), key=lambda pair: _DOWN.multiply(*pair))
+            high = max((a, c), (b, d), key=lambda pair: _UP.multiply(*pair))
+        return Outward(_DOWN.multiply(*low), _UP.multiply(*high))
 
     __rmul__ = __mul__
 

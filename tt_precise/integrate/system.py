@@ -13,7 +13,7 @@ from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
-from tt_precise.integrate.events import EXTREMUM, Event, event_named
+from tt_precise.integrate.events import EXTREMUM, ZERO, Event, event_named
 from tt_precise.integrate.idle import Idle
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.setup import Setup
@@ -131,8 +131,10 @@ def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str,
 def numeric_options(setup: Setup) -> dict[str, Any]:
     """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
     number = setup.precision.number
-    # compact_mode compiles wide types in under a second instead of 26 s, and runs as fast
-    options: dict[str, Any] = {"compact_mode": setup.precision.name != "double"}
+    # compact_mode compiles wide types in under a second instead of 26 s, and runs as fast; double
+    # then takes twice as long, but the slopes of some quantities compile for minutes without
+    slopes = any(name.startswith((EXTREMUM, ZERO)) for name in setup.events)
+    options: dict[str, Any] = {"compact_mode": slopes or setup.precision.name != "double"}
     tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
     options["tol"] = number(tolerance)
     return options | dict(setup.options)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
@@ -28,10 +29,10 @@ class PrecisionRun:
         precision = self.trajectory.precision
         return f"{precision.bits} bits" if precision.name == "mp" else precision.name
 
-    @property
-    def jellett_at_end(self) -> Scalar:
-        """Relative drift of lambda at the end of the run."""
-        return self.trajectory.drift_over_time()["jellett"][-1]
+    @cached_property
+    def drift(self) -> dict[str, Sequence[Scalar]]:
+        """Relative drift of what the scene conserves, at each sample."""
+        return self.trajectory.drift_over_time()
 
 
 @cache

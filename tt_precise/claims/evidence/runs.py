@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 SceneLike = str | Scene
 FINE = "quad"
-# in double heyoka otherwise compiles the slopes of some quantities for two minutes
-COMPACT = {"compact_mode": True}
 
 
 def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
@@ -104,7 +102,7 @@ def turning_values(
     """
     import pandas
 
-    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",), options=COMPACT)
+    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
     times = [0, *run.events["t"], run.t_end]
     return pandas.DataFrame({"t": times, "value": list(run.frame(name, times=times)[name])})
 
@@ -112,7 +110,7 @@ def turning_values(
 @cache
 def zeros(name: str, scene: SceneLike = "reference", precision: str = "double") -> list[float]:
     """When a quantity changes sign, in s: the event ``zero:QUANTITY``."""
-    run = integrate(load_scene(scene), precision, events=(f"zero:{name}",), options=COMPACT)
+    run = integrate(load_scene(scene), precision, events=(f"zero:{name}",))
     return [float(t) for t in run.events["t"]]
 
 

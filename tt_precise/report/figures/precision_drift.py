@@ -23,7 +23,7 @@ def jellett_drift() -> Figure:
         panel.annotate("section 2.1: 1e−6", (0.1, PRINTED), xytext=(0, 4),
                        textcoords="offset points")  # fmt: skip
         for run, colour in zip(precision_runs(), COLOURS, strict=False):
-            drift = run.trajectory.drift_over_time()["jellett"]
+            drift = run.drift["jellett"]
             worst[run.label] = max(drift)
             # log10 before the float: 200 bits reach 1e-60, and a drift of zero has no logarithm
             sizes = numpy.array(
