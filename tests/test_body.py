@@ -139,7 +139,7 @@ def test_floats_are_the_decimals_that_one_writes() -> None:
         ({"R": "2"}, r"body\.m, body\.R: got 0\.02, .* with R = 2\.0"),
     ],
 )
-def test_numbers_in_other_units_are_told(changes: dict[str, Any], said: str) -> None:
+def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         require_si(top(**changes))
 

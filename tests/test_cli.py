@@ -141,7 +141,7 @@ def test_bad_arguments(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_told_is_always_one_line(
+def test_what_is_reported_is_always_one_line(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object, **__: object) -> None:

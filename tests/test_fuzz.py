@@ -99,7 +99,7 @@ def test_the_fuzzer_meets_both_outcomes() -> None:
     ['I1 = "131/350"', 'm = "0.02"', 'alpha = "0.3"', 'until = "8"', 'sample_every = "0.01"'],
 )
 @pytest.mark.parametrize("value", ["1e999", "-1e999", "-1/7" + "3" * 1500])
-def test_astronomical_numbers_are_told_briefly(line: str, value: str) -> None:
+def test_astronomical_numbers_are_reported_briefly(line: str, value: str) -> None:
     assert line in TEXT
     scene = scene_or_error(TEXT.replace(line, f'{line.split(" ")[0]} = "{value}"'))
     # no sample but the first and the last is a scene like another

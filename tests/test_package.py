@@ -72,7 +72,7 @@ def test_every_public_name_is_there_and_listed(name: str) -> None:
     assert (getattr(tt_precise, name).__doc__ or "").strip()
 
 
-def test_other_names_are_told_as_python_does() -> None:
+def test_other_names_are_refused_as_python_does() -> None:
     with pytest.raises(AttributeError, match="module 'tt_precise' has no attribute 'integrat'"):
         _ = tt_precise.integrat
     assert not hasattr(tt_precise, "_private")

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from tt_precise.terminal import console, one_line
 
 Progress = Callable[[float], None]
-Announce = Callable[[str], None]  # hears what is being done now
+Announce = Callable[[str], None]  # called with what is being done now
 
 
 def silent(fraction: float) -> None:

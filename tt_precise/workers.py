@@ -123,7 +123,7 @@ class Pool:
         """Each call with the result of ``work(*call.arguments)``, or its ``Failure``, as done.
 
         ``work`` has to be importable in a worker. A ``deque`` of calls is emptied, and may be
-        given more meanwhile. Where calls can be counted ``progress`` hears the fraction done.
+        given more meanwhile. Where calls can be counted ``progress`` gets the fraction done.
 
         Raises
         ------

@@ -11,7 +11,7 @@ from tt_precise.integrate import integrate
 from tt_precise.scene import load_scene
 
 
-def test_ways_are_told_apart() -> None:
+def test_ways_are_distinguished() -> None:
     every = list(settings_table.settings())
     assert len(every) == len(set(every))
     assert {setting.precision for setting in every if setting.formulation == "euler"} == set(

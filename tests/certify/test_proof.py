@@ -76,7 +76,9 @@ def test_other_precision_and_steps_intersect(short: tt.Scene, proof: Proof) -> N
             assert enclosed.overlaps(b[name])
 
 
-def test_parameters_wrong_in_the_45th_digit_are_told_apart(short: tt.Scene, proof: Proof) -> None:
+def test_parameters_wrong_in_the_45th_digit_are_distinguished(
+    short: tt.Scene, proof: Proof
+) -> None:
     body = replace(short.body, mu=short.body.mu * (1 + Fraction(1, 10**45)))
     other = prove(replace(short, body=body))
     a, b = proof.state(SHORT), other.state(SHORT)
@@ -96,7 +98,7 @@ def test_events_are_those_that_heyoka_finds(short: tt.Scene, proof: Proof) -> No
             assert seconds.rad() < 1e-44
 
 
-def test_contact_is_kept(proof: Proof) -> None:
+def test_contact_stays(proof: Proof) -> None:
     frame = tt.integrate(proof.scene).frame("g_n", numbers="float")
     weight = float(proof.scene.body.m * proof.scene.body.g)
     bound = float(proof.normal_force_bound)
@@ -143,7 +145,7 @@ def test_lost_contact_ends_the_proof() -> None:
     assert len(list(proof.rows())) < 11
 
 
-def test_the_docstring_tells_the_truth() -> None:
+def test_the_docstring_is_true() -> None:
     assert doctest.testmod(tt_precise.certify).attempted > 3
     assert doctest.testmod(tt_precise.certify).failed == 0
 

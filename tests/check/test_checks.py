@@ -142,7 +142,9 @@ def test_until_cuts_a_tail_off(healthy: Healthy) -> None:
     assert not tt.check.conservation(frame, "reference", until=6).passed
 
 
-def test_a_wrong_parameter_of_the_file_is_told_from_conservation_alone(healthy: Healthy) -> None:
+def test_a_wrong_parameter_of_the_file_is_reported_from_conservation_alone(
+    healthy: Healthy,
+) -> None:
     scene = tt.load_scene("reference")
     heavier = replace(scene, body=replace(scene.body, mu=scene.body.mu * 1001 / 1000))
     result = tt.check.conservation(healthy()[VECTORS], heavier)

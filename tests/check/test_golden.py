@@ -128,7 +128,7 @@ def test_other_starts_and_bodies_have_no_golden_data(healthy: Healthy) -> None:
         tt.check.conservation(healthy(), replace(scene, name="mine"), digits=8)
 
 
-def test_another_start_is_told(healthy: Healthy) -> None:
+def test_another_start_is_reported(healthy: Healthy) -> None:
     other = healthy("phi-dot-195")
     result = tt.check.conservation(other, "reference")
     assert "is it another start than the scene's?" in result["golden"].reason
@@ -191,7 +191,7 @@ def test_no_number_where_golden_data_have_one_has_no_digits(tmp_path: Path, text
     assert result["finite"].at == result["golden"].at == 2.99
 
 
-def test_a_fresh_solution_judges_rows_at_their_own_times(healthy: Healthy) -> None:
+def test_a_fresh_solution_is_compared_at_the_rows_own_times(healthy: Healthy) -> None:
     scene = replace(tt.load_scene("reference"), name="mine")
     times = [0.001 + 0.013 * i for i in range(60)]
     frame = tt.integrate("reference").frame(times=times)

@@ -185,7 +185,7 @@ def test_no_sampling_makes_a_healthy_trajectory_suspicious(
             assert tt.check.conservation(given, "reference", friction=friction).passed
 
 
-def test_a_wrong_simulator_is_judged_not_refused(healthy: Healthy) -> None:
+def test_a_wrong_simulator_is_checked_not_refused(healthy: Healthy) -> None:
     frame = healthy("reference", 1601)[VECTORS]
     for name in ("Lz", "vx", "kz"):
         assert not tt.check.conservation(scaled(frame, 1.05, name), "reference").passed

@@ -91,7 +91,7 @@ def test_filters_combine(capsys: pytest.CaptureFixture[str]) -> None:
     assert [one["id"] for one in printed["claims"]] == ["EQ-26", "EQ-29"]
 
 
-def test_few_claims_are_told_in_full(capsys: pytest.CaptureFixture[str]) -> None:
+def test_few_claims_are_reported_in_full(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("TH-17") == 0
     out = capsys.readouterr().out
     assert "TH-17  reading" in out

@@ -28,7 +28,7 @@ def two_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tt_precise.extremes.cases", chosen)
 
 
-def test_a_failed_case_is_told_and_fails_the_command(
+def test_a_failed_case_is_reported_and_fails_the_command(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     file = tmp_path / "extremes.json"

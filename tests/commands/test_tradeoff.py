@@ -79,7 +79,7 @@ def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
     assert found["skipped"][1] == line
 
 
-def test_a_folder_that_cannot_be_written_is_told_at_once(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported_at_once(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     assert cli.main(["tradeoff", "--quick", "--out", str(tmp_path / "file" / "x")]) == 2
 

@@ -28,7 +28,7 @@ def one(function: Any = Observation, **arguments: Any) -> ExtremeCase:
     return ExtremeCase("topic", "family", "name", "all well", "theory", function, arguments)
 
 
-def test_an_exception_is_a_failure_told_in_one_line() -> None:
+def test_an_exception_is_a_failure_in_one_line() -> None:
     def broken() -> Observation:
         raise ValueError("two\nlines" + "x" * 1000)
 

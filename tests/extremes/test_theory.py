@@ -42,7 +42,7 @@ def test_a_mode_is_an_eigenvector() -> None:
         assert FN.norm(theory.tilt_matrix(top, -1, omega_3, FN) * mode - rate * mode) < TINY
 
 
-def test_the_lean_after_no_time_is_the_start() -> None:
+def test_the_tilt_after_no_time_is_the_start() -> None:
     tilt = theory.tilt_at(body(), 1, FN.mpf(2), FN.mpf(0), FN)
     assert abs(tilt.k - 1) + abs(tilt.L - 2 * body().I3) + abs(tilt.v) < TINY
 

@@ -29,7 +29,7 @@ def test_list_names_what_is_there_and_what_is_missing(
     assert [(one["scene"], one["proof"]) for one in printed["scenes"]] == [("reference", None)]
 
 
-def test_list_tells_what_is_proved(capsys: pytest.CaptureFixture[str]) -> None:
+def test_list_says_what_is_proved(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["golden", "list"]) == 0
     lines = capsys.readouterr().out.splitlines()
     (line,) = (line for line in lines if line.startswith("reference "))
@@ -58,7 +58,7 @@ def test_verify_fails_with_status_1_and_names_the_damage(
     assert "trajectory.csv: changed since it was built: line 4, column kx" in one["problems"]
 
 
-def test_verdicts_are_told_in_lines() -> None:
+def test_verdicts_are_printed_in_lines() -> None:
     good = Verification("some", 34, 30.1, "newton quad", 12.5)
     bad = Verification("other", None, problems=("one", "two"))
     (line,) = _verified_lines(good)

@@ -102,7 +102,7 @@ def test_the_end_of_contact_is_the_last_event(small: Small) -> None:
     assert times[-1] == "6." + "0" * 33 + "e-2"
 
 
-def test_a_vertical_axis_has_no_lean(small: Small) -> None:
+def test_a_vertical_axis_has_no_tilt(small: Small) -> None:
     run = spoiled(spoiled(small.runs[0], 1, "kx", "1e-50"), 1, "ky", "-1e-50")
     row = reconcile(small.scene, [run, run]).trajectory
     assert row.column("kx")[1] == ZERO

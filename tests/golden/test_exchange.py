@@ -75,7 +75,7 @@ def test_data_exchanged_all_the_time_are_refused(
         load(NAME, folder=place.parent)
 
 
-def test_damage_is_told_at_once(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_damage_is_reported_at_once(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     looks: list[str] = []
     exchanging_before(monkeypatch, SCENE, lambda: looks.append("look"))
     (place / EVENTS).write_bytes(b"\xff")

@@ -59,7 +59,7 @@ def test_arithmetics_that_are_missing_are_not_chosen() -> None:
 
 
 @pytest.mark.usefixtures("two_rows")
-def test_what_the_judges_cost_counts() -> None:
+def test_what_the_reference_runs_cost_counts() -> None:
     coarse, full, quad = cost_table.settings(None, EVERY)
     assert (coarse.tolerance, full.tolerance, quad.precision) == (1e-15, 0, "quad")
     assert [cost_table.cost_with_estimate(s) for s in (coarse, full, quad)] == [26, 1008, math.inf]

@@ -266,7 +266,7 @@ def test_states_can_be_copied(double: Trajectory) -> None:
 
 
 @pytest.mark.parametrize("precision", ["double", "extended"])
-def test_a_run_too_long_to_be_kept_is_read_piece_by_piece(
+def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
     half: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same bits, whether the series of all steps are stored or of some steps at a time."""

@@ -136,7 +136,7 @@ def test_the_start_is_no_event(
     assert {"theta_max", "nu_x_zero"} <= set(early["name"])
 
 
-def test_an_event_soon_after_the_start_is_kept(reference: Scene) -> None:
+def test_an_event_soon_after_the_start_is_recorded(reference: Scene) -> None:
     start = replace(reference.start, theta_dot=Fraction(1, 1000))
     events = integrate(replace(reference, start=start, until=Fraction(1, 100)), events=ALL).events
     first = events[events["name"] == "theta_max"]["t"].iloc[0]

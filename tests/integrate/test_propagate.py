@@ -269,7 +269,7 @@ def test_progress_rises_to_one(half: Scene, precision: str) -> None:
     assert 0 < reported[0] <= reported[-1] == 1
 
 
-def test_progress_is_told_between_pieces(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_is_reported_between_pieces(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = integrate(half)
     monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "double", 10)
     reported: list[float] = []

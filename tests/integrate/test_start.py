@@ -169,7 +169,7 @@ def test_a_start_off_the_table_is_refused_unless_the_table_may_pull(reference: S
 
 @pytest.mark.parametrize("precision", ["double", "quad"])
 @pytest.mark.parametrize("pole", ["", "pi - "])
-def test_a_lean_of_any_size_keeps_its_digits(
+def test_a_tilt_of_any_size_keeps_its_digits(
     reference: Scene, precision: str, pole: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Near a pole the equations are linear in it: kx/theta(0) at 0.2 s is one number."""
@@ -198,7 +198,7 @@ def test_a_push_of_any_size_keeps_its_digits(reference: Scene) -> None:
     assert one == pytest.approx(other, rel=1e-13)
 
 
-def test_contact_lost_later_is_told_when_it_is_ignored(rough: Scene) -> None:
+def test_contact_lost_later_is_reported_when_it_is_ignored(rough: Scene) -> None:
     """The guarded run ends where g_n reaches 0; the other goes on and says that it was there."""
     scene = replace(rough, until=Fraction("0.66"))
     assert integrate(scene).status == "contact_lost"

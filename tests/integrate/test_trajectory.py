@@ -166,7 +166,7 @@ def test_drift_counts_the_state_at_the_end(half: Scene, spoiled_rates: Spoiler) 
     assert wrong.drift["jellett"] > 1e-14
 
 
-def test_what_a_trajectory_tells_of_itself(double: Trajectory, rough: Scene) -> None:
+def test_what_a_trajectory_says_of_itself(double: Trajectory, rough: Scene) -> None:
     assert repr(double).startswith(
         "<Trajectory of reference: complete, t_end = 8.0 s, double, newt"
     )

@@ -85,7 +85,7 @@ def test_beside_the_inverted_pole_sine_and_cosine_are_given(
         assert abs(horizontal_length(mp, naive.kx, naive.ky) / known[0] - 1) > 1e3 * mp.eps
 
 
-def test_the_axis_leans_towards_x_hat(body: TippeTop) -> None:
+def test_the_axis_is_tilted_towards_x_hat(body: TippeTop) -> None:
     numbers = body.numbers(float)
     vectors = vectors_from_euler(numbers, EulerState(0.5, 0.0, 0.0, 0.0, 3.0, 0.0), math, 0.7)
     assert math.atan2(vectors.ky, vectors.kx) == pytest.approx(0.7, abs=4 * EPS)

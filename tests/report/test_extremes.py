@@ -45,7 +45,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_without_a_file_the_command_is_told(tmp_path: Path) -> None:
+def test_without_a_file_the_command_is_named(tmp_path: Path) -> None:
     (block,) = extremes.section(tmp_path).blocks
     assert "tt-precise extremes" in str(block)
 

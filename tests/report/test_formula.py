@@ -55,7 +55,7 @@ def test_every_equation_of_the_paper_is_read() -> None:
     assert formulas > 10
 
 
-def test_order_is_kept() -> None:
+def test_order_stays() -> None:
     assert latex(read("b + a*c - c*a")) == r"b + a\, c - c\, a"
 
 

@@ -128,14 +128,14 @@ def test_long_tables_and_long_texts_fold() -> None:
     assert len(shown.text) + len(folded) > 1000
 
 
-def test_sentences_are_told_apart() -> None:
+def test_sentences_are_distinguished() -> None:
     text = "Figure 2 of sec. 2.1 at 0.5 s. Bears on EQ-01, eq. (3). More."
     assert layout.lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
     assert layout.rest(text) == "Bears on EQ-01, eq. (3). More."
     assert (layout.lead("One only."), layout.rest("One only.")) == ("One only.", "")
 
 
-def test_a_kept_report_is_laid_out_the_same(small_report: Report, tmp_path: Path) -> None:
+def test_a_stored_report_is_laid_out_the_same(small_report: Report, tmp_path: Path) -> None:
     file = tmp_path / "report.json.gz"
     archive.keep(small_report, file)
     again = archive.last(file)

@@ -213,7 +213,7 @@ def test_poles_are_starts_like_others() -> None:
     assert all(math.isnan(value) for value in rows["t_init_A"])
 
 
-def test_leans_of_any_size_are_integrated_as_alone() -> None:
+def test_tilts_of_any_size_are_integrated_as_alone() -> None:
     """Beside the pole the steps are bounded, in each lane for itself."""
     spec = specification("reference", vary={"theta": "1e-9,1e-20,0.1"})
     rows = compute(spec.plan, values_of(spec), 8)

@@ -23,7 +23,7 @@ def times(found: LaneResults, row: int) -> Any:
     return found.events.time[found.events.row == row]
 
 
-def test_a_failed_lane_is_told_and_the_others_go_on() -> None:
+def test_a_failed_lane_is_reported_and_the_others_go_on() -> None:
     endless = (*UPRIGHT[:5], 1e200, 1e200, 0.0)  # its squares overflow
     alone = integrated(*[TILTED] * 9)
     found = integrated(*[TILTED] * 4, endless, *[TILTED] * 4)

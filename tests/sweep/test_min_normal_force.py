@@ -95,7 +95,7 @@ def test_no_steps_have_no_states() -> None:
     assert lowest_states([], numpy.arange(0), 1)[0].size == 0
 
 
-def test_of_many_equal_peaks_the_highest_few_are_kept() -> None:
+def test_of_many_equal_peaks_the_highest_few_stay() -> None:
     tops = numpy.random.default_rng(4).permutation(50)
     given = steps(heights(*[[0.0, 4 * top, -4.0 * top] for top in tops]))
     highest = [one for one, top in zip(given, tops, strict=True) if top >= 50 - EQUAL_PEAKS]
@@ -111,7 +111,7 @@ def may_be(series: Any, widths: Any, owner: Any, highest: Any) -> Any:
     return may_be_lowest(bounds(columns), widths, owner, highest)
 
 
-def test_only_steps_that_may_be_the_lowest_are_kept() -> None:
+def test_only_steps_that_may_be_the_lowest_stay() -> None:
     low, peak, high = [0.0, 0.1], [0, 4, -4.0], [0.5, 0.2]  # largest: 0.1, 1 in the middle, 0.7
     series = heights(low, peak, high)[:, :, None]
     highest = numpy.array([-numpy.inf])

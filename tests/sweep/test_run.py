@@ -128,7 +128,7 @@ def test_a_chunk_that_fails_is_quarantined_and_tried_by_the_next_run(
     pandas.testing.assert_frame_equal(done.rows, whole, check_exact=True)
 
 
-def test_a_worker_of_another_version_is_told() -> None:
+def test_a_worker_of_another_version_is_refused() -> None:
     (values,) = (v for _, v in blocks(SPEC, 100, set()))
     with pytest.raises(InputError, match="worker"):
         running.chunk_task(SPEC.plan, "0.0.0", values, 8)

@@ -65,7 +65,7 @@ def perform_all(
     """Perform the tasks of each plan, in the order given.
 
     ``finish`` gets the name of a plan and its runs as soon as all are there, and returns further
-    tasks of the same plan, or none. ``progress`` hears the fraction of the tasks done.
+    tasks of the same plan, or none. ``progress`` is called with the fraction of the tasks done.
     """
     tasks: dict[str, list[Task]] = {}
     runs: dict[str, dict[Task, Run]] = {}

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import pandas
 
 BLOCK = 16_384
-# heyoka hears of Ctrl-C between blocks only: so much of dimensionless time takes 1 s or less
+# Ctrl-C is noticed between blocks only: so much of dimensionless time takes 1 s or less
 LONGEST_BLOCK = 1e5
 
 

@@ -53,7 +53,7 @@ def build(
 ) -> list[Path]:
     """Compute the report and write it into ``folder``; returns the files written.
 
-    ``progress`` hears how many of the claims are judged, ``announce`` which section is being made.
+    ``progress`` is called with the share of claims judged, ``announce`` with each section begun.
     """
     # the claims run in worker processes of their own while this one does all the rest
     begun, took = time.monotonic(), []

@@ -45,7 +45,7 @@ def test_equal_holds_for_identities_only(printed: str, holds: bool) -> None:
     assert ("equal" in check.measured) is holds
 
 
-def test_a_difference_is_told_as_a_fraction_of_the_larger_side() -> None:
+def test_a_difference_is_reported_as_a_fraction_of_the_larger_side() -> None:
     assert f.equal("3*R", f.read("4*R")).measured == "off by 0.250 of its size"
 
 
@@ -77,7 +77,7 @@ def test_a_printed_root_is_the_root_of_d() -> None:
     assert f.equal(printed**2, f.read("d(cos(theta))"), "d").holds
 
 
-def test_proved_tells_what_the_identity_says() -> None:
+def test_proved_repeats_what_the_identity_says() -> None:
     check = f.proved("lambda in Euler angles")
     assert check.holds
     assert check.printed == ""

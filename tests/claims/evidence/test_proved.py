@@ -75,7 +75,7 @@ def test_a_spoiled_enclosure_proves_nothing(spoilable: Path) -> None:
     assert f"Not proved: {ENCLOSURE}, line 2: changed" in finding.note
 
 
-def test_a_missing_proof_is_told(spoilable: Path) -> None:
+def test_a_missing_proof_is_reported(spoilable: Path) -> None:
     (spoilable / PROOF).unlink()
     (spoilable / ENCLOSURE).unlink()
     finding = judge("NUM-04").finding
@@ -185,7 +185,7 @@ def test_an_interval_that_is_too_wide_settles_nothing(monkeypatch: pytest.Monkey
     assert finding.verdict == Verdict.ROUNDED
 
 
-def test_what_is_not_settled_is_told() -> None:
+def test_what_is_not_settled_is_reported() -> None:
     unknown = Proved(None, "no proof")
     assert unknown.sentence(True, "that") == " Proved (rigorous enclosure): that."
     assert unknown.sentence(False, "that") == " Not proved: no proof."

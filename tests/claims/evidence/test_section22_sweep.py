@@ -33,7 +33,7 @@ def test_what_the_issue_asks_for_is_there() -> None:
         section22_sweep.series("nothing")
 
 
-def test_every_start_is_told_with_and_without() -> None:
+def test_every_start_is_there_with_and_without_contact() -> None:
     for one in section22_sweep.SERIES:
         alone = section22_sweep.series(one.name, contact="unilateral")
         through = section22_sweep.series(one.name, contact="through")
@@ -46,7 +46,7 @@ def test_every_start_is_told_with_and_without() -> None:
         assert (held["min_g_n"] > 0).all()
 
 
-def test_lambda_is_kept_where_it_is_said_to_be() -> None:
+def test_lambda_is_constant_where_it_is_said_to_be() -> None:
     rows = section22_sweep.series("theta at lambda", contact="unilateral")
     assert numpy.ptp(rows["lambda_ratio"]) < 1e-11
     assert numpy.ptp(section22_sweep.series("theta", contact="unilateral")["lambda_ratio"]) > 0.1
