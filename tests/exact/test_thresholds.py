@@ -69,21 +69,21 @@ def test_values_are_what_the_printed_formulas_give(reference: Thresholds) -> Non
             "sigma": mpmath.mpf(5) / 2,
         }
         for name, value in expected.items():
-            found = mpmath.mpf(reference.to_json()["quantities"][name]["value"])
+            found = mpmath.mpf(reference.as_dict()["quantities"][name]["value"])
             assert abs(found / value - 1) < mpmath.mpf(10) ** -48, name
 
 
 def test_two_hundred_digits() -> None:
     found = thresholds(load_scene("reference"), 200)
     assert {one.digits_agreed for one in found.quantities.values()} == {200}
-    text = found.to_json()["quantities"]["lambda_thres"]["value"]
+    text = found.as_dict()["quantities"]["lambda_thres"]["value"]
     assert len(text.lstrip("0.").replace(".", "")) >= 200
-    shorter = thresholds(load_scene("reference"), 30).to_json()["quantities"]["lambda_thres"]
+    shorter = thresholds(load_scene("reference"), 30).as_dict()["quantities"]["lambda_thres"]
     assert text.startswith(shorter["value"][:-2])
 
 
 def test_json_is_plain(reference: Thresholds) -> None:
-    found = json.loads(json.dumps(reference.to_json()))
+    found = json.loads(json.dumps(reference.as_dict()))
     assert list(found["quantities"]) == NAMES
     for one in found["quantities"].values():
         assert {"value", "independent", "digits_agreed", "how"} <= set(one)
@@ -127,7 +127,7 @@ def test_upright_never_loses_stability_for_small_gamma() -> None:
     assert "perturbations decay at every" in up.reason
     assert found.quantities["lambda_thres"].digits_agreed == 30
     assert found.inverts is None
-    assert found.to_json()["quantities"]["lambda_up"]["value"] is None
+    assert found.as_dict()["quantities"]["lambda_up"]["value"] is None
 
 
 def test_inverted_never_gains_stability_for_large_gamma() -> None:

@@ -313,19 +313,19 @@ def test_all_that_is_there_are_the_scenes_and_not_the_test_vectors(tmp_path: Pat
 
 
 @pytest.mark.parametrize(
-    ("column", "told"),
+    ("column", "message"),
     [
         ("theta_dot", "is empty, a fresh computation has a number"),
         ("kx", "got '', expected a printed number"),
     ],
 )
 def test_an_empty_cell_under_right_hashes_is_found(
-    small: Small, fresh: list[Run], column: str, told: str
+    small: Small, fresh: list[Run], column: str, message: str
 ) -> None:
     """Euler columns are empty at a pole, vectors nowhere."""
     edit_table(small, TRAJECTORY, lambda lines: emptied(lines, column))
     reseal(small)
-    assert f"{TRAJECTORY}, line 4, {column}: {told}" in judged(small, fresh)
+    assert f"{TRAJECTORY}, line 4, {column}: {message}" in judged(small, fresh)
 
 
 def emptied(lines: list[list[str]], column: str) -> None:

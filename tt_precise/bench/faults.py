@@ -275,11 +275,11 @@ def row(fault: Fault, spacings: Sequence[int] = SPACINGS_MS) -> dict[str, Json]:
                 known |= {f"at_{limit:.0e}": True for limit in LIMITS} | {"by_golden": True}
     if GIVEN_MS in results:
         known |= _found(results[GIVEN_MS])
-    told = {spacing: found["equations"] for spacing, found in results.items()}
+    residuals = {spacing: found["equations"] for spacing, found in results.items()}
     return known | {
-        f"equations_{spacing}ms": told[spacing].value
+        f"equations_{spacing}ms": residuals[spacing].value
         for spacing in spacings
-        if spacing in told and told[spacing].verdict != "skipped"
+        if spacing in residuals and residuals[spacing].verdict != "skipped"
     }
 
 

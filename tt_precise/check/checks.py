@@ -35,7 +35,7 @@ class RowCheck:
 
     Values pass that are ``sense`` the limit. ``watch(setup, first, limit)`` makes the function
     that is handed one block after the other; where it has an ``error_bound``, limits below that
-    cannot be told, and its ``note`` says why.
+    cannot be tested, and its ``note`` says why.
     """
 
     name: str

@@ -68,7 +68,7 @@ def summary(outcomes: list[Outcome]) -> dict[str, Json]:
     return {
         "schema": SCHEMA,
         "verdict": "fail" if any(one.verdict == "fail" for one in outcomes) else "pass",
-        "cases": [one.to_json() for one in outcomes],
+        "cases": [one.as_dict() for one in outcomes],
     }
 
 

@@ -35,7 +35,7 @@ def command(scene: str, digits: int, as_json: bool) -> int:
     with progress_bar(f"{loaded.name}: {digits} digits"):
         found = thresholds(loaded, digits)
     if as_json:
-        content = {"schema": SCHEMA, "scene": loaded.name, **found.to_json()}
+        content = {"schema": SCHEMA, "scene": loaded.name, **found.as_dict()}
         click.echo(json.dumps(content, indent=2, ensure_ascii=False))
     else:
         say(lines(found))
@@ -50,7 +50,7 @@ def agree(found: Thresholds) -> bool:
 
 def lines(found: Thresholds) -> list[str]:
     """What a person reads: value, unit, in how many digits the other way agrees; and the end."""
-    texts = found.to_json()["quantities"]
+    texts = found.as_dict()["quantities"]
     shown = [
         f"{name:>12}  {texts[name]['value'] or 'does not exist':<{found.digits + 9}} "
         f"{one.unit:<10}  {_agreement(one, found.digits)}"

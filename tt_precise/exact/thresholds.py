@@ -64,7 +64,7 @@ class Thresholds:
     inverts: bool | None
     inverts_reason: str
 
-    def to_json(self) -> dict[str, Json]:
+    def as_dict(self) -> dict[str, Json]:
         """The same as strings of ``digits`` digits, for ``tt-precise thresholds --json``."""
 
         def text(number: Scalar) -> str | None:

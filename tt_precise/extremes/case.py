@@ -128,7 +128,7 @@ class Outcome:
         """Pass or fail."""
         return "pass" if self.finding.right else "fail"
 
-    def to_json(self) -> dict[str, Json]:
+    def as_dict(self) -> dict[str, Json]:
         """Plain values, for ``tt-precise extremes --json``."""
         case, finding = self.case, self.finding
         entry = {

@@ -81,7 +81,7 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
     """Largest error of any entry at each time, relative to the largest entry of the state."""
     import numpy
 
-    golden = load(scene, "mpmath")
+    golden = load(scene, "native")
     frame = run.frame(*how.columns, times=list(golden["t"][: len(how.times)]))
     found = numpy.zeros(len(how.times))
     for name in how.columns:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
 import mpmath
 import pandas
@@ -16,7 +16,8 @@ from tt_precise.golden.seal import read_whole
 from tt_precise.golden.table import Table
 from tt_precise.untyped import Json
 
-Numbers = Literal["float", "text", "mpmath"]
+# as of a trajectory's tables; "mpmath" is the older name of "native"
+Numbers = Literal["native", "float", "text", "mpmath"]
 TEXT_COLUMNS = ("name",)
 
 
@@ -45,7 +46,7 @@ def load(
     numbers
         "float": float64, correctly rounded from the decimals, NaN where undefined;
         "text": the decimals as published, "" where undefined;
-        "mpmath": numbers with all their digits, None where undefined.
+        "native" (or "mpmath"): mpmath numbers with all their digits, None where undefined.
     folder
         Where golden data lie; by default what came with the package, then ``golden``.
     pose
@@ -57,8 +58,8 @@ def load(
     InputError
         There are no such data, or they are not what their manifest says.
     """
-    if numbers not in ("float", "text", "mpmath"):
-        raise InputError(f"numbers: got {numbers!r}, expected one of: float, text, mpmath")
+    if numbers not in get_args(Numbers):
+        raise InputError(f"numbers: got {numbers!r}, expected one of: native, float, text")
     stored = read_whole(scene, folder)
     frame = GoldenFrame(_columns(stored.trajectory, numbers))
     if pose:

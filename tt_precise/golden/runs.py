@@ -58,7 +58,7 @@ class Run:
     ``trajectory`` has the scene's sample times and, where the solution ends before its horizon,
     its end as last row. ``events`` lack the terminal one. ``suspects`` names events whose
     directions do not alternate, so that one may be missing. ``seconds`` is what it took, in CPU
-    time; it is told and never published.
+    time; it is reported and never published.
     """
 
     label: str

@@ -42,5 +42,5 @@ def section() -> Section:
                 folded=True,
             ),
         ],
-        found.to_json(),
+        found.as_dict(),
     )
