@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from tt_precise.arithmetic import Array
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Parameters
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
@@ -160,7 +160,7 @@ def _without_gyroscopic_term(scene: Scene) -> Callable[[], pandas.DataFrame]:
 
 
 def _solved(
-    scene: Scene, variables: Any, rates: Iterable[Any], start: Iterable[Any], units: Any
+    scene: Scene, variables: Scalar, rates: Iterable[Scalar], start: Iterable[Scalar], units: Units
 ) -> pandas.DataFrame:
     """Any equations, integrated as well as double allows."""
     import heyoka

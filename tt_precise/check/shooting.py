@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.mechanics.taylor import solution
 
 EPS = float(numpy.finfo(float).eps)
@@ -39,7 +40,7 @@ class Followed(NamedTuple):
 
 
 def follow(
-    rates: Callable[[tuple[Any, ...]], Sequence[Any]],
+    rates: Callable[[tuple[Scalar, ...]], Sequence[Scalar]],
     start: numpy.ndarray,
     spans: numpy.ndarray,
     sizes: numpy.ndarray,

@@ -6,7 +6,6 @@ import hashlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from tt_precise import json_file
 from tt_precise.errors import InputError
@@ -86,7 +85,7 @@ def stale(folder: Path) -> Iterator[str]:
             yield f"{path}: not as {INDEX} says"
 
 
-def _listed(index: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def _listed(index: dict[str, Json]) -> dict[str, dict[str, Json]]:
     return {entry["path"]: entry for entry in index["files"]}
 
 

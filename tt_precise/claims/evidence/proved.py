@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
-from typing import Any
 
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.measured import MOST_DIGITS, decade
@@ -24,6 +23,7 @@ from tt_precise.golden.proofs import Established, Interval
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.scene import load_scene
+from tt_precise.untyped import Json
 
 Event = dict[str, Interval]
 
@@ -66,7 +66,7 @@ class Proved:
         return any(speed is not None and not speed.low <= 0 <= speed.high for speed in speeds)
 
     @property
-    def for_ever(self) -> dict[str, Any] | None:
+    def for_ever(self) -> dict[str, Json] | None:
         """What holds from some time of the proof on (``certify.forever``); None if nothing does.
 
         With ``theta_tends_to``, ``limits``, ``g_n_at_least_mg``, ``rate_per_s`` if there is one.
