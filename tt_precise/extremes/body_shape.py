@@ -6,7 +6,6 @@ from fractions import Fraction
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.body import TippeTop
-from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.thresholds import Determination, thresholds
 from tt_precise.extremes import perturbed, theory
@@ -14,6 +13,7 @@ from tt_precise.extremes.case import Observation, case, finite, same, together, 
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_starts import refused
 from tt_precise.extremes.tilt import tilt_error
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import integrate
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.scene import Scene
@@ -28,12 +28,12 @@ GAMMAS = ("1/2", "0.7", "0.7000000000001", "1", "1.2999999999999", "1.3", "2", "
 def beside(pole: str, **changes: str) -> Scene:
     """A start 1e-20 rad from a pole, for 0.05 s."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
-    return variant(theta=theta, until=LIMIT_S, **changes)
+    return varied(theta=theta, until=LIMIT_S, **changes)
 
 
 def with_gamma(gamma: str | int | Fraction) -> dict[str, Scalar]:
     """The change that gives the reference top this I1/I3, in units of m R^2."""
-    body = variant().body
+    body = varied().body
     return {"I1": Fraction(gamma) * body.I3 / (body.m * body.R**2)}
 
 
@@ -82,7 +82,7 @@ def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Observati
 )
 def ball(k: int, integrate: Integrate = integrate) -> Observation:
     """The simplest limit: a closed form for a whole nonlinear motion."""
-    scene = variant(
+    scene = varied(
         alpha=f"1e-{k}", **with_gamma(1), nu_x="0.3", nu_y="0.4", theta="1", until=LIMIT_S
     )
     run = integrate(scene)
@@ -122,10 +122,10 @@ def inertia_ratio(gamma: str, pole: str, integrate: Integrate = integrate) -> Ob
 def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Observation:
     """The formula of Theorem 1.1 against eigenvalues just below and just above it."""
     upright = which == "up"
-    edge = 1 + (-1 if upright else 1) * variant().body.alpha
+    edge = 1 + (-1 if upright else 1) * varied().body.alpha
     inwards = 1 if upright else -1
     gamma = edge + inwards * (1 if side == "inside" else -1) * Fraction(f"1e-{k}")
-    top = variant(**with_gamma(gamma)).body
+    top = varied(**with_gamma(gamma)).body
     fn = own_context(80 + 4 * k)
     body = top.dimensionless(fn, rounding_to(fn))
     pole, height = (1, 1 - body.alpha) if upright else (-1, 1 + body.alpha)
@@ -157,10 +157,10 @@ def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Obse
 def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = False) -> Observation:
     """What ``tt-precise thresholds`` says there."""
     outwards = -1 if sign == "-" else 1
-    edge = 1 + outwards * variant().body.alpha
+    edge = 1 + outwards * varied().body.alpha
     shift = outwards * Fraction(f"1e-{k}") * (1 if side == "outside" else -1)
     gamma = edge - shift if wrong_side else edge + shift
-    found = thresholds(variant(**with_gamma(gamma)), 40)
+    found = thresholds(varied(**with_gamma(gamma)), 40)
     threshold = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
     if side == "inside":
         return same(f"{threshold.digits_agreed} digits agreed", "40 digits agreed")
@@ -184,8 +184,8 @@ def _none_with_a_reason(threshold: Determination) -> Observation:
 def thresholds_on_the_edge(sign: str, off: str = "0") -> Observation:
     """The edges themselves."""
     outwards = -1 if sign == "-" else 1
-    gamma = 1 + outwards * (variant().body.alpha - Fraction(off))
-    found = thresholds(variant(**with_gamma(gamma)), 40)
+    gamma = 1 + outwards * (varied().body.alpha - Fraction(off))
+    found = thresholds(varied(**with_gamma(gamma)), 40)
     threshold = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
     return _none_with_a_reason(threshold)
 
@@ -204,7 +204,7 @@ def thresholds_on_the_edge(sign: str, off: str = "0") -> Observation:
 )
 def impossible_body(name: str, value: str, inside: bool = False) -> Observation:
     """Edges that do not belong to the range, and the next number beyond those that do."""
-    body = variant().body
+    body = varied().body
     least = Fraction("1e-300")
     at = {
         "alpha": {"edge": Fraction(0), "beyond": 1 + least},

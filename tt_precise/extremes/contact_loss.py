@@ -6,13 +6,13 @@ from fractions import Fraction
 from functools import cache
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_starts import PRECISIONS, refused
 from tt_precise.extremes.tilt import exact_start
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.scene import Scene, load_scene
 
@@ -24,7 +24,7 @@ LOSING = ("contact-lost", "mu = 2", "mu = 3", "mu = 4")
 def losing(name: str) -> Scene:
     """A scene that loses contact: a shipped one, or the reference start with a rough table."""
     if name.startswith("mu"):
-        return variant(mu=name.removeprefix("mu = "), until="1")
+        return varied(mu=name.removeprefix("mu = "), until="1")
     return load_scene(name)
 
 
@@ -55,7 +55,7 @@ def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -
 )
 def plane_loss(precision: str, integrate: Integrate = integrate) -> Observation:
     """A closed form of the loss: no spin, no friction, over the equator and off the table."""
-    run = integrate(variant(**PLANE), precision)
+    run = integrate(varied(**PLANE), precision)
     angle, time = _plane()
     fn = own_context(80)
     eps = fn.convert(run.precision.eps)
@@ -80,7 +80,7 @@ def narrow_horizon(side: str, shift: str = "0") -> Observation:
         1 if side == "before" else -1
     )
     until = lost + (-NARROW_S if side == "before" else NARROW_S)
-    run = integrate(variant(mu="3", until=str(until)))
+    run = integrate(varied(mu="3", until=str(until)))
     return same(run.status, "complete" if side == "before" else "contact_lost")
 
 
@@ -94,7 +94,7 @@ def narrow_horizon(side: str, shift: str = "0") -> Observation:
 )
 def start_off_the_table(what: str, harmless: bool = False) -> Observation:
     """Starts that are no motion of a top on a table."""
-    return refused(lambda: integrate(variant(**({} if harmless else _off_the_table(what)))))
+    return refused(lambda: integrate(varied(**({} if harmless else _off_the_table(what)))))
 
 
 @case(
@@ -107,7 +107,7 @@ def start_off_the_table(what: str, harmless: bool = False) -> Observation:
 )
 def bilateral(what: str, contact: str = "bilateral") -> Observation:
     """The paper's equations beyond their meaning, on request."""
-    run = integrate(variant(**_off_the_table(what)), contact=contact)
+    run = integrate(varied(**_off_the_table(what)), contact=contact)
     table = run.frame("g_n", "E")
     energy = finite(table["E"], "E")
     found = "g_n = 0" if abs(table["g_n"][0]) < 1e-14 else "g_n < 0"
@@ -126,7 +126,7 @@ def bilateral(what: str, contact: str = "bilateral") -> Observation:
 )
 def beyond_the_singularity(what: str = "its denominator < 0") -> Observation:
     """What even ``--contact bilateral`` does not run."""
-    return refused(lambda: integrate(variant(**_off_the_table(what)), contact="bilateral"))
+    return refused(lambda: integrate(varied(**_off_the_table(what)), contact="bilateral"))
 
 
 def _off_the_table(what: str) -> dict[str, str]:
@@ -155,7 +155,7 @@ def _integrated(scene: str, precision: str) -> Trajectory:
 @cache
 def _plane() -> tuple[Scalar, Scalar]:
     """Angle and time in s of the loss of contact in the plane, from theory."""
-    start, fn = exact_start(variant(**PLANE))
+    start, fn = exact_start(varied(**PLANE))
     body = type(start.body)(*(fn.convert(x) for x in vars(start.body).values()))
     theta, rate = fn.convert(start.euler.theta), fn.convert(start.euler.theta_dot)
     angle = theory.plane_loss(body, theta, rate, fn)

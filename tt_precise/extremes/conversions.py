@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
-from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes.case import Observation, case, finite, together, within
 from tt_precise.extremes.tilt import tilt_error
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import integrate
 from tt_precise.integrate.precision import BITS
 from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
@@ -188,7 +188,7 @@ def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Observation:
     """Integrated in Euler form in double, against the linear theory."""
     errors = {}
     for k in range(8, 16):
-        scene = variant(theta=f"{pole}1e-{k}", until="0.1")
+        scene = varied(theta=f"{pole}1e-{k}", until="0.1")
         run = integrate(scene, formulation="euler", record=("phi",))
         errors[k] = tilt_error(run, scene)
     lost = bool(pole) != bool(pole_of_the_law)

@@ -7,12 +7,12 @@ from dataclasses import replace
 from functools import cache
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.extremes.tilt import tilt_error
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.rolling import constraint_force
@@ -37,7 +37,7 @@ CONSERVED = ("lambda", "E", "L_z", "omega_3", "s_dot_x", "s_dot_y")
 def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> Observation:
     """A closed form at every friction, the stiff ones too."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
-    scene = variant(theta=theta, mu=mu, until=LIMIT_S)
+    scene = varied(theta=theta, mu=mu, until=LIMIT_S)
     run = integrate(scene)
     # rounding errors add up like a random walk, of about 1 eps a step
     return together(
@@ -56,13 +56,13 @@ def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> 
 )
 def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation:
     """Steps and time against mu are for the picture; the verdict is about the state."""
-    scene = variant(mu=mu, until=HORIZON_S)
+    scene = varied(mu=mu, until=HORIZON_S)
     seconds = []
     for _ in range(TIMINGS):
         begin = time.perf_counter()
         run = integrate(scene)
         seconds.append(time.perf_counter() - begin)
-    short = variant(mu=mu, until=LIMIT_S)
+    short = varied(mu=mu, until=LIMIT_S)
     distance = vector_distance(integrate(short), _quad(short))
     return together(
         within(distance / 2.0**-52, 30, "eps"),
@@ -84,7 +84,7 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation
 )
 def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Observation:
     """What stiffness costs an explicit Taylor method."""
-    fewer, more = (integrate(variant(mu=mu, until=LIMIT_S)).steps for mu in frictions)
+    fewer, more = (integrate(varied(mu=mu, until=LIMIT_S)).steps for mu in frictions)
     return together(
         within(abs(more / fewer / 10 - 1), 0.1, "off a ratio of 10"),
         Observation(f"{fewer} and {more} steps", True),
@@ -101,7 +101,7 @@ def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Observation:
 )
 def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
     """The gliding velocity against the constraint force of the rolling top; and the distance."""
-    rolling, gliding = _rolling(), integrate(variant(mu=mu, until=LIMIT_S))
+    rolling, gliding = _rolling(), integrate(varied(mu=mu, until=LIMIT_S))
     fn, units = rolling.precision.context, rolling.start.units
     force = _constraint_force(rolling)
     speed = units.length / units.time
@@ -139,7 +139,7 @@ def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Observation:
                 for name in ("kx", "ky")
             )
         )
-        for run in (integrate(variant(mu=mu, until=LIMIT_S)) for mu in frictions)
+        for run in (integrate(varied(mu=mu, until=LIMIT_S)) for mu in frictions)
     )
     return within(abs(far / near / 10 - 1), 0.02, "off a ratio of 10")
 
@@ -154,8 +154,8 @@ def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Observation:
 )
 def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observation:
     """Linear response at the other edge of friction."""
-    none, some = (_quad(variant(mu=one, until=LIMIT_S)) for one in ("0", "1e-5"))
-    little = integrate(variant(mu=mu, until=LIMIT_S), "quad")
+    none, some = (_quad(varied(mu=one, until=LIMIT_S)) for one in ("0", "1e-5"))
+    little = integrate(varied(mu=mu, until=LIMIT_S), "quad")
     fn = none.precision.context
     per_mu = [
         (fn.mpf(run.state.Lx) - none.state.Lx) / fn.mpf(one)
@@ -175,7 +175,7 @@ def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observatio
 )
 def frictionless(until: str, precision: str, mu: str = "0") -> Observation:
     """All integrals of the frictionless scene."""
-    run = integrate(variant(mu=mu, until=until, sample_every="0.1"), precision)
+    run = integrate(varied(mu=mu, until=until, sample_every="0.1"), precision)
     table = run.frame(*CONSERVED)
     rim = abs(table["omega_3"][0]) * float(run.scene.body.R)
     drifts = []
@@ -194,7 +194,7 @@ def _quad(scene: Scene) -> Trajectory:
 
 @cache
 def _rolling() -> Trajectory:
-    return integrate(replace(variant(until=LIMIT_S), model="rolling"), "quad")
+    return integrate(replace(varied(until=LIMIT_S), model="rolling"), "quad")
 
 
 def _constraint_force(run: Trajectory) -> Scalar:

@@ -7,11 +7,11 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.periods import swing
 from tt_precise.extremes.perturbed import Integrate
+from tt_precise.extremes.toy import varied
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.precision import precision_named
@@ -99,7 +99,7 @@ THERE_AND_BACK: dict[str, Any] = {
 )
 def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observation:
     """Friction, run backwards, drives away from where it led to: the way back is the worse one."""
-    scene, working = variant(until=until), precision_named(precision)
+    scene, working = varied(until=until), precision_named(precision)
     start, form = InitialState.of(scene, working.arithmetic), formulation("gliding", "newton")
     number, guarded = working.number, working.guarded
     first = list(map(number, start.state(form)))
@@ -197,7 +197,7 @@ def integrate_quad(scene: Scene) -> Trajectory:
 )
 def no_time_at_all(until: str, precision: str, run_of: Integrate = integrate) -> Observation:
     """Nothing divides by the length of the run."""
-    scene = variant(until=until)
+    scene = varied(until=until)
     run = run_of(scene, precision, events=("theta_min", "theta_max", "nu_x_zero"))
     # not exact strings of the state, but exact in any precision
     worst = max(

@@ -9,15 +9,15 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene import Scene
+from tt_precise.scene import Scene, load_scene
 from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
@@ -37,17 +37,17 @@ FLAGS: dict[str, dict[str, float]] = {
 WIDE = {name: FLAGS[name] for name in ("opt_level 0", "force_avx512")}
 VARIABLES = ("OMP_NUM_THREADS", "TBB_NUM_THREADS")
 ONE_RUN = """
-from tt_precise.claims.evidence import variant
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import integrate
-print({name: x.hex() for name, x in integrate(variant(until="2")).state.values.items()})
+print({name: x.hex() for name, x in integrate(varied(until="2")).state.values.items()})
 """
 
 
 @cache
 def _allowed(until: str) -> float:
     """How far rounding may move double, in eps of the state: one error a step, grown since."""
-    how = sensitivity(variant(until=until))
-    steps = integrate(variant(until=until)).steps
+    how = sensitivity(varied(until=until))
+    steps = integrate(varied(until=until)).steps
     return float(how.rounding[-1]) * float(steps / (len(how.times) - 1)) ** 0.5
 
 
@@ -61,7 +61,7 @@ def _allowed(until: str) -> float:
 )
 def flags_in_double(flag: str, integrate: Integrate = integrate) -> Observation:
     """How much of a result in double is the compiler's."""
-    run = integrate(variant(until=HORIZON_S), options=FLAGS[flag])
+    run = integrate(varied(until=HORIZON_S), options=FLAGS[flag])
     moved = vector_distance(run, _plain(HORIZON_S)) / EPS
     finite([moved])
     return together(
@@ -73,12 +73,12 @@ def flags_in_double(flag: str, integrate: Integrate = integrate) -> Observation:
 
 @cache
 def _plain(until: str) -> Trajectory:
-    return integrate(variant(until=until))
+    return integrate(varied(until=until))
 
 
 @cache
 def _quad(until: str) -> Trajectory:
-    return integrate(variant(until=until), "quad")
+    return integrate(varied(until=until), "quad")
 
 
 @case(
@@ -94,7 +94,7 @@ def flags_in_wide(
     precision: str, flag: str, flags: dict[str, dict[str, float]] | None = None
 ) -> Observation:
     """What makes golden data portable."""
-    scene = variant(until=SHORT_S)
+    scene = varied(until=SHORT_S)
     options = dict((flags or WIDE)[flag])
     tolerance = options.pop("tol", 0.0)
     one = integrate(scene, precision)
@@ -116,7 +116,7 @@ def flags_in_wide(
 def two_threads(precision: str, shared: bool = False) -> Observation:
     """An integrator serves one run at a time."""
     spins = ("150", "155", "160", "165")
-    scenes = [variant(omega_3=spin, until=SHORT_S) for spin in spins]
+    scenes = [varied(omega_3=spin, until=SHORT_S) for spin in spins]
 
     def state(scene: Scene) -> dict[str, Json]:
         return integrate(scene, precision).state.as_text()
@@ -191,7 +191,7 @@ def subnormal(tilt: str, flush: bool = False) -> Observation:
 
     size = float(tilt)
     one, other = (
-        integrate(variant("inverted", theta=f"pi - {text}", until=SHORT_S))
+        integrate(load_scene("inverted").varied(theta=f"pi - {text}", until=SHORT_S))
         for text in (tilt, "1e-20")
     )
     scale = 1e-20 / size

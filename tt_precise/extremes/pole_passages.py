@@ -10,12 +10,12 @@ import math
 from functools import cache
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.tilt import exact_start
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene import Scene
@@ -31,7 +31,7 @@ LARGEST_DOUBLE = math.log10(2) * 1024  # its decimal exponent
 @cache
 def passage(k: int) -> Scene:
     """A frictionless top whose L.z - L.k makes it pass the pole at about 1e-k rad."""
-    scene = variant(
+    scene = varied(
         theta=THETA, theta_dot=THETA_DOT, omega_3=OMEGA_3, mu="0", until=AFTER_S,
     )  # fmt: skip
     fn = own_context(80)
@@ -41,7 +41,7 @@ def passage(k: int) -> Scene:
     )
     missed = -fn.mpf(THETA_DOT) * fn.mpf(10) ** -k
     phi_dot = (missed + ratio * omega_3 * (1 - fn.cos(theta))) / fn.sin(theta) ** 2
-    return variant(scene, phi_dot=fn.nstr(phi_dot, 70))
+    return scene.varied(phi_dot=fn.nstr(phi_dot, 70))
 
 
 @cache
@@ -182,7 +182,7 @@ def into_the_pole(theta: str, integrate: Integrate = integrate) -> Observation:
 
 def falling(theta: str, until: Scalar) -> Scene:
     """A frictionless top at rest, tilted by ``theta``; ``until`` in s, an mpmath number."""
-    return variant(
+    return varied(
         theta=theta, omega_3="0", mu="0", until=own_context(60).nstr(until, 50), sample_every="1"
     )
 

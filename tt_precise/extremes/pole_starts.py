@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tt_precise.claims.evidence import variant
 from tt_precise.errors import InputError
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.tilt import exact_start, tilt_error
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import integrate
 from tt_precise.integrate.precision import precision_named
 
@@ -34,7 +34,7 @@ def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrat
     first, last = map(int, decades.split(" to "))
     errors, eps = [], float(precision_named("double").eps)
     for k in range(first, last + 1):
-        scene = variant(theta=f"{pole}1e-{k}", until=PROBE_S)
+        scene = varied(theta=f"{pole}1e-{k}", until=PROBE_S)
         neglected = 10.0 ** (-2 * k)
         errors.append(tilt_error(integrate(scene), scene) * eps / (eps + neglected))
     # 24 steps of about 1 eps each; the coefficient of theta^2 is about 1
@@ -53,7 +53,7 @@ def start_beside_a_pole_in_every_precision(
     precision: str, pole: str, integrate: Integrate = integrate
 ) -> Observation:
     """The farthest decade in every arithmetic."""
-    scene = variant(theta=f"{pole}1e-300", until=PROBE_S)
+    scene = varied(theta=f"{pole}1e-300", until=PROBE_S)
     return within(tilt_error(integrate(scene, precision), scene), 30, "eps")
 
 
@@ -69,12 +69,12 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
     """No rounding may break the symmetry."""
     upright = pole == "0"
     theta = (moved if upright else f"pi - {moved}") if moved else pole
-    run = integrate(variant(theta=theta, until="2"), precision)
+    run = integrate(varied(theta=theta, until="2"), precision)
     state, earlier = run.state, run.at(1)
     sideways = max(abs(getattr(state, name)) for name in ("kx", "ky", "Lx", "Ly", "vx", "vy"))
     finite([sideways])
     unchanged = state.kz == (1 if upright else -1) and state.Lz == earlier.Lz
-    scene, fn = variant(), run.precision.context
+    scene, fn = varied(), run.precision.context
     expected = fn.mpf(scene.body.I3.numerator) / scene.body.I3.denominator * 155 * state.kz
     return together(
         same(run.status, "complete"),
@@ -94,7 +94,7 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
 )
 def euler_start_at_a_pole(theta: str, moved: str = "") -> Observation:
     """Exactly at the poles, and where theta cannot be distinguished from pi in double."""
-    return refused(lambda: integrate(variant(theta=moved or theta, until="0"), formulation="euler"))
+    return refused(lambda: integrate(varied(theta=moved or theta, until="0"), formulation="euler"))
 
 
 def refused(attempt: Callable[[], object]) -> Observation:
@@ -117,13 +117,13 @@ def refused(attempt: Callable[[], object]) -> Observation:
 )
 def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Observation:
     """Every decade of theta(0) delays the inversion by the same time."""
-    start, fn = exact_start(variant(theta="1e-9"))
+    start, fn = exact_start(varied(theta="1e-9"))
     growth = fn.re(theory.tilt_modes(start.body, 1, start.euler.omega_3, fn)[0])
     delay = k * fn.log(10) / growth * start.units.time
     times = []
     for power in (k, 2 * k):
         until = str(int(power * fn.log(10) / growth * start.units.time) + 5)
-        run = integrate(variant(theta=f"1e-{power}", until=until), events=("equator",))
+        run = integrate(varied(theta=f"1e-{power}", until=until), events=("equator",))
         if not len(run.events):
             return Observation(f"no equator before {until} s ({run.status})", False)
         times.append(run.events["t"][0])

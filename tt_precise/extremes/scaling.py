@@ -5,10 +5,10 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.claims.evidence import variant
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene import Scene
@@ -19,9 +19,9 @@ POWERS = (-6, -4, -2, 2, 4, 6)
 
 def rescaled(mass: Fraction, length: Fraction, time: Fraction) -> Scene:
     """The reference scene in a world whose kg, m and s are so many of ours."""
-    scene = variant()
+    scene = varied()
     body, start = scene.body, scene.start
-    return variant(
+    return varied(
         m=body.m * mass, R=body.R * length,
         g=body.g * length / time**2, mu=body.mu * time / length,
         omega_3=str(start.omega_3 / time), until=str(UNTIL_S * time), sample_every=str(time / 100),

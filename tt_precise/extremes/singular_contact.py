@@ -6,11 +6,11 @@ from fractions import Fraction
 from functools import cache
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.scene import Scene
 
@@ -31,7 +31,7 @@ THETA = "2"  # of the starts at both zeros; cos theta < 0 lets the numerator van
 def blowing_up(name: str) -> Scene:
     """The reference start on a rough table; it loses contact first."""
     top, mu = dict(zip(NAMES, MOTIONS, strict=True))[name]
-    return variant(**TOPS[top], mu=mu, until="2")
+    return varied(**TOPS[top], mu=mu, until="2")
 
 
 @case(
@@ -117,7 +117,7 @@ def both_at_once(k: int, integrate: Integrate = integrate) -> Observation:
 def _at_both_zeros(k: int) -> Scene:
     """A start made by hand from eq (7): phi_dot = 0, and both terms 1e-k I1."""
     fn = own_context(60)
-    scene = variant(mu="3")
+    scene = varied(mu="3")
     alpha, R, g, mu = (
         fn.mpf(x.numerator) / x.denominator
         for x in (scene.body.alpha, scene.body.R, scene.body.g, scene.body.mu)
@@ -128,8 +128,8 @@ def _at_both_zeros(k: int) -> Scene:
     small = fn.mpf(10) ** -k
     theta_dot = fn.sqrt((1 - small) * g / (-R * alpha * c))
     nu_x = (I1 * (1 - small) + alpha**2 * s * s) / (alpha * s * (1 - alpha * c) * mu)
-    return variant(
-        scene, theta=THETA, omega_3="0", theta_dot=fn.nstr(theta_dot, 50),
+    return scene.varied(
+        theta=THETA, omega_3="0", theta_dot=fn.nstr(theta_dot, 50),
         nu_x=fn.nstr(nu_x, 50), until="0.01", sample_every="0.001",
     )  # fmt: skip
 

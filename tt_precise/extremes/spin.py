@@ -6,13 +6,13 @@ from fractions import Fraction
 from functools import cache
 
 from tt_precise.body import Units
-from tt_precise.claims.evidence import variant
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, same, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.extremes.tilt import tilt_error
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.scene import Scene
@@ -43,7 +43,7 @@ def seconds(spin: str) -> Fraction:
 def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Observation:
     """Ten turns at every speed."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
-    scene = variant(theta=theta, omega_3=spin, until=str(seconds(spin)))
+    scene = varied(theta=theta, omega_3=spin, until=str(seconds(spin)))
     run = integrate(scene)
     walk = max(1, run.steps) ** 0.5
     return together(
@@ -61,7 +61,7 @@ def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Observat
 )
 def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Observation:
     """Far from the pole, where nothing is linear."""
-    scene = variant(theta="1", omega_3=spin, until=str(seconds(spin)))
+    scene = varied(theta="1", omega_3=spin, until=str(seconds(spin)))
     run = integrate(scene)
     distance = vector_distance(run, _quad(scene)) / 2.0**-52
     return together(within(distance, 300, "eps"), same(run.status, _quad(scene).status))
@@ -126,7 +126,7 @@ def _inverted(off: Fraction) -> tuple[Scene, float]:
     nu_y; the other modes are left out.
     """
     fn = own_context(DIGITS)
-    scene, convert = variant(), rounding_to(fn)
+    scene, convert = varied(), rounding_to(fn)
     body = scene.body.dimensionless(fn, convert)
     units = Units.of(scene.body, fn, convert)
     momentum = formulas.L1(body, formulas.lambda_thres(body, fn) * (1 + convert(off)))
@@ -142,7 +142,7 @@ def _inverted(off: Fraction) -> tuple[Scene, float]:
         "nu_y": gliding.imag,
     }
     texts = {name: fn.nstr(value, 60) for name, value in start.items()}
-    whole = variant(theta=f"pi - {TILT}", until=UNTIL_S, sample_every="1", **texts)
+    whole = varied(theta=f"pi - {TILT}", until=UNTIL_S, sample_every="1", **texts)
     return whole, float(rate.real / units.time)
 
 
