@@ -2,6 +2,7 @@
 
 import copy
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,10 @@ import jsonschema
 import pytest
 
 from tt_precise import cli
+from tt_precise.bench.bars import _entry
+from tt_precise.bench.findings import findings
+from tt_precise.bench.tables import read as read_tables
+from tt_precise.commands import bench, tradeoff
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"
@@ -30,7 +35,11 @@ SLOW = {
     "sweep": [("sweep reference --vary phi_dot=0:10:2 --until 0.2", 0)],
     "golden-verify": [("golden verify upright", 0)],
     "golden-build": [("golden build upright --folder {folder}", 0)],
+    "golden-certify": [("golden certify upright --folder {copied}", 0)],
+    "golden-certify-check": [("golden certify contact-lost --folder {copied} --check", 0)],
     "extremes": [("extremes --quick --topic contact", 0)],
+    "bench": [("bench --only drift", 0)],
+    "tradeoff": [("tradeoff --quick", 0)],
 }
 STORED = {
     "golden-manifest": "reference_data/*/manifest.json",
@@ -82,7 +91,11 @@ def printed(
             first, *rows = mine.read_text("utf-8").splitlines()
             rows[5] = rows[5].replace("9", "8", 3)
             (tmp_path / "spoiled.csv").write_text("\n".join([first, *rows]), "utf-8")
-        places = {"mine": mine, "spoiled": tmp_path / "spoiled.csv", "folder": tmp_path / "golden"}
+        if "{copied}" in words:
+            scene = words.split()[2]
+            shutil.copytree(ROOT / "reference_data" / scene, tmp_path / "copied" / scene)
+        places = {"mine": mine, "spoiled": tmp_path / "spoiled.csv"}
+        places |= {name: tmp_path / name for name in ("folder", "copied")}
         argv = [word.format(**places) for word in words.split()]
         capsys.readouterr()
         assert cli.main([*argv, "--json"]) == status
@@ -102,6 +115,21 @@ def test_what_a_command_prints(name: str, printed: Callable[[str, int], Any]) ->
 def test_what_a_slow_command_prints(name: str, printed: Callable[[str, int], Any]) -> None:
     for words, status in SLOW[name]:
         validate(name, printed(words, status))
+
+
+def test_what_the_committed_tables_become() -> None:
+    """What tradeoff and bench print, without what they measure."""
+    tables = read_tables(ROOT / "reports")
+    assert tables.rows is not None
+    found = findings(tables)
+    assert {one.met for one in found} >= {True, None}
+    printed = json.dumps(tradeoff._json_object(tables.rows, found, ("a line",)))
+    validate("tradeoff", json.loads(printed))
+    rows = [_entry("drift", "integrate()", 0.75, ("at most", 0.5), 1e-3, 3)]
+    rows.append(_entry("a peer", "it", None, None, None, None))
+    validate("bench", {"schema": bench.SCHEMA, "bars": rows})
+    with pytest.raises(jsonschema.ValidationError):
+        validate("bench", {"schema": bench.SCHEMA, "bars": [{**rows[0], "met": "yes"}]})
 
 
 @pytest.mark.parametrize("name", STORED)
