@@ -26,8 +26,9 @@ def off(rung: Rung, error: float) -> ProgramRun:
     return ProgramRun("done", "", States(truth.k, truth.omega + error * rung.spin * t, truth.s_dot))
 
 
-def judged(rung: Rung, error: Any) -> Any:
-    return measured("mine", rung, STEPS, [off(rung, error(float(step))) for step in STEPS])
+def judged(rung: Rung, error: Any, promised: float | None = None) -> Any:
+    runs = [off(rung, error(float(step))) for step in STEPS]
+    return measured("mine", rung, STEPS, runs, promised)
 
 
 @pytest.mark.parametrize("order", [1, 2, 4])
@@ -39,6 +40,14 @@ def test_order_constant_and_no_floor(flight: Rung, order: int) -> None:
     assert found.constant == pytest.approx(50 * 3**0.5, rel=1e-3)
     assert found.floor < 1e-3 * found.errors[-1]
     assert found.limit == pytest.approx(2 * found.errors[-1], rel=0.01)
+
+
+@pytest.mark.parametrize(("order", "verdict"), [(1, "slow"), (2, "slow"), (4, "converges")])
+def test_a_method_that_converges_more_slowly_than_it_should(
+    flight: Rung, order: int, verdict: str
+) -> None:
+    assert judged(flight, lambda h: 50 * h**order, 4.0).verdict == verdict
+    assert judged(flight, lambda h: 50 * h**order, 1.0).verdict == "converges"
 
 
 def test_a_floor_is_seen_below_the_step_error_of_the_coarse_runs(flight: Rung) -> None:

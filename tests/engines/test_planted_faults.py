@@ -1,37 +1,58 @@
 """Faults planted into the two example engines: found on the ladder, and named by the vectors.
 
-The same twenty faults in C and in Python, as changes of their source. Each is run on the one test
-that isolates it; the terms of ``vectors/states.json`` then say in which part of the engine it is.
+The same faults in C and in Python, as changes of their source. Each is run on the one test that
+isolates it; the terms of ``vectors/states.json`` then say in which part of the engine it is. The
+healthy engines are run on a hundred tops and starts drawn by lot.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy
 import pytest
 
+from tt_precise.bench.random_scenes import gliding_scenes
+from tt_precise.engines.job import as_text
 from tt_precise.engines.ladder import climb
 from tt_precise.engines.rungs import rungs
 from tt_precise.golden.store import home
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GOOD = ("converges", "rounding")
+ORDER = 4  # of Runge and Kutta's method, which both have
+FLYING, LAWS = "none", ("none", "viscous", "coulomb")
+# before it writes its header, the engine in C writes the rates at the start, and is done
+RATES = """
+    double r[SIZE];
+    rates(y, r);
+    for (int i = 0; i < SIZE; i++)
+        printf("%.17g ", r[i]);
+    return 0;
+"""
 pytestmark = pytest.mark.slow
 
 
 class Fault(NamedTuple):
-    """What is wrong, the test that isolates it, the part that it is in, and the changes."""
+    """What is wrong: the test that isolates it, the part that it is in, and the changes.
+
+    ``part_in_c`` is another part, where the engine in C makes the mistake elsewhere.
+    """
 
     rung: str
     part: str
     python: tuple[str, str]
     c: tuple[str, str]
+    part_in_c: str = ""
 
 
 def off(key: str) -> tuple[tuple[str, str], tuple[str, str]]:
@@ -93,13 +114,22 @@ FAULTS = {
     ),
     "order of the quaternion": Fault(
         "flight", "integration", ('start["quaternion_wxyz"]', 'start["quaternion_xyzw"]'),
-        ('numbers("quaternion_wxyz"', 'numbers("quaternion_xyzw"'),
+        ('numbers("quaternion_wxyz"', 'numbers("quaternion_xyzw"'), part_in_c="orientation",
     ),
     "weights of Runge and Kutta": Fault("flight", "integration", ("a + 2 * b", "a + 1 * b"),
                                         ("{1, 2, 2, 1}", "{1, 1, 2, 1}")),
     "step off by 1e-4": Fault("flight", "integration", ('step(job, y, job["step"])',
                                                        'step(job, y, 1.0001 * job["step"])'),
                               ("y[i] += h / 6", "y[i] += 1.0001 * h / 6")),
+    "velocities half a step late": Fault(
+        "flight", "integration",
+        ("[t, *y]", '[t, *y[:4], *step(job, y, -job["step"] / 2)[4:]]'),
+        ('            printf(",%.17g", y[i]);', """ {
+            double late[SIZE];
+            memcpy(late, y, sizeof late), h /= -2, step(late), h *= -2;
+            printf(",%.17g", i < 4 ? y[i] : late[i]);
+        }"""),
+    ),
 }  # fmt: skip
 
 
@@ -108,7 +138,13 @@ def planted(text: str, change: tuple[str, str]) -> str:
     return text.replace(*change)
 
 
-def program(language: str, change: tuple[str, str], folder: Path) -> list[str]:
+NOTHING = ("SLOW", "SLOW")  # a change that is none
+SEEDED = 50
+Rates = Callable[[Any], list[float]]
+
+
+def program(language: str, change: tuple[str, str], folder: Path, first: str = "") -> list[str]:
+    """The changed engine; the one in C does ``first`` before it writes anything."""
     if language == "python":
         spoiled = folder / "engine.py"
         spoiled.write_text(planted((EXAMPLES / "engine.py").read_text("utf-8"), change))
@@ -116,40 +152,57 @@ def program(language: str, change: tuple[str, str], folder: Path) -> list[str]:
     if shutil.which("cc") is None:
         pytest.skip("no C compiler on this machine")
     spoiled, made = folder / "engine.c", folder / "engine"
-    spoiled.write_text(planted((EXAMPLES / "engine.c").read_text("utf-8"), change))
+    text = planted((EXAMPLES / "engine.c").read_text("utf-8"), change)
+    spoiled.write_text(text.replace("    puts(", f"{first}    puts("))
     subprocess.run(["cc", "-O1", "-w", "-o", str(made), str(spoiled), "-lm"], check=True)
     return [str(made)]
 
 
-@pytest.mark.parametrize("language", ["c", "python"])
+both = pytest.mark.parametrize("language", ["c", "python"])
+
+
+@both
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_is_found_where_it_is_isolated(name: str, language: str, tmp_path: Path) -> None:
     fault = FAULTS[name]
     command = program(language, getattr(fault, language), tmp_path)
     (rung,) = (one for one in rungs() if one.name == fault.rung)
-    (found,) = climb(name, command, [rung])
-    assert found.verdict not in GOOD, (found.floor, found.digits)
+    (found,) = climb(name, command, [rung], order=ORDER)
+    assert found.verdict not in GOOD, (found.order, found.floor, found.digits)
 
 
 @pytest.mark.parametrize("name", ["flight", "ice", "gliding"])
-@pytest.mark.parametrize("language", ["c", "python"])
+@both
 def test_the_healthy_engines_are_not_flagged(name: str, language: str, tmp_path: Path) -> None:
-    command = program(language, ("SLOW", "SLOW"), tmp_path)
+    command = program(language, NOTHING, tmp_path)
     (rung,) = (one for one in rungs() if one.name == name)
-    (found,) = climb("healthy", command, [rung])
+    (found,) = climb("healthy", command, [rung], order=ORDER)
     assert found.verdict == "converges"
-    assert found.order == pytest.approx(4, abs=0.1)
+    assert found.order == pytest.approx(ORDER, abs=0.1)
 
 
-def wrong_part(source: str) -> str | None:
-    """The first part of an engine in Python whose terms are not those of the vectors."""
-    engine: dict[str, Any] = {"__name__": "engine"}
-    exec(compile(source, "engine.py", "exec"), engine)
+@both
+def test_no_healthy_engine_is_flagged_in_fifty_seeded_runs(language: str, tmp_path: Path) -> None:
+    """A hundred, with both: tops and starts by lot, flying, on ice and gliding in turn."""
+    command = program(language, NOTHING, tmp_path)
+    flagged = {}
+    scenes = itertools.islice(gliding_scenes(Fraction(1, 4)), SEEDED)
+    for scene, rung in zip(scenes, itertools.cycle(rungs("viscous")[i] for i in (0, 3, 4))):
+        if rung.name == "ice":
+            scene = scene.varied(mu="0")
+        (found,) = climb("healthy", command, [replace(rung, scene=scene)], order=ORDER)
+        if found.verdict not in GOOD:
+            flagged[scene.name, rung.name] = found
+    assert flagged == {}
+
+
+def wrong_part(rates: Rates) -> str | None:
+    """The first part of an engine whose terms are not those of the vectors."""
     wrong = set()
     for case in json.loads((home() / "vectors" / "states.json").read_text("utf-8"))["cases"]:
         law = case["friction"]["law"]
-        if law in ("none", "viscous", "coulomb"):
-            wrong |= {(law == "none", name) for name in _terms_off(engine, case)}
+        if law in LAWS:
+            wrong |= {(law == FLYING, name) for name in _terms_off(rates, case)}
     for flies, name, part in (
         (True, "k_dot", "orientation"), (True, "omega_dot", "inertia"),
         (True, "s_ddot", "gravity"), (False, "s_ddot", "force"), (False, "omega_dot", "torque"),
@@ -159,20 +212,23 @@ def wrong_part(source: str) -> str | None:
     return None
 
 
-def _terms_off(engine: dict[str, Any], case: dict[str, Any]) -> list[str]:
+def _terms_off(rates_of: Rates, case: Any) -> list[str]:
     body = {name: float(value) for name, value in case["body"].items()}
     law = case["friction"]["law"]
-    job = {
-        "body": {"mass": body["m"], "radius": body["R"], "I1": body["I1"], "I3": body["I3"],
-                 "centre_offset": body["alpha"] * body["R"]},
-        "gravity": body["g"],
-        "contact": "none" if law == "none" else "rigid",
-        "friction": {"law": law, "mu": float(case["friction"].get("mu", 0))},
-    }  # fmt: skip
     given = {name: [float(x) for x in value] for name, value in case["state"].items()}
-    y = [*given["quaternion_wxyz"], *given["omega"], *given["s_dot"]]
-    rates = engine["rates"](job, y)
-    q, turning = numpy.array(y[:4]), numpy.array(rates[:4])
+    job = {
+        "body": {"mass": body["m"], "radius": body["R"],
+                 "centre_offset": body["alpha"] * body["R"], "I1": body["I1"], "I3": body["I3"]},
+        "gravity": body["g"],
+        "contact": "none" if law == FLYING else "rigid",
+        "friction": {"law": law, "mu": float(case["friction"].get("mu", 0))},
+        "start": {name: given[name] for name in ("quaternion_wxyz", "quaternion_xyzw")}
+        | {"velocity": given["s_dot"], "angular_velocity": given["omega"]},
+        "step": 1e-3,
+        "sample_times": [0.0],
+    }  # fmt: skip
+    rates = rates_of(job)
+    q, turning = numpy.array(given["quaternion_wxyz"]), numpy.array(rates[:4])
     found = {
         # k is quadratic in q: its rate is the central difference, exactly
         "k_dot": (_axis(q + turning) - _axis(q - turning)) / 2,
@@ -191,11 +247,40 @@ def _axis(q: Any) -> Any:
     return numpy.array([2 * (x * z + w * y), 2 * (y * z - w * x), w * w + z * z - x * x - y * y])
 
 
-def test_the_vectors_name_the_part_that_is_wrong() -> None:
-    text = (EXAMPLES / "engine.py").read_text("utf-8")
-    assert wrong_part(text) is None
-    named = {name: wrong_part(planted(text, fault.python)) for name, fault in FAULTS.items()}
+def rates_in_python(change: tuple[str, str], folder: Path) -> Rates:
+    source = planted((EXAMPLES / "engine.py").read_text("utf-8"), change)
+    engine: dict[str, Any] = {"__name__": "engine"}
+    exec(compile(source, "engine.py", "exec"), engine)
+
+    def rates(job: Any) -> list[float]:
+        start = job["start"]
+        y = start["quaternion_wxyz"] + start["angular_velocity"] + start["velocity"]
+        found: list[float] = engine["rates"](job, y)
+        return found
+
+    return rates
+
+
+def rates_in_c(change: tuple[str, str], folder: Path) -> Rates:
+    (command,) = program("c", change, folder, RATES)
+
+    def rates(job: Any) -> list[float]:
+        done = subprocess.run([command], input=as_text(job), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return [float(word) for word in done.stdout.split()]
+
+    return rates
+
+
+@pytest.mark.parametrize("rates_in", [rates_in_python, rates_in_c])
+def test_the_vectors_name_the_part_that_is_wrong(rates_in: Any, tmp_path: Path) -> None:
+    assert wrong_part(rates_in(NOTHING, tmp_path)) is None
+    c = rates_in is rates_in_c
+    named = {
+        name: wrong_part(rates_in(fault.c if c else fault.python, tmp_path))
+        for name, fault in FAULTS.items()
+    }
     # where every term is right the error is in the integration, which depth 2 is for
     assert {name: part or "integration" for name, part in named.items()} == {
-        name: fault.part for name, fault in FAULTS.items()
+        name: (c and fault.part_in_c) or fault.part for name, fault in FAULTS.items()
     }

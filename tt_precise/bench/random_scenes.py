@@ -12,7 +12,7 @@ from tt_precise.errors import InputError
 from tt_precise.scene import Inclination, Scene, Start
 
 
-def gliding_scenes(until_s: int) -> Iterator[Scene]:
+def gliding_scenes(until_s: Fraction | int) -> Iterator[Scene]:
     """Gliding tops on a table that has to push all the way to ``until_s``; the same every time."""
     from tt_precise.integrate import integrate
 

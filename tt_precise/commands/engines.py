@@ -23,6 +23,10 @@ GOOD = ("rounding", "converges", "measured")
     type=click.Choice(["coulomb", "viscous", "regularised"]),
     help="Friction of the program: the law that it is held against.",
 )  # fmt: skip
+@click.option(
+    "--order", type=options.POSITIVE,
+    help="Order of the program's method: it has to converge as fast.",
+)  # fmt: skip
 @click.option("--engine", "names", multiple=True, help="One of the engines; may be repeated.")
 @click.option("--rung", "wanted", multiple=True, help="One of the tests; may be repeated.")
 @click.option(
@@ -41,6 +45,7 @@ GOOD = ("rounding", "converges", "measured")
 def command(
     program: str | None,
     law: str,
+    order: float | None,
     names: tuple[str, ...],
     wanted: tuple[str, ...],
     step: str,
@@ -55,8 +60,8 @@ def command(
 
     Without --run: all the engines that are installed (extra "engines", and npm packages). With
     --run: your own, in any language, by the protocol that is printed with --schema and described
-    in tt_precise/engines/PROTOCOL.md; exit status 1 if a test failed, did not converge, or
-    converges to another motion than the reference.
+    in tt_precise/engines/PROTOCOL.md; exit status 1 if a test failed, did not converge, converges
+    to another motion than the reference, or more slowly than --order says.
     """
     from tt_precise.engines import scoreboard
     from tt_precise.engines.catalogue import ENGINES
@@ -95,8 +100,8 @@ def command(
         with progress_bar("tests of the ladder") as progress:
             results = list(
                 climb(
-                    Path(words[0]).name, words, chosen, steps, time_limit=time_limit,
-                    workers=at_once, progress=progress,
+                    Path(words[0]).name, words, chosen, steps, order=order,
+                    time_limit=time_limit, workers=at_once, progress=progress,
                 )
             )  # fmt: skip
         content = scoreboard.as_dict((), ladder, steps, results)

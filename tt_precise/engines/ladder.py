@@ -18,12 +18,14 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.progress import Progress, silent
 from tt_precise.untyped import Json
 
+SLOWER = 0.5  # by which an observed order may be below the method's
 LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together
 HIGHEST_ORDER = 4.0  # of the methods that engines have; more is seen where a coarse run blew up
 EPS = 2.0**-52
 VERDICTS = {
     "rounding": "differs from the reference by rounding alone",
     "converges": "converges to the reference",
+    "slow": "converges to the reference, but at a lower order than its method has",
     "floor": "converges, but to another motion: an error of its model remains",
     "no order": "a smaller step does not bring it closer to itself",
     "measured": "there is no reference for it",
@@ -71,11 +73,14 @@ def climb(
     rungs: Sequence[Rung],
     steps: Sequence[Fraction] = STEPS,
     *,
+    order: float | None = None,
     time_limit: float = TIME_LIMIT_S,
     workers: int = 1,
     progress: Progress = silent,
 ) -> Iterator[RungResult]:
     """Run the program on every rung at every step, and say what it did.
+
+    ``order`` is what its method has, where its author knows it.
 
     Raises
     ------
@@ -88,14 +93,19 @@ def climb(
             for rung in rungs
         ]
         for done, (rung, futures) in enumerate(zip(rungs, asked, strict=True)):
-            yield measured(engine, rung, steps, [future.result() for future in futures])
+            runs = [future.result() for future in futures]
+            yield measured(engine, rung, steps, runs, order)
             progress((done + 1) / len(rungs))
 
 
 def measured(
-    engine: str, rung: Rung, steps: Sequence[Fraction], runs: Sequence[ProgramRun]
+    engine: str,
+    rung: Rung,
+    steps: Sequence[Fraction],
+    runs: Sequence[ProgramRun],
+    promised: float | None = None,
 ) -> RungResult:
-    """What three runs at halved steps say about an engine on a rung."""
+    """What three runs at halved steps say about an engine whose method has this order."""
     for step, one in zip(steps, runs, strict=True):
         if one.status != "done":
             verdict = "refused" if one.status == "refused" else "failed"
@@ -130,8 +140,11 @@ def measured(
     extrapolated = _extrapolated(states, of_method)
     floor = _difference(extrapolated, rung.truth, rung)
     left = _difference(states[-2], states[-1], rung) / (2**of_method - 1)
+    verdict = "converges" if floor <= resolved else "floor"
+    if verdict == "converges" and promised is not None and order < promised - SLOWER:
+        verdict = "slow"
     return RungResult(
-        engine, rung.name, "converges" if floor <= resolved else "floor",
+        engine, rung.name, verdict,
         constant=left / float(steps[-1]) ** of_method, floor=floor, limit=2 * (left + floor),
         **known,
     )  # fmt: skip
