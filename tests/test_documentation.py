@@ -24,6 +24,7 @@ import pytest
 
 import tt_precise
 from tt_precise import cli
+from tt_precise.scene import parse_scene
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
@@ -203,6 +204,14 @@ def test_the_examples_run(path: Path) -> None:
     count = run_all(path.read_text("utf-8"), long=False)
     if path == README:
         assert count >= 5
+
+
+def test_the_scene_in_readme_is_the_reference() -> None:
+    (block,) = (one for one in blocks(README.read_text("utf-8")) if one.language == "toml")
+    scene = parse_scene(block.text, "readme", "README.md")
+    reference = tt_precise.load_scene("reference")
+    for part in ("model", "body", "start", "until", "sample_every"):
+        assert getattr(scene, part) == getattr(reference, part), part
 
 
 @pytest.mark.slow

@@ -51,7 +51,8 @@ class DigitsOverTime:
         whole = bool(spans) and spans[-1][1] == t[-1]
         named = spans[:1] + spans[1:][-(MOST - 1) :]
         words = [
-            f"{digits} digits {'to the end' if until == t[-1] else f'until {until:.3g} s'}"
+            f"{digits} {'digit' if digits == 1 else 'digits'} "
+            + ("to the end" if until == t[-1] else f"until {until:.3g} s")
             for digits, until in named
         ]
         if not whole:
