@@ -87,6 +87,8 @@ class Thresholds:
             "inverts_reason": self.inverts_reason,
         }
 
+    to_json = as_dict  # its name up to 0.1
+
 
 def thresholds(scene: Scene, digits: int = 50) -> Thresholds:
     """Determine lambda, lambda_thres, lambda_up, D0, D1, E0, E1, gamma, sigma of a scene, twice.
