@@ -4,6 +4,7 @@ import copy
 import json
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,9 @@ from tt_precise import cli
 from tt_precise.bench.bars import _entry
 from tt_precise.bench.findings import findings
 from tt_precise.bench.tables import read as read_tables
+from tt_precise.certify.pieces import Accepted
 from tt_precise.commands import bench, tradeoff
+from tt_precise.commands.certify_golden import CHECK_SCHEMA
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"
@@ -36,7 +39,10 @@ SLOW = {
     "golden-verify": [("golden verify upright", 0)],
     "golden-build": [("golden build upright --folder {folder}", 0)],
     "golden-certify": [("golden certify upright --folder {copied}", 0)],
-    "golden-certify-check": [("golden certify contact-lost --folder {copied} --check", 0)],
+    "golden-certify-check": [
+        # it proves that contact is kept, so that it has to refuse where contact is lost
+        ("golden certify contact-lost --folder {copied} --check", 1)
+    ],
     "extremes": [("extremes --quick --topic contact", 0)],
     "bench": [("bench --only drift", 0)],
     "tradeoff": [("tradeoff --quick", 0)],
@@ -125,6 +131,8 @@ def test_what_the_committed_tables_become() -> None:
     assert {one.met for one in found} >= {True, None}
     printed = json.dumps(tradeoff._json_object(tables.rows, found, ("a line",)))
     validate("tradeoff", json.loads(printed))
+    accepted = {**asdict(Accepted("reference", 3, 70, 5)), "verdict": "accepted"}
+    validate("golden-certify-check", {"schema": CHECK_SCHEMA, "scenes": [accepted]})
     rows = [_entry("drift", "integrate()", 0.75, ("at most", 0.5), 1e-3, 3)]
     rows.append(_entry("a peer", "it", None, None, None, None))
     validate("bench", {"schema": bench.SCHEMA, "bars": rows})
