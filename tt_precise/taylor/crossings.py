@@ -1,0 +1,111 @@
+"""Where polynomials change sign between 0 and 1, all of them at once.
+
+In Bernstein's basis a polynomial has at most as many zeros as its coefficients change sign, and
+as many but for an even number: none and one are decided, the others are cut in halves.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+from tt_precise.arithmetic import Array
+
+HALVINGS = 40  # beyond, two zeros are one touching: no change of sign
+BISECTIONS, NEWTONS = 8, 6
+
+
+class Crossings(NamedTuple):
+    """Arrays: which polynomial, where (0 to 1), and whether it rises (+1) or falls (-1) there."""
+
+    which: Array
+    place: Array
+    direction: Array
+
+
+def crossings(polynomials: Array, first: Array) -> Crossings:
+    """Changes of sign of polynomials, rows of coefficients of 1, x, x^2 ..., for 0 <= x <= 1.
+
+    ``first`` replaces their values at 0: given the ends of polynomials before, no zero is lost or
+    found twice between two pieces. Zero itself counts as positive.
+    """
+    import numpy
+
+    b = polynomials @ _to_bernstein(polynomials.shape[1]).T
+    b[:, 0] = first
+    which = numpy.arange(len(b))
+    low, width = numpy.zeros(len(b)), numpy.ones(len(b))
+    found = []
+    for _ in range(HALVINGS):
+        positive = b >= 0
+        changes = (positive[:, 1:] != positive[:, :-1]).sum(axis=1)
+        one, more = changes == 1, changes > 1
+        direction = numpy.where(positive[one, -1], 1, -1)
+        found.append((which[one], low[one], width[one], direction))
+        if not more.any():
+            break
+        left, right = _halves(b[more])
+        b = numpy.concatenate([left, right])
+        half = width[more] / 2
+        which = numpy.concatenate([which[more]] * 2)
+        low = numpy.concatenate([low[more], low[more] + half])
+        width = numpy.concatenate([half, half])
+    which, low, width, direction = map(numpy.concatenate, zip(*found, strict=True))
+    place = _refined(polynomials[which], low, low + width, direction)
+    order = numpy.lexsort((place, which))
+    return Crossings(which[order], place[order], direction[order])
+
+
+def ends(polynomials: Array) -> Array:
+    """Their values at 1, as ``crossings`` sees them."""
+    return polynomials @ _to_bernstein(polynomials.shape[1])[-1]
+
+
+def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> Array:
+    """The zero between ``low`` and ``high``: bisected, then by Newton's steps within."""
+    import numpy
+
+    slopes = polynomials[:, 1:] * numpy.arange(1, polynomials.shape[1])
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        behind = values(polynomials, middle) * direction >= 0
+        low, high = numpy.where(behind, low, middle), numpy.where(behind, middle, high)
+    place = (low + high) / 2
+    with numpy.errstate(all="ignore"):
+        for _ in range(NEWTONS):
+            step = values(polynomials, place) / values(slopes, place)
+            nearer = numpy.clip(place - step, low, high)
+            place = numpy.where(numpy.isfinite(nearer), nearer, place)
+    return place
+
+
+def values(polynomials: Array, places: Array) -> Array:
+    """Each polynomial at its place; Horner."""
+    found = polynomials[:, -1]
+    for k in range(polynomials.shape[1] - 2, -1, -1):
+        found = found * places + polynomials[:, k]
+    return found
+
+
+def _halves(b: Array) -> tuple[Array, Array]:
+    """Bernstein's coefficients between 0 and 1/2, and between 1/2 and 1; de Casteljau."""
+    import numpy
+
+    left, right, row = numpy.empty_like(b), numpy.empty_like(b), b
+    for k in range(b.shape[1]):
+        left[:, k], right[:, b.shape[1] - 1 - k] = row[:, 0], row[:, -1]
+        row = (row[:, 1:] + row[:, :-1]) / 2
+    return left, right
+
+
+@cache
+def _to_bernstein(terms: int) -> Array:
+    """Row i has C(i, j)/C(terms - 1, j): the i-th coefficient, of those of 1, x, x^2, ..."""
+    import math
+
+    import numpy
+
+    n = terms - 1
+    return numpy.array(
+        [[math.comb(i, j) / math.comb(n, j) for j in range(terms)] for i in range(terms)]
+    )

@@ -1,0 +1,327 @@
+"""A right-hand side as a graph: run once with ``Series`` for its scalars, it leaves its operations.
+
+What contains no entry of the state is a constant: it is computed once a run, in mpmath. What is
+left are sums with constant factors, products, quotients and roots of series, each kept once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.errors import InputError
+
+
+class Constant:
+    """A number, a parameter, or what is computed from these alone."""
+
+    __slots__ = ("args", "graph", "kind")
+    __array_ufunc__ = None
+
+    def __init__(self, graph: Graph, kind: str, args: tuple[Any, ...]):
+        self.graph, self.kind, self.args = graph, kind, args
+
+    def value(self, parameters: Sequence[Scalar], fn: Functions, known: dict[Any, Any]) -> Scalar:
+        """The number it stands for; ``known`` holds those that were computed before."""
+        if self not in known:
+            args = [
+                a.value(parameters, fn, known) if isinstance(a, Constant) else a for a in self.args
+            ]
+            if self.kind == "number":
+                known[self] = fn.mpf(args[0])
+            elif self.kind == "parameter":
+                known[self] = parameters[args[0]]
+            elif self.kind == "root":
+                known[self] = fn.sqrt(args[0])
+            else:
+                a, b = args
+                known[self] = a + b if self.kind == "+" else a * b if self.kind == "*" else a / b
+        return known[self]
+
+    def _with(self, kind: str, a: Scalar, b: Scalar) -> Scalar:
+        if isinstance(a, Series) or isinstance(b, Series):
+            return NotImplemented
+        return self.graph.constant(kind, a, b)
+
+    def __add__(self, other: Scalar) -> Scalar:
+        return self._with("+", self, other)
+
+    def __radd__(self, other: Scalar) -> Scalar:
+        return self._with("+", other, self)
+
+    def __sub__(self, other: Scalar) -> Scalar:
+        return NotImplemented if isinstance(other, Series) else self + -1 * other
+
+    def __rsub__(self, other: Scalar) -> Scalar:
+        return other + -1 * self
+
+    def __neg__(self) -> Scalar:
+        return -1 * self
+
+    def __mul__(self, other: Scalar) -> Scalar:
+        return self._with("*", self, other)
+
+    def __rmul__(self, other: Scalar) -> Scalar:
+        return self._with("*", other, self)
+
+    def __truediv__(self, other: Scalar) -> Scalar:
+        return self._with("/", self, other)
+
+    def __rtruediv__(self, other: Scalar) -> Scalar:
+        return self._with("/", other, self)
+
+
+class Series:
+    """A function of time, known by how its Taylor coefficients follow from those of others.
+
+    ``kind`` is "entry" (of the state, with its index), "sum" (with a constant offset and pairs of
+    a factor, which is 1, -1 or a ``Constant``, and a series), "product", "quotient" or "root".
+    """
+
+    __slots__ = ("args", "graph", "kind")
+    __array_ufunc__ = None
+
+    def __init__(self, graph: Graph, kind: str, args: tuple[Any, ...]):
+        self.graph, self.kind, self.args = graph, kind, args
+
+    @property
+    def operands(self) -> tuple[Series, ...]:
+        """The series it is made of."""
+        if self.kind == "sum":
+            return tuple(series for _, series in self.args[1])
+        return tuple(a for a in self.args if isinstance(a, Series))
+
+    def linear(self, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Series], ...]]:
+        """Offset, and pairs of factor and series, whose sum it (or minus it) is."""
+        if self.kind != "sum":
+            return 0, ((sign, self),)
+        offset, terms = self.args
+        return sign * offset, tuple((sign * factor, series) for factor, series in terms)
+
+    def _plus(self, other: Scalar, sign: int) -> Scalar:
+        offset, terms = self.linear()
+        if not isinstance(other, Series):
+            return self.graph.sum(offset + sign * other, terms)
+        more, others = other.linear(sign)
+        return self.graph.sum(offset + more, terms + others)
+
+    def __add__(self, other: Scalar) -> Scalar:
+        return self._plus(other, 1)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Scalar) -> Scalar:
+        return self._plus(other, -1)
+
+    def __rsub__(self, other: Scalar) -> Scalar:
+        return -self + other
+
+    def __neg__(self) -> Scalar:
+        return self.graph.sum(*self.linear(-1))
+
+    def __mul__(self, other: Scalar) -> Scalar:
+        if isinstance(other, Series):
+            return self.graph.series("product", *sorted((self, other), key=self.graph.place))
+        return self.graph.scaled(other, self)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Scalar) -> Scalar:
+        if isinstance(other, Series):
+            return self.graph.series("quotient", self, other)
+        return self.graph.scaled(self.graph.constant("/", 1, other), self)
+
+    def __rtruediv__(self, other: Scalar) -> Scalar:
+        return self.graph.series("quotient", self.graph.number(other), self)
+
+
+class Graph:
+    """The operations of a system of ``entries`` equations with ``parameters``; also their ``fn``.
+
+    ``turning`` holds, for each angle, the two entries that were added for its sine and cosine.
+    Their rates are made of its rate, so an angle is a sum of entries with factors.
+    """
+
+    def __init__(self, entries: int, parameters: int):
+        self._known: dict[Any, Any] = {}
+        self._places: dict[Any, int] = {}
+        self.entries = [self.series("entry", i) for i in range(entries)]
+        self.parameters = [self._once(Constant, "parameter", (i,)) for i in range(parameters)]
+        self.turning: dict[Series, tuple[Series, Series]] = {}
+
+    def place(self, node: Any) -> int:
+        """A number that orders what is in the graph, operands before what is made of them."""
+        return self._places[node]
+
+    def _once(self, kind: type, name: str, args: tuple[Any, ...]) -> Any:
+        key = kind, name, args
+        if key not in self._known:
+            made = self._known[key] = kind(self, name, args)
+            self._places[made] = len(self._places)
+        return self._known[key]
+
+    def series(self, kind: str, *args: Any) -> Series:
+        """The series of this kind, made once."""
+        found: Series = self._once(Series, kind, args)
+        return found
+
+    def number(self, value: Scalar) -> Constant:
+        """A plain number as a constant."""
+        found: Constant = (
+            value if isinstance(value, Constant) else self._once(Constant, "number", (value,))
+        )
+        return found
+
+    def named(self, value: Scalar) -> Series | Constant:
+        """A series as it is, anything else as a constant."""
+        return value if isinstance(value, Series) else self.number(value)
+
+    def constant(self, kind: str, a: Scalar, b: Scalar) -> Scalar:
+        """``a`` and ``b``, neither a series, combined; plain where that is exact."""
+        plain = not isinstance(a, Constant) and not isinstance(b, Constant)
+        if plain and kind != "/":
+            return a + b if kind == "+" else a * b
+        if kind == "*":
+            if (not isinstance(a, Constant) and a == 0) or (not isinstance(b, Constant) and b == 0):
+                return 0
+            if not isinstance(a, Constant) and a == 1:
+                return b
+        if not isinstance(b, Constant) and b == (0 if kind == "+" else 1):
+            return a
+        if kind == "+" and not isinstance(a, Constant) and a == 0:
+            return b
+        if kind == "*" and self.number(a).kind == "number" and self.number(b).kind == "*":
+            first, rest = b.args  # signs are gathered in front
+            if first.kind == "number":
+                return self.constant("*", self.number(a).args[0] * first.args[0], rest)
+        return self._once(Constant, kind, (self.number(a), self.number(b)))
+
+    def scaled(self, factor: Scalar, series: Series) -> Scalar:
+        """A constant times a series."""
+        if not isinstance(factor, Constant):
+            if factor == 0:
+                return 0
+            if factor == 1:
+                return series
+            if factor == -1:
+                return -series
+            factor = self.number(factor)
+        if series.kind == "sum" and len(series.args[1]) == 1:
+            offset, ((inner, one),) = series.args
+            return self.sum(factor * offset, ((factor * inner, one),))
+        return self.sum(0, ((factor, series),))
+
+    def sum(self, offset: Scalar, terms: Iterable[tuple[Any, Series]]) -> Scalar:
+        """An offset and series with factors, equal series gathered."""
+        gathered: dict[Series, Any] = {}
+        for factor, series in terms:
+            gathered[series] = gathered[series] + factor if series in gathered else factor
+        left = tuple(
+            (factor if isinstance(factor, Constant) or abs(factor) == 1 else self.number(factor), s)
+            for s, factor in gathered.items()
+            if isinstance(factor, Constant) or factor != 0
+        )
+        if not left:
+            return offset
+        if len(left) == 1 and not isinstance(offset, Constant) and offset == 0:
+            (factor, series), = left
+            if not isinstance(factor, Constant) and factor == 1:
+                return series
+        if isinstance(offset, Constant) or offset != 0:
+            offset = self.number(offset)
+        return self.series("sum", offset, left)
+
+    def sqrt(self, value: Scalar) -> Scalar:
+        """The positive root."""
+        if isinstance(value, Series):
+            return self.series("root", value)
+        return self._once(Constant, "root", (self.number(value),))
+
+    def sin(self, angle: Series) -> Series:
+        """The sine of an angle, as one more entry of the state."""
+        return self._turned(angle)[0]
+
+    def cos(self, angle: Series) -> Series:
+        """The cosine, likewise."""
+        return self._turned(angle)[1]
+
+    def atan2(self, y: Scalar, x: Scalar) -> Series:
+        """Not there.
+
+        Raises
+        ------
+        InputError
+            Always: no quantity that is integrated needs it, only theta itself as an event.
+        """
+        raise InputError(
+            "event: got an event of theta in double-double, expected theta_min, theta_max or "
+            "another one that needs no arc tangent; quad has them all"
+        )
+
+    def _turned(self, angle: Series) -> tuple[Series, Series]:
+        if angle not in self.turning:
+            first = len(self.entries)
+            made = self.series("entry", first), self.series("entry", first + 1)
+            self.entries += made
+            self.turning[angle] = made
+        return self.turning[angle]
+
+    def with_turning(self, rates: Sequence[Scalar]) -> list[Scalar]:
+        """``rates`` of the first entries, and behind them those of sines and cosines."""
+        of_entry = dict(zip(self.entries, rates, strict=False))
+        found = list(rates)
+        for angle, (sine, cosine) in self.turning.items():
+            _, terms = angle.linear()
+            rate = sum(factor * of_entry[entry] for factor, entry in terms)
+            found += [cosine * rate, -(sine * rate)]
+        return found
+
+    def with_turned(
+        self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
+    ) -> list[Scalar]:
+        """A ``start`` of the first entries with sines and cosines behind it."""
+        found = list(start)
+        for angle in self.turning:
+            offset, terms = angle.linear()
+            known: dict[Any, Any] = {}
+
+            def number(one: Scalar, known: dict[Any, Any] = known) -> Scalar:
+                return one.value(parameters, fn, known) if isinstance(one, Constant) else one
+
+            value = number(offset) + sum(number(c) * start[entry.args[0]] for c, entry in terms)
+            found += [fn.sin(value), fn.cos(value)]
+        return found
+
+
+def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Series]:
+    """All series that ``wanted`` are made of, and these, operands first."""
+    found: set[Series] = set()
+    left = [one for one in wanted if isinstance(one, Series)]
+    while left:
+        one = left.pop()
+        if one not in found:
+            found.add(one)
+            left += one.operands
+    return sorted(found, key=graph.place)
+
+
+def constants_of(series: Sequence[Series]) -> list[Constant]:
+    """The constants among their arguments."""
+    found: dict[Constant, None] = {}
+    for one in series:
+        if one.kind == "sum":
+            for factor in (one.args[0], *(factor for factor, _ in one.args[1])):
+                if isinstance(factor, Constant):
+                    found[factor] = None
+        else:
+            found.update({a: None for a in one.args if isinstance(a, Constant)})
+    return list(found)
+
+
+def numbers(
+    constants: Iterable[Constant], parameters: Sequence[Scalar], fn: Functions
+) -> Mapping[Constant, Scalar]:
+    """Each constant's value for these parameters."""
+    known: dict[Any, Any] = {}
+    return {one: one.value(parameters, fn, known) for one in constants}
