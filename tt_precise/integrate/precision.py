@@ -23,8 +23,13 @@ from tt_precise.numerals import to_mpmath
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-NAMES = ("double", "extended", "quad", "mp")
-BITS = {"double": 53, "extended": 64, "quad": 113, "mp": 200}
+NAMES = ("double", "extended", "double-double", "quad", "triple-double", "mp")
+# two and three doubles hold 106 and 159 bits, of which their sums and products leave these
+BITS = {
+    "double": 53, "extended": 64, "double-double": 104, "quad": 113, "triple-double": 155,
+    "mp": 200,
+}  # fmt: skip
+DOUBLES = {"double-double": 2, "triple-double": 3}
 GUARD_BITS = 64  # mpmath works this much finer than heyoka, so its own rounding never shows
 FEWEST_BITS, MOST_BITS = 54, 20_000
 SCALE = 512  # binary exponents; 113 bits below it are still far inside the range of double
@@ -32,7 +37,9 @@ SCALE = 512  # binary exponents; 113 bits below it are still far inside the rang
 
 @dataclass(frozen=True)
 class Precision:
-    """One of heyoka's arithmetics: ``double``, ``extended``, ``quad``, or ``mp`` with its bits."""
+    """A number type: ``double``, ``extended``, ``quad``, ``mp`` with its bits, all heyoka's; or
+    ``double-double``, ``triple-double``, whose numbers are guarded ones outside the integrator.
+    """
 
     name: str
     bits: int
@@ -46,11 +53,20 @@ class Precision:
         """heyoka's type of number."""
         import heyoka
 
+        if self.doubles:
+            raise InputError(
+                f"precision: got {self.name}, expected one of heyoka's: double, extended, quad, mp"
+            )
         if self.name == "extended":
             import numpy
 
             return numpy.longdouble
         return {"double": float, "quad": heyoka.real128, "mp": heyoka.real}[self.name]
+
+    @property
+    def doubles(self) -> int:
+        """Of how many doubles its numbers are made, where it is not one of heyoka's; else 0."""
+        return DOUBLES.get(self.name, 0)
 
     @property
     def context(self) -> Functions:
@@ -84,6 +100,8 @@ class Precision:
         """Function rounding a guarded mpmath number to heyoka's type."""
         if self.name == "double":
             return float
+        if self.doubles:
+            return lambda value: value
         kind, digits, context = self.fp_type, self.decimals + 15, self.context
         if self.name == "mp":
             return lambda value: kind(context.nstr(value, digits), self.bits)
@@ -100,12 +118,22 @@ class Precision:
                 return value
             towards = math.inf if nearest < value else -math.inf
             return self.context.mpf(math.nextafter(nearest, towards))
+        if self.doubles:
+            return self._other_side_of_doubles(value)
         rounded = self.guarded(self.number(value))
         if rounded == value:
             return value
         _, exponent = self.context.frexp(rounded)
         gap = self.context.ldexp(1, exponent - self.bits)
         return rounded + gap if rounded < value else rounded - gap
+
+    def _other_side_of_doubles(self, value: Scalar) -> Any:
+        near, left = self.context.mpf(0), value
+        for _ in range(self.doubles - 1):
+            near, left = near + float(left), left - float(left)
+        last = float(left)
+        towards = math.inf if last < left else -math.inf
+        return value if last == left else near + math.nextafter(last, towards)
 
     @property
     def guarded(self) -> Callable[[Scalar], Scalar]:
@@ -115,6 +143,8 @@ class Precision:
             return lambda value: context.mpf(float(value))
         if self.name == "mp":
             return lambda value: _read_back(str(value), bits, context)
+        if self.doubles:
+            return lambda value: value
         return lambda value: _sum_of_floats(value, context)
 
     def text(self, value: Scalar) -> str:
@@ -152,6 +182,8 @@ def finer(precision: Precision) -> Precision:
     """The arithmetic that a result in ``precision`` is compared with."""
     if precision.name == "double" and _has_80_bit_floats():
         return precision_named("extended")
+    if precision.name == "double-double":
+        return precision_named("triple-double")
     if precision.name in ("double", "extended"):
         return precision_named("quad")
     return precision_named("mp", precision.bits + 24)

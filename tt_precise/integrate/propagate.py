@@ -6,11 +6,13 @@ numbers.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.initial_state import InitialState
+from tt_precise.integrate.events import Event
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
@@ -93,7 +95,7 @@ def propagate(
         if (
             status == "complete"
             and setup.contact == "bilateral"
-            and _left_the_table(setup, start, made)
+            and left_the_table(setup, start, bool(made.losses))
         ):
             status = "contact_ignored"
         if status != "failed":
@@ -161,10 +163,6 @@ def _propagation_of(
     status: Status,
     steps: int,
 ) -> Propagation:
-    # a zero of order k at the start splits into roots up to eps^(1/k) behind it; phi_dot has k = 2
-    early = 2.0 ** (-setup.precision.bits / 4)
-    first = {hit.name for hit in made.hits if hit.time < early}
-    at_start = {name for name in first if vanishes(made.events[name], setup, start)}
     time, time_low = made.adaptive.dtime
     return Propagation(
         status=status,
@@ -173,8 +171,24 @@ def _propagation_of(
         state=_values(made.adaptive),
         steps=steps,
         order=made.adaptive.order,
-        hits=tuple(hit for hit in made.hits if hit.time >= early or hit.name not in at_start),
+        hits=without_start(made.hits, made.events, setup, start, 2.0 ** (-setup.precision.bits / 4)),
     )
+
+
+def without_start(
+    hits: Sequence[Hit],
+    events: Mapping[str, Event],
+    setup: Setup,
+    start: InitialState,
+    early: float,
+) -> tuple[Hit, ...]:
+    """The events without those, at ``early`` times, that are only a zero at the start itself.
+
+    A zero of order k at the start splits into roots up to eps^(1/k) behind it; phi_dot has k = 2.
+    """
+    first = {hit.name for hit in hits if hit.time < early}
+    at_start = {name for name in first if vanishes(events[name], setup, start)}
+    return tuple(hit for hit in hits if hit.time >= early or hit.name not in at_start)
 
 
 def _time_before_failure(
@@ -212,9 +226,9 @@ def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
     return ended
 
 
-def _left_the_table(setup: Setup, start: InitialState, made: Integrator) -> bool:
-    """Whether g_n was negative at the start or fell through zero later."""
+def left_the_table(setup: Setup, start: InitialState, later: bool) -> bool:
+    """Whether g_n was negative at the start, or fell through zero ``later``."""
     numerator, _ = contact_terms(
         setup.formulation.model, start.body, start.vectors, setup.precision.context
     )
-    return bool(numerator <= 0 or made.losses)
+    return later or bool(numerator <= 0)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
+from tt_precise.integrate.in_doubles import propagate_in_doubles
 from tt_precise.integrate.paired import Pair, can_be_paired, propagate_pair
-from tt_precise.integrate.propagate import propagate
+from tt_precise.integrate.propagate import Pieces, Propagation, propagate
 from tt_precise.integrate.setup import Setup
 from tt_precise.progress import Progress
 from tt_precise.scene import Scene
@@ -46,8 +48,15 @@ def solve(
         if pair:
             return Solution(start, pair.run, pair)
     # wide arithmetics take seconds, so there the dense output is stored at once, not made again
-    stored = StoredPieces(setup) if precision.name in ("quad", "mp") else None
-    propagation = propagate(setup, start, dense=stored, progress=progress)
-    return Solution(
-        start, DenseOutput(setup, start, propagation, stored.pieces if stored else None)
+    stored = StoredPieces(setup) if precision.name in ("quad", "mp") or precision.doubles else None
+    own = bool(precision.doubles)
+    run = partial(propagate_in_doubles if own else propagate, setup, start)
+    propagation = run(dense=stored, progress=progress)
+
+    def again(pieces: Pieces, progress: Progress | None) -> Propagation:
+        return run(dense=pieces, progress=progress)
+
+    output = DenseOutput(
+        setup, start, propagation, stored.pieces if stored else None, again if own else None
     )
+    return Solution(start, output)

@@ -146,7 +146,7 @@ def full_tolerance(precision: Precision) -> Scalar:
     In double it is eps/16: at eps heyoka takes order 20, whose truncation error shows in lambda
     beside the rounding (6e-15 against 2e-15 on the reference scene); order 21 costs 5 %.
     """
-    return precision.eps / 16 if precision.name == "double" else precision.eps
+    return precision.eps / 16 if precision.name == "double" or precision.doubles else precision.eps
 
 
 def event_expression(event: Event, equations: Equations) -> Scalar:

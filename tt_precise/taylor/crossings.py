@@ -51,6 +51,8 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
         low = numpy.concatenate([low[more], low[more] + half])
         width = numpy.concatenate([half, half])
     which, low, width, direction = map(numpy.concatenate, zip(*found, strict=True))
+    if not len(which):
+        return Crossings(which, low, direction)
     place = _refined(polynomials[which], low, low + width, direction)
     order = numpy.lexsort((place, which))
     return Crossings(which[order], place[order], direction[order])
@@ -58,7 +60,7 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
 
 def ends(polynomials: Array) -> Array:
     """Their values at 1, as ``crossings`` sees them."""
-    return polynomials @ _to_bernstein(polynomials.shape[1])[-1]
+    return polynomials @ _to_bernstein(polynomials.shape[-1])[-1]
 
 
 def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> Array:

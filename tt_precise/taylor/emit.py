@@ -1,8 +1,9 @@
-"""Instructions of LLVM: loops, and the arithmetic of double-doubles.
+"""Instructions of LLVM: loops, and the arithmetic of double-doubles and triple-doubles.
 
-A double-double is an unevaluated sum of two doubles, hi + lo with lo below half an ulp of hi: 106
-bits. Everything is made of exactly rounded operations of IEEE 754 and its fused multiply-add, and
-the compiler may neither contract nor reorder them: the bits are the same on every processor.
+These are unevaluated sums of two or three doubles, each below half an ulp of the one before: 106
+or 159 bits. Everything is made of exactly rounded operations of IEEE 754 and its fused
+multiply-add, and the compiler may neither contract nor reorder them: the bits are the same on
+every processor.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ Value: TypeAlias = Any
 """A double, four of them or an integer, as LLVM's value."""
 
 Number: TypeAlias = tuple[Value, ...]
-"""hi and lo, or hi alone."""
+"""One to three parts, the largest first."""
 
 DOUBLE, INTEGER = ir.DoubleType(), ir.IntType(64)
 LANES = 4
@@ -51,6 +52,10 @@ class Emitter:
     def index(self, row: Value, width: int, column: int = 0) -> Value:
         """Where an entry stands among rows of this width."""
         return self.b.add(self.b.mul(row, self.i(width)), self.i(column))
+
+    def order(self, orders: Value, parts: int) -> Value:
+        """How many orders are computed in so many parts or more."""
+        return self.b.load(self.b.gep(orders, [self.i(3 - parts)]))
 
     def behind(self, pointer: Value, place: Value | int) -> Value:
         """The pointer ``place`` entries further on."""
@@ -116,101 +121,114 @@ class Emitter:
         values[:] = phis
 
     def two_sum(self, a: Value, b: Value) -> Number:
-        """a + b and what its rounding leaves; Knuth."""
+        """a + b, and what its rounding leaves; Knuth."""
         f = self.b
         s = f.fadd(a, b)
         t = f.fsub(s, a)
         return s, f.fadd(f.fsub(a, f.fsub(s, t)), f.fsub(b, t))
 
-    def normal(self, s: Value, rest: Value) -> Number:
-        """s + rest as hi and lo, the rest not above s; Dekker."""
-        hi = self.b.fadd(s, rest)
-        return hi, self.b.fsub(rest, self.b.fsub(hi, s))
-
-    def two_product(self, a: Number, b: Number) -> Number:
-        """The rounded product of hi parts, and what it leaves of that of the double-doubles."""
-        p = self.b.fmul(a[0], b[0])
-        low = self.call("fma", a[0], b[0], self.b.fneg(p))
-        return p, self.call("fma", a[1], b[0], self.call("fma", a[0], b[1], low))
-
-    def plus(self, s: Value, rest: Value, a: Number) -> Number:
-        """A running sum and one more number; the rest gathers what is small."""
-        s, left = self.two_sum(s, a[0])
-        return s, self.b.fadd(rest, self.b.fadd(left, a[1]))
+    def two_product(self, a: Value, b: Value) -> Number:
+        """a b, and what its rounding leaves."""
+        p = self.b.fmul(a, b)
+        return p, self.call("fma", a, b, self.b.fneg(p))
 
 
-class DoubleDouble:
-    """Operations on numbers of two parts. Errors are some 2^-104 of the largest term."""
+class Arithmetic:
+    """Numbers of so many ``parts``: 1 a double, 2 a double-double, 3 a triple-double.
 
-    parts = 2
+    The last part gathers in plain doubles what the others leave, so errors are a few units in the
+    last place of the last part, 2^-53, 2^-104 and 2^-156 of the largest term. What is added up is
+    put in order at the end (``normal``).
+    """
 
-    def __init__(self, emitter: Emitter):
-        self.e = emitter
-        self.one = emitter.d(1.0), emitter.d(0.0)
+    def __init__(self, emitter: Emitter, parts: int):
+        self.e, self.parts = emitter, parts
+        self.one = self.widened((emitter.d(1.0),))
+
+    def widened(self, a: Number) -> Number:
+        """A number of fewer parts with zeros behind."""
+        return (*a, *(ir.Constant(a[0].type, 0.0 if a[0].type == DOUBLE else None)
+                      for _ in range(self.parts - len(a))))  # fmt: skip
+
+    def plus(self, s: Number, a: Number) -> Number:
+        """A running sum and one more number, not in order."""
+        f, two_sum = self.e.b, self.e.two_sum
+        if self.parts == 1:
+            return (f.fadd(s[0], a[0]),)
+        s0, left = two_sum(s[0], a[0])
+        if self.parts == 2:
+            return s0, f.fadd(s[1], f.fadd(left, a[1]))
+        s1, rest = two_sum(s[1], a[1])
+        s1, more = two_sum(s1, left)
+        return s0, s1, f.fadd(s[2], f.fadd(a[2], f.fadd(rest, more)))
+
+    def times(self, a: Number, b: Number) -> Number:
+        """A product, not in order."""
+        e, f = self.e, self.e.b
+        if self.parts == 1:
+            return (f.fmul(a[0], b[0]),)
+        p, left = e.two_product(a[0], b[0])
+        if self.parts == 2:
+            return p, e.call("fma", a[1], b[0], e.call("fma", a[0], b[1], left))
+        q, q_left = e.two_product(a[0], b[1])
+        r, r_left = e.two_product(a[1], b[0])
+        s, s_left = e.two_sum(q, r)
+        s, more = e.two_sum(s, left)
+        rest = f.fadd(f.fadd(q_left, r_left), f.fadd(s_left, more))
+        for i in range(3):
+            rest = e.call("fma", a[i], b[2 - i], rest)
+        return p, s, rest
+
+    def normal(self, s: Number) -> Number:
+        """The same sum, each part at most half a unit in the last place of the one before."""
+        e = self.e
+        if self.parts == 1:
+            return s
+        if self.parts == 2:
+            # Dekker's sum: the second part is the smaller one, or both are rounding errors
+            hi = e.b.fadd(s[0], s[1])
+            return hi, e.b.fsub(s[1], e.b.fsub(hi, s[0]))
+        s0, s1 = e.two_sum(s[0], s[1])
+        s1, s2 = e.two_sum(s1, s[2])
+        s0, s1 = e.two_sum(s0, s1)
+        return s0, *e.two_sum(s1, s2)
 
     def product(self, a: Number, b: Number) -> Number:
-        return self.e.normal(*self.e.two_product(a, b))
+        """a b."""
+        return self.normal(self.times(a, b))
 
-    def products(self, start: Number, pairs: Sequence[tuple[Number, Number]]) -> Number:
+    def products(self, start: Number, *pairs: tuple[Number, Number]) -> Number:
         """``start`` and the products of the pairs, added up."""
-        s, rest = start
         for a, b in pairs:
-            s, rest = self.e.plus(s, rest, self.e.two_product(a, b))
-        return self.e.normal(s, rest)
+            if self.parts == 1:
+                start = (self.e.call("fma", a[0], b[0], start[0]),)
+            else:
+                start = self.plus(start, self.times(a, b))
+        return self.normal(start)
 
-    def total(self, *terms: Number) -> Number:
-        (s, rest), *others = terms
-        for term in others:
-            s, rest = self.e.plus(s, rest, term)
-        return self.e.normal(s, rest)
+    def total(self, first: Number, *terms: Number) -> Number:
+        """All terms added up."""
+        for term in terms:
+            first = self.plus(first, term)
+        return self.normal(first)
 
     def negative(self, a: Number) -> Number:
+        """-a."""
         return tuple(map(self.e.b.fneg, a))
 
     def quotient(self, a: Number, b: Number) -> Number:
-        """The quotient of hi parts, corrected twice."""
-        found = self.e.b.fdiv(a[0], b[0]), self.e.d(0.0)
-        for _ in range(2):
-            left = self.total(a, self.product(self.negative(found), b))
-            found = self.total(found, (self.e.b.fdiv(left[0], b[0]), self.e.d(0.0)))
+        """a/b: that of the first parts, corrected as often as there are parts."""
+        found = self.widened((self.e.b.fdiv(a[0], b[0]),))
+        for _ in range(self.parts):
+            left = self.total(a, self.negative(self.product(found, b)))
+            found = self.total(found, self.widened((self.e.b.fdiv(left[0], b[0]),)))
         return found
 
     def root(self, a: Number) -> Number:
-        """The root of the hi part, corrected twice."""
-        found = self.e.call("sqrt", a[0]), self.e.d(0.0)
-        for _ in range(2):
-            left = self.total(a, self.product(self.negative(found), found))
+        """The positive root, likewise."""
+        found = self.widened((self.e.call("sqrt", a[0]),))
+        for _ in range(self.parts):
+            left = self.total(a, self.negative(self.product(found, found)))
             more = self.e.b.fdiv(left[0], self.e.b.fadd(found[0], found[0]))
-            found = self.total(found, (more, self.e.d(0.0)))
+            found = self.total(found, self.widened((more,)))
         return found
-
-
-class Double:
-    """The same operations on the hi part alone."""
-
-    parts = 1
-
-    def __init__(self, emitter: Emitter):
-        self.e = emitter
-        self.one = (emitter.d(1.0),)
-
-    def product(self, a: Number, b: Number) -> Number:
-        return (self.e.b.fmul(a[0], b[0]),)
-
-    def products(self, start: Number, pairs: Sequence[tuple[Number, Number]]) -> Number:
-        s = start[0]
-        for a, b in pairs:
-            s = self.e.call("fma", a[0], b[0], s)
-        return (s,)
-
-    def total(self, *terms: Number) -> Number:
-        s = terms[0][0]
-        for term in terms[1:]:
-            s = self.e.b.fadd(s, term[0])
-        return (s,)
-
-    def negative(self, a: Number) -> Number:
-        return (self.e.b.fneg(a[0]),)
-
-    def quotient(self, a: Number, b: Number) -> Number:
-        return (self.e.b.fdiv(a[0], b[0]),)

@@ -247,17 +247,8 @@ class Graph:
         return self._turned(angle)[1]
 
     def atan2(self, y: Scalar, x: Scalar) -> Series:
-        """Not there.
-
-        Raises
-        ------
-        InputError
-            Always: no quantity that is integrated needs it, only theta itself as an event.
-        """
-        raise InputError(
-            "event: got an event of theta in double-double, expected theta_min, theta_max or "
-            "another one that needs no arc tangent; quad has them all"
-        )
+        """An angle that nothing can be made of: ``in_order`` refuses it, where it is needed."""
+        return self.series("angle", y, x)
 
     def _turned(self, angle: Series) -> tuple[Series, Series]:
         if angle not in self.turning:
@@ -295,11 +286,22 @@ class Graph:
 
 
 def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Series]:
-    """All series that ``wanted`` are made of, and these, operands first."""
+    """All series that ``wanted`` are made of, and these, operands first.
+
+    Raises
+    ------
+    InputError
+        One of them is an angle.
+    """
     found: set[Series] = set()
     left = [one for one in wanted if isinstance(one, Series)]
     while left:
         one = left.pop()
+        if one.kind == "angle":
+            raise InputError(
+                "event: got an event of theta in double-double or triple-double, expected one that "
+                "needs no arc tangent, such as theta_min and theta_max, or precision quad or mp"
+            )
         if one not in found:
             found.add(one)
             left += one.operands

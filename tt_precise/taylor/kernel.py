@@ -1,7 +1,7 @@
 """A graph of series as machine code: Taylor steps, and their polynomials read at any time.
 
-The first orders of a step are computed in double-double and the rest in double: a coefficient of
-order n is multiplied by h^n, and where that is below 2^-53 of the sum a double is enough for it.
+The first orders of a step are computed in three or two doubles, the rest in fewer: a coefficient
+of order n is multiplied by h^n, and where that is below 2^-53 of the sum one part less will do.
 In every order all products are added up at once, four to a vector: the sum of a_j b_(n-j) for
 j = 1 to n - 1 contains nothing of order n. What is left goes through the graph once.
 """
@@ -19,16 +19,16 @@ from tt_precise.taylor.emit import (
     INTEGER,
     LANES,
     VECTOR,
-    Double,
-    DoubleDouble,
+    Arithmetic,
     Emitter,
     Number,
     Value,
 )
 from tt_precise.taylor.graph import Constant, Graph, Series, constants_of, in_order
 
-TOGETHER = {2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
-RUN, ROWS = "ppiiipdddpp", "ppiinppip"  # arguments, as ``Emitter`` has them
+TOGETHER = {3: 1, 2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
+MOST_PARTS = 3
+RUN, ROWS = "piinpdddpp", "pinnpip"  # arguments, as ``Emitter`` has them
 
 
 def padded(count: int) -> int:
@@ -37,17 +37,23 @@ def padded(count: int) -> int:
 
 
 class Kernel:
-    """What stands where, and the functions that compute it.
+    """What stands where, and the functions that compute it, in so many ``parts``.
 
     ``outputs`` are series to be kept beside the entries: pairs of one and whether its rate is
-    wanted in its place. A step is a block of ``order`` + 2 rows of ``columns`` numbers, hi and lo
-    apart: coefficients of the entries and behind them of the outputs.
+    wanted in its place. A step is a block of ``order`` + 2 rows of ``columns`` numbers:
+    coefficients of the entries and behind them of the outputs. The parts of the numbers of all
+    steps stand one behind the other, ``plane`` doubles apart. ``orders`` are, for the functions,
+    how many coefficients are computed in 3 parts, in 2 or more, and in 1 or more.
     """
 
     def __init__(
-        self, graph: Graph, rates: Sequence[Scalar], outputs: Sequence[tuple[Scalar, bool]]
+        self,
+        parts: int,
+        graph: Graph,
+        rates: Sequence[Scalar],
+        outputs: Sequence[tuple[Scalar, bool]],
     ):
-        self.entries = graph.entries
+        self.parts, self.entries = parts, graph.entries
         self.rates = list(map(graph.named, rates))
         self.outputs = [(graph.named(value), slope) for value, slope in outputs]
         kept = [*self.rates, *(value for value, _ in self.outputs)]
@@ -67,7 +73,8 @@ class Kernel:
 
     def work(self, order: int) -> int:
         """Doubles that ``run`` needs for itself."""
-        return 4 * (order + 2) * self.width + 4 * self.width + 2 * self.columns
+        lanes = 2 * (order + 2) * self.width + 2 * self.width
+        return self.parts * (lanes + self.columns) + MOST_PARTS
 
     def text(self) -> str:
         """The module: functions ``run`` and ``rows``."""
@@ -78,67 +85,74 @@ class Kernel:
         return str(module)
 
     def _row(self, module: ir.Module) -> None:
-        """row(hi, lo, exact, order, tau hi, tau lo, columns, into): one step at tau; Horner."""
-        e = Emitter(module, "row", "ppiiddip", ir.VoidType())
+        """row(data, plane, orders, tau, columns, into): one step at tau, in parts; Horner."""
+        e = Emitter(module, "row", "pinpip", ir.VoidType())
         e.function.attributes.add("alwaysinline")
-        hi, lo, exact, order, tau_hi, tau_lo, columns, into = e.arguments
-        tau, zero = (e.spread(tau_hi), e.spread(tau_lo)), ir.Constant(VECTOR, None)
+        data, plane, orders, tau_at, columns, into = e.arguments
+        tau = tuple(e.spread(e.load(tau_at, part)) for part in range(self.parts))
+        planes = [e.behind(data, e.b.mul(e.i(part), plane)) for part in range(self.parts)]
         with e.loop(e.i(0), e.b.udiv(columns, e.i(LANES))) as (group, _):
             first = e.b.mul(group, e.i(LANES))
-            above = e.b.add(order, e.i(1))
-            with e.loop(e.i(0), e.b.sub(above, exact), [zero]) as (j, found):
-                place = e.b.add(e.index(e.b.sub(order, j), self.columns), first)
-                found[0] = e.call("fma", found[0], tau[0], e.load(hi, place, VECTOR))
-            with e.loop(e.i(1), e.b.add(exact, e.i(1)), [found[0], zero]) as (j, number):
-                place = e.b.add(e.index(e.b.sub(exact, j), self.columns), first)
-                begun = e.load(hi, place, VECTOR), e.load(lo, place, VECTOR)
-                number[:] = e.normal(*e.plus(*begun, e.two_product(tuple(number), tau)))
-            e.store(number[0], into, first)
-            e.store(number[1], into, e.b.add(first, columns))
+            found: Number = (ir.Constant(VECTOR, None),)
+            for parts in range(1, self.parts + 1):
+                ops = Arithmetic(e, parts)
+                above = e.order(orders, parts)
+                below = e.order(orders, parts + 1) if parts < self.parts else e.i(0)
+                count = e.b.add(e.b.sub(above, below), e.i(1))
+                with e.loop(e.i(1), count, ops.widened(found)) as (j, number):
+                    place = e.b.add(e.index(e.b.sub(above, j), self.columns), first)
+                    begun = tuple(e.load(part, place, VECTOR) for part in planes[:parts])
+                    number[:] = ops.products(begun, (tuple(number), tau[:parts]))
+                found = tuple(number)
+            for part, value in enumerate(found):
+                e.store(value, into, e.b.add(first, e.b.mul(e.i(part), columns)))
         e.b.ret_void()
 
     def _rows(self, module: ir.Module) -> None:
-        """rows(hi, lo, exact, order, steps, tau hi, tau lo, count, into): of many steps and taus.
+        """rows(data, plane, orders, steps, taus, count, into): of many steps, each at its tau.
 
-        A row of ``into`` has hi parts of all columns, and behind them lo parts.
+        Row by row of ``into`` all columns, part by part.
         """
         e = Emitter(module, "rows", ROWS, ir.VoidType())
-        hi, lo, exact, order, steps, tau_hi, tau_lo, count, into = e.arguments
-        block = e.index(e.b.add(order, e.i(2)), self.columns)
+        data, plane, orders, steps, taus, count, into = e.arguments
+        block = e.index(e.b.add(e.order(orders, 1), e.i(1)), self.columns)
         with e.loop(e.i(0), count) as (i, _):
             there = e.b.mul(e.b.load(e.b.gep(steps, [i])), block)
             e.b.call(
                 module.globals["row"],
                 [
-                    e.behind(hi, there), e.behind(lo, there), exact, order,
-                    e.load(tau_hi, i), e.load(tau_lo, i), e.i(self.columns),
-                    e.behind(into, e.index(i, 2 * self.columns)),
+                    e.behind(data, there), plane, orders, e.behind(taus, e.index(i, self.parts)),
+                    e.i(self.columns), e.behind(into, e.index(i, self.parts * self.columns)),
                 ],
             )  # fmt: skip
         e.b.ret_void()
 
 
 class _Run:
-    """run(hi, lo, steps, exact, order, constants, tolerance, longest, until, times, work).
+    """run(data, plane, steps, orders, constants, tolerance, longest, until, times, work).
 
     Takes at most so many steps and returns how many; the first starts at row 0 of the first
-    block. ``times`` has three numbers a step: where it begins, hi and lo, and its length.
+    block. ``times`` has four numbers a step: its length, and in three parts where it begins.
     """
 
     def __init__(self, kernel: Kernel, module: ir.Module):
         self.kernel = kernel
         self.e = e = Emitter(module, "run", RUN, INTEGER)
-        (self.all_hi, self.all_lo, self.steps, self.exact, self.order, self.constants,
-         self.tolerance, self.longest, self.until, self.times, work) = e.arguments  # fmt: skip
-        width = kernel.width
+        (self.data, self.plane, self.steps, self.orders, self.constants, self.tolerance,
+         self.longest, self.until, self.times, work) = e.arguments  # fmt: skip
+        self.order = e.b.sub(e.order(self.orders, 1), e.i(1))
+        width, parts = kernel.width, range(kernel.parts)
         area = e.index(e.b.add(self.order, e.i(2)), width)
-        parts = [e.behind(work, e.b.mul(e.i(k), area)) for k in range(5)]
-        self.left, self.right = parts[0:2], parts[2:4]
-        self.sums = [parts[4], e.behind(parts[4], width)]
-        self.inverses = [e.behind(parts[4], 2 * width), e.behind(parts[4], 3 * width)]
-        self.next_row = e.behind(parts[4], 4 * width)
+        taken = [e.b.mul(e.i(k), area) for k in range(2 * kernel.parts + 1)]
+        self.left = [e.behind(work, taken[k]) for k in parts]
+        self.right = [e.behind(work, taken[kernel.parts + k]) for k in parts]
+        rest = e.behind(work, taken[-1])
+        self.sums = [e.behind(rest, k * width) for k in parts]
+        self.inverses = [e.behind(rest, (kernel.parts + k) * width) for k in parts]
+        self.next_row = e.behind(rest, 2 * kernel.parts * width)
 
     def write(self) -> None:
+        """All of the function."""
         e, kernel = self.e, self.kernel
         block = e.index(e.b.add(self.order, e.i(2)), kernel.columns)
         last = e.function.append_basic_block("last")
@@ -146,32 +160,38 @@ class _Run:
         e.b.store(self.steps, taken)
         with e.loop(e.i(0), self.steps) as (step, _):
             there = e.b.mul(step, block)
-            self.block = [e.behind(self.all_hi, there), e.behind(self.all_lo, there)]
-            self._coefficients(DoubleDouble(e), e.i(0), first=True)
-            with e.loop(e.i(1), self.exact) as (n, _):
-                self._sums(n, 2)
-                self._coefficients(DoubleDouble(e), n)
-            with e.loop(self.exact, e.b.add(self.order, e.i(1))) as (n, _):
-                self._sums(n, 1)
-                self._coefficients(Double(e), n)
+            planes = [e.b.mul(e.i(k), self.plane) for k in range(kernel.parts)]
+            self.block = [e.behind(self.data, e.b.add(there, plane)) for plane in planes]
+            self._coefficients(kernel.parts, e.i(0), first=True)
+            begun: Value = e.i(1)
+            for parts in range(kernel.parts, 0, -1):
+                with e.loop(begun, e.order(self.orders, parts)) as (n, _):
+                    self._sums(n, parts)
+                    self._coefficients(parts, n)
+                begun = e.order(self.orders, parts)
             h = self._length()
-            row = padded(len(kernel.entries))
+            time = e.behind(self.times, e.index(step, 1 + MOST_PARTS))
+            e.store(h, time, 0)
+            for part in range(1, kernel.parts):
+                e.store(e.d(0.0), self.next_row, part)
+            e.store(h, self.next_row, 0)
+            row, columns = padded(len(kernel.entries)), e.behind(self.next_row, MOST_PARTS)
             e.b.call(
                 e.module.globals["row"],
-                [*self.block, self.exact, self.order, h, e.d(0.0), e.i(row), self.next_row],
+                [self.block[0], self.plane, self.orders, self.next_row, e.i(row), columns],
             )
-            for i in range(len(kernel.entries)):
-                following = e.b.add(e.b.add(there, block), e.i(i))
-                e.store(e.load(self.next_row, i), self.all_hi, following)
-                e.store(e.load(self.next_row, row + i), self.all_lo, following)
-            begun = e.load(self.times, e.index(step, 3)), e.load(self.times, e.index(step, 3, 1))
-            e.store(h, self.times, e.index(step, 3, 2))
-            time = e.normal(*e.plus(*begun, (h, e.d(0.0))))
-            for k in range(2):
-                e.store(time[k], self.times, e.index(step, 3, 3 + k))
+            for part, plane in enumerate(self.block):
+                following = e.behind(plane, block)
+                for i in range(len(kernel.entries)):
+                    e.store(e.load(columns, part * row + i), following, i)
+            ops = Arithmetic(e, MOST_PARTS)
+            begins = tuple(e.load(time, 1 + part) for part in range(MOST_PARTS))
+            ends = ops.total(begins, ops.widened((h,)))
+            for part, value in enumerate(ends, 2 + MOST_PARTS):
+                e.store(value, time, part)
             stop, more = (e.function.append_basic_block(n) for n in ("stop", "more"))
             # NaN is not below the end either
-            e.b.cbranch(e.b.fcmp_ordered("<", time[0], self.until), more, stop)
+            e.b.cbranch(e.b.fcmp_ordered("<", ends[0], self.until), more, stop)
             e.b.position_at_end(stop)
             e.b.store(e.b.add(step, e.i(1)), taken)
             e.b.branch(last)
@@ -200,7 +220,7 @@ class _Run:
     def _sums(self, n: Value, parts: int) -> None:
         """For every lane, the sum of a_j b_(n-j) for j = 1 to n - 1."""
         e, width = self.e, self.kernel.width
-        zero = ir.Constant(VECTOR, None)
+        ops, zero = Arithmetic(e, parts), ir.Constant(VECTOR, None)
         for first in range(0, width, LANES * TOGETHER[parts]):
             group = range(first, min(first + LANES * TOGETHER[parts], width), LANES)
             with e.loop(e.i(1), n, [zero] * (parts * len(group))) as (j, sums):
@@ -210,17 +230,18 @@ class _Run:
                         tuple(e.load(side[part], place, VECTOR) for part in range(parts))
                         for side, place in zip((self.left, self.right), places, strict=True)
                     )
+                    mine = slice(parts * k, parts * (k + 1))
                     if parts == 1:
-                        sums[k] = e.call("fma", a[0], b[0], sums[k])
+                        sums[mine] = ops.products(tuple(sums[mine]), (a, b))
                     else:
-                        mine = slice(2 * k, 2 * k + 2)
-                        sums[mine] = e.plus(*sums[mine], e.two_product(a, b))
+                        sums[mine] = ops.plus(tuple(sums[mine]), ops.times(a, b))
             for k, value in enumerate(sums):
                 e.store(value, self.sums[k % parts], group[k // parts])
 
-    def _coefficients(self, ops: Any, n: Value, first: bool = False) -> None:
+    def _coefficients(self, parts: int, n: Value, first: bool = False) -> None:
         """Coefficient n of every series, and n + 1 of the entries."""
         e, kernel = self.e, self.kernel
+        ops = Arithmetic(e, parts)
         self.ops, self.first = ops, first
         value: dict[Series, Number] = {}
         for i, entry in enumerate(kernel.entries):
@@ -232,20 +253,17 @@ class _Run:
             place = e.index(n, kernel.width, kernel.lane[node])
             for one, side in zip(pair, (self.left, self.right), strict=True):
                 self._write(value[one], side, place)
-        order = (e.b.sitofp(n, DOUBLE), e.d(0.0))
+        order = ops.widened((e.b.sitofp(n, DOUBLE),))
         for i, (output, slope) in enumerate(kernel.outputs, len(kernel.entries)):
             if isinstance(output, Constant):
                 if first and not slope:
-                    self._write(self._constant(output), self.block, e.i(i))
+                    self._write(self._constant(output), self.block, i)
             elif not slope:
                 self._write(value[output], self.block, e.index(n, kernel.columns, i))
             elif not first:
                 before = e.index(e.b.sub(n, e.i(1)), kernel.columns, i)
-                self._write(ops.product(order[: ops.parts], value[output]), self.block, before)
-        # 1/(n + 1), of which lo is what hi leaves
-        hi = e.b.fdiv(e.d(1.0), e.b.fadd(order[0], e.d(1.0)))
-        left = e.call("fma", e.b.fneg(hi), e.b.fadd(order[0], e.d(1.0)), e.d(1.0))
-        inverse = (hi, e.b.fmul(left, hi))[: ops.parts]
+                self._write(ops.product(order, value[output]), self.block, before)
+        inverse = ops.quotient(ops.one, ops.total(order, ops.one))
         for i, rate in enumerate(kernel.rates):
             place = e.index(e.b.add(n, e.i(1)), kernel.columns, i)
             if isinstance(rate, Series):
@@ -261,8 +279,9 @@ class _Run:
             self.e.store(value, part, place)
 
     def _constant(self, one: Constant) -> Number:
-        place = 2 * self.kernel.constants.index(one)
-        return self._read([self.constants, self.e.behind(self.constants, 1)], place)
+        place = self.kernel.constants.index(one) * self.kernel.parts
+        parts = [self.e.behind(self.constants, part) for part in range(self.kernel.parts)]
+        return self._read(parts, place)
 
     def _sum(self, node: Series, value: dict[Series, Number]) -> Number:
         offset, terms = node.args
@@ -281,10 +300,8 @@ class _Run:
         if self.first:
             return self.ops.product(value[a], value[b])
         lane = self.kernel.lane[node]
-        ends = [
-            (self._read(self.left, lane), value[b]), (value[a], self._read(self.right, lane)),
-        ]  # fmt: skip
-        return self.ops.products(self._read(self.sums, lane), ends)
+        ends = (self._read(self.left, lane), value[b]), (value[a], self._read(self.right, lane))
+        return self.ops.products(self._read(self.sums, lane), *ends)
 
     def _quotient(self, node: Series, value: dict[Series, Number]) -> Number:
         a, b = node.args
@@ -292,7 +309,7 @@ class _Run:
         if self.first:
             self._write(self.ops.quotient(self.ops.one, value[b]), self.inverses, lane)
             return self.ops.quotient(value[a] if a in value else self._constant(a), value[b])
-        known = [(self._read(self.left, lane), value[b])]
+        known = self._read(self.left, lane), value[b]
         rest = self.ops.negative(self.ops.products(self._read(self.sums, lane), known))
         if a in value:
             rest = self.ops.total(value[a], rest)

@@ -1,4 +1,4 @@
-"""One propagation in double-double: ``propagate`` with the integrator of ``taylor`` for heyoka.
+"""One propagation in double-double or triple-double: ``propagate``, with ``taylor`` for heyoka.
 
 Steps, series, events and ends are its own; equations, event functions and what ends a model are
 the ones that heyoka is given.
@@ -16,7 +16,6 @@ from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import EXTREMUM, event_named
-from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import (
     FIRST_STEP,
     Pieces,
@@ -29,10 +28,10 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import MOST_EVENTS, Hit, full_tolerance, terminal_functions
 from tt_precise.progress import Progress
-from tt_precise.taylor.crossings import Crossings, crossings, ends
-from tt_precise.taylor.system import Piece, System, order_of, split
+from tt_precise.taylor.crossings import Crossings, crossings, ends, values
+from tt_precise.taylor.system import Piece, System, number, order_of, split
 
-NEWTONS = 2  # from double to double-double, and once more
+NEWTONS = 3  # from double to twice, and to three times as many digits, and once more
 
 
 class _Compiled(NamedTuple):
@@ -61,7 +60,7 @@ def _compiled(setup: Setup) -> _Compiled:
         return extended_rates(form, record, body, entries, fn), outputs
 
     entries = len(form.columns) + len(record)
-    return _Compiled(System(entries, len(form.parameters), define), names)
+    return _Compiled(System(setup.precision.doubles, entries, len(form.parameters), define), names)
 
 
 def _system(setup: Setup) -> _Compiled:
@@ -69,14 +68,14 @@ def _system(setup: Setup) -> _Compiled:
     return _compiled(plain)
 
 
-def propagate_double_double(
+def propagate_in_doubles(
     setup: Setup,
     start: InitialState,
     *,
     dense: Pieces | None = None,
     progress: Progress | None = None,
 ) -> Propagation:
-    """As ``propagate``; numbers are guarded ones, rounded where they become hi and lo.
+    """As ``propagate``; numbers are guarded ones, rounded where they become doubles.
 
     Raises
     ------
@@ -86,23 +85,20 @@ def propagate_double_double(
     """
     if setup.options:
         raise InputError(
-            f"options: got {', '.join(dict(setup.options))} with precision double-double, expected "
-            "none: they are heyoka's"
+            f"options: got {', '.join(dict(setup.options))} with precision {setup.precision.name}, "
+            "expected none: they are heyoka's"
         )
     run = _Run(setup, start)
     tolerance = float(setup.tolerance or full_tolerance(setup.precision))
     limit = longest_step(start.body, start.vectors, order_of(tolerance), setup.precision)
-
-    def longest(piece: int) -> float:
-        bound = math.inf if limit is None else float(limit)
-        return min(bound, FIRST_STEP) if setup.events and piece == 0 else bound
-
+    longest = math.inf if limit is None else float(limit)
+    tiny = FIRST_STEP if setup.events else None
     fn, until = setup.precision.context, start.until
     found = None
     if until:
         first = (*start.state(setup.formulation), *(fn.mpf(0) for _ in setup.record))
         parameters = start.parameters(setup.formulation)
-        for piece in run.system.pieces(first, parameters, until, tolerance, fn, longest):
+        for piece in run.system.pieces(first, parameters, until, tolerance, fn, longest, tiny):
             found = run.take(piece)
             if dense is not None:
                 dense.append(found.read)
@@ -111,7 +107,7 @@ def propagate_double_double(
             if found.ended:
                 break
     done = found.propagation if found else run.nothing(order_of(tolerance))
-    return replace(done, hits=without_start(tuple(run.hits), setup, start), steps=run.steps)
+    return replace(done, hits=without_start(run.hits, run.events, setup, start, FIRST_STEP), steps=run.steps)
 
 
 class _Taken(NamedTuple):
@@ -125,29 +121,27 @@ class ReadPiece:
 
     def __init__(self, piece: Piece, high: Scalar, size: int, fn: Functions):
         self._piece, self._size, self._fn = piece, size, fn
-        self._begins = [fn.mpf(hi) + fn.mpf(lo) for hi, lo in piece.begins.tolist()]
-        self.bounds, self.n_steps = (self._begins[0], high), len(self._begins)
+        self.bounds, self.n_steps = (number(piece.begins[0], fn), high), len(piece.begins)
 
-    def at(self, times: Sequence[Scalar]) -> tuple[Array, Array]:
-        """Rows (hi and lo) at guarded times."""
+    def at(self, times: Sequence[Scalar]) -> Array:
+        """Rows at guarded times: axes (time, part, entry)."""
         import numpy
 
         floats = numpy.array([float(time) for time in times])
         steps = numpy.searchsorted(self._piece.begins[:, 0], floats, side="right") - 1
         steps = numpy.maximum(steps, 0)
-        taus = [split(t - self._begins[k]) for t, k in zip(times, steps.tolist(), strict=True)]
-        hi, lo = numpy.array(taus).reshape(-1, 2).T
-        rows = self._piece.rows(steps, (hi, lo))
-        return rows[0][:, : self._size], rows[1][:, : self._size]
+        begins = (number(self._piece.begins[k], self._fn) for k in steps)
+        parts = self._piece.system.parts
+        taus = [split(time - begin, parts) for time, begin in zip(times, begins, strict=True)]
+        return self._piece.rows(steps, taus)[:, :, : self._size]
 
     def __call__(self, time: Scalar) -> tuple[Scalar, ...]:
-        hi, lo = self.at([time])
-        return joined(hi[0], lo[0], self._fn)
+        return joined(self.at([time])[0], self._fn)
 
 
-def joined(hi: Array, lo: Array, fn: Functions) -> tuple[Scalar, ...]:
-    """Guarded numbers of their parts."""
-    return tuple(fn.mpf(a) + fn.mpf(b) for a, b in zip(hi.tolist(), lo.tolist(), strict=True))
+def joined(row: Array, fn: Functions) -> tuple[Scalar, ...]:
+    """Guarded numbers of a row (part, entry)."""
+    return tuple(number(parts, fn) for parts in row.T.tolist())
 
 
 class _Run:
@@ -160,8 +154,8 @@ class _Run:
         self.names = (*terminal, *setup.events)
         bilateral = setup.contact == "bilateral"
         self.terminal = tuple(n for n in terminal if not (bilateral and n == "contact_lost"))
-        event = [event_named(name, setup.formulation.model).direction for name in setup.events]
-        self.directions = (*(-1 for _ in terminal), *event)
+        self.events = {name: event_named(name, setup.formulation.model) for name in setup.events}
+        self.directions = (*(-1 for _ in terminal), *(e.direction for e in self.events.values()))
         self.size = len(setup.formulation.columns) + len(setup.record)
         self.first_output = len(self.system.graph.entries)
         self.hits: list[Hit] = []
@@ -187,11 +181,10 @@ class _Run:
         elif good < taken or self._crawls(piece):
             steps = good if good < taken else taken - 1
             status, time = "failed", self._number(piece.begins[steps])
-            row = [part[steps, 0, : self.size] for part in piece.coefficients]
-            state = joined(*row, self.fn)
+            state = joined(piece.coefficients[:, steps, 0, : self.size], self.fn)
         elif piece.end_time[0] < float(until):
             status, time, steps = "", self._number(piece.end_time), taken
-            state = joined(*piece.end_row[:, : self.size], self.fn)
+            state = joined(piece.end_row[:, : self.size], self.fn)
         else:
             status, time, steps = "complete", until, taken
             state = ReadPiece(piece, until, self.size, self.fn)(until)
@@ -206,7 +199,7 @@ class _Run:
         return _Taken(ReadPiece(piece, time, self.size, self.fn), made, bool(status))
 
     def _number(self, parts: Sequence[float]) -> Scalar:
-        return self.fn.mpf(float(parts[0])) + self.fn.mpf(float(parts[1]))
+        return number(parts, self.fn)
 
     def _crawls(self, piece: Piece) -> bool:
         # steps that would never arrive; the first piece of a run with events is a tiny one
@@ -260,23 +253,23 @@ class _Run:
                 f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or "
                 "for fewer kinds of them"
             )
-        tau = [split(self.fn.mpf(x)) for x in (found.place * lengths[step]).tolist()]
         rising = series[function, step][:, 1:] * numpy.arange(1, series.shape[2])
-        slope = _at(rising, found.place) / lengths[step]
+        slope = values(rising, found.place) / lengths[step]
         which = numpy.arange(len(step)), self.first_output + function
-        exact = [self._number(one) for one in tau]
+        exact = [self.fn.mpf(x) for x in (found.place * lengths[step]).tolist()]
+        parts = self.precision.doubles
         for _ in range(NEWTONS):
-            hi, lo = piece.rows(step, _parts(exact))
-            values = zip(hi[which].tolist(), lo[which].tolist(), slope.tolist(), strict=True)
+            rows = piece.rows(step, [split(one, parts) for one in exact])
+            there = rows[which[0], :, which[1]]
             exact = [
-                one - self._number((a, b)) / d if d else one
-                for one, (a, b, d) in zip(exact, values, strict=True)
+                one - self._number(value) / d if d else one
+                for one, value, d in zip(exact, there.tolist(), slope.tolist(), strict=True)
             ]
-        hi, lo = piece.rows(step, _parts(exact))
+        rows = piece.rows(step, [split(one, parts) for one in exact])
         for k, one in enumerate(exact):
             name = self.names[function[k]]
             time = self._number(piece.begins[step[k]]) + one
-            state = joined(hi[k, : self.size], lo[k, : self.size], self.fn)
+            state = joined(rows[k, :, : self.size], self.fn)
             if name in self.terminal:
                 return name, time, state
             if name == "contact_lost":
@@ -285,19 +278,3 @@ class _Run:
                 self.hits.append(Hit(name, time, int(found.direction[k]), state))
         return None
 
-
-def _parts(numbers: Sequence[Scalar]) -> tuple[Array, Array]:
-    import numpy
-
-    hi, lo = numpy.array([split(one) for one in numbers]).T
-    return hi, lo
-
-
-def _at(polynomials: Array, places: Array) -> Array:
-    found = polynomials[:, -1]
-    for k in range(polynomials.shape[1] - 2, -1, -1):
-        found = found * places + polynomials[:, k]
-    return found
-
-
-__all__ = ["Precision", "ReadPiece", "joined", "propagate_double_double"]
