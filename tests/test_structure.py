@@ -15,8 +15,9 @@ PACKAGE = Path(tt_precise.__file__).parent
 
 # The way of the data, from what everything stands on to what a user types. CONTRIBUTING draws it.
 ORDER = (
-    "base", "body", "mechanics", "scene", "exact", "integrate", "golden", "certify", "vectors",
-    "check", "sweep", "extremes", "claims", "bench", "engines", "report", "commands", "cli",
+    "base", "taylor", "body", "mechanics", "scene", "exact", "integrate", "golden", "certify",
+    "vectors", "check", "sweep", "extremes", "claims", "bench", "engines", "report", "commands",
+    "cli",
 )  # fmt: skip
 # files of the top folder that are no common tools
 PLACES = {"dry_friction": "body", "start": "scene", "initial_state": "scene"}

@@ -12,6 +12,7 @@ import threading
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import mpmath
@@ -37,8 +38,9 @@ SCALE = 512  # binary exponents; 113 bits below it are still far inside the rang
 
 @dataclass(frozen=True)
 class Precision:
-    """A number type: ``double``, ``extended``, ``quad``, ``mp`` with its bits, all heyoka's; or
-    ``double-double``, ``triple-double``, whose numbers are guarded ones outside the integrator.
+    """An arithmetic: ``double``, ``extended``, ``quad``, or ``mp`` with its bits, all heyoka's.
+
+    Or ``double-double`` or ``triple-double``, whose numbers are guarded ones outside ``taylor``.
     """
 
     name: str
@@ -127,7 +129,7 @@ class Precision:
         gap = self.context.ldexp(1, exponent - self.bits)
         return rounded + gap if rounded < value else rounded - gap
 
-    def _other_side_of_doubles(self, value: Scalar) -> Any:
+    def _other_side_of_doubles(self, value: Scalar) -> Scalar:
         near, left = self.context.mpf(0), value
         for _ in range(self.doubles - 1):
             near, left = near + float(left), left - float(left)
@@ -158,8 +160,8 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
     Raises
     ------
     InputError
-        Unknown name, bits for a type that has its own, or ``extended`` on a machine without
-        80-bit floats.
+        Unknown name, bits for a type that has its own, ``extended`` on a machine without 80-bit
+        floats, or several doubles without llvmlite.
     """
     if name not in NAMES:
         raise InputError(f"precision: got {name!r}, expected one of: {', '.join(NAMES)}")
@@ -169,12 +171,14 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
     if name == "mp" and not FEWEST_BITS <= bits <= MOST_BITS:
         raise InputError(f"bits: got {bits}, expected {FEWEST_BITS} to {MOST_BITS}")
     if not is_available(name):
-        raise InputError("precision: got extended on a machine without it, expected quad")
+        raise InputError(f"precision: got {name} on a machine without it, expected quad or mp")
     return Precision(name, bits)
 
 
 def is_available(name: str) -> bool:
     """Whether this machine has the precision called ``name``."""
+    if name in DOUBLES:
+        return find_spec("llvmlite") is not None
     return name != "extended" or _has_80_bit_floats()
 
 

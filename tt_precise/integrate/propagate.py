@@ -1,7 +1,7 @@
 """``propagate``: one integration, from an initial state to the end of its horizon or of the model.
 
 It knows a ``Setup`` and an ``InitialState`` and nothing else, and says how it went in heyoka's own
-numbers.
+numbers. ``in_doubles`` is its like for double-double and triple-double.
 """
 
 from __future__ import annotations
@@ -164,6 +164,7 @@ def _propagation_of(
     steps: int,
 ) -> Propagation:
     time, time_low = made.adaptive.dtime
+    early = 2.0 ** (-setup.precision.bits / 4)
     return Propagation(
         status=status,
         time=time,
@@ -171,7 +172,7 @@ def _propagation_of(
         state=_values(made.adaptive),
         steps=steps,
         order=made.adaptive.order,
-        hits=without_start(made.hits, made.events, setup, start, 2.0 ** (-setup.precision.bits / 4)),
+        hits=without_start(made.hits, made.events, setup, start, early),
     )
 
 

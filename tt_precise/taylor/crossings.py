@@ -1,4 +1,4 @@
-"""Where polynomials change sign between 0 and 1, all of them at once.
+"""Where polynomials change sign between 0 and 1, all of them at once; and zeros along a run.
 
 In Bernstein's basis a polynomial has at most as many zeros as its coefficients change sign, and
 as many but for an even number: none and one are decided, the others are cut in halves.
@@ -6,11 +6,18 @@ as many but for an even number: none and one are decided, the others are cut in 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from tt_precise.arithmetic import Array
+from tt_precise.arithmetic import Array, Functions, Scalar
+from tt_precise.taylor.numbers import number, split
 
+if TYPE_CHECKING:
+    from tt_precise.taylor.system import Piece
+
+NEWTONS_IN_PARTS = 3  # from double to twice and three times as many digits, and once more
 HALVINGS = 40  # beyond, two zeros are one touching: no change of sign
 BISECTIONS, NEWTONS = 8, 6
 
@@ -103,11 +110,75 @@ def _halves(b: Array) -> tuple[Array, Array]:
 @cache
 def _to_bernstein(terms: int) -> Array:
     """Row i has C(i, j)/C(terms - 1, j): the i-th coefficient, of those of 1, x, x^2, ..."""
-    import math
-
     import numpy
 
     n = terms - 1
     return numpy.array(
         [[math.comb(i, j) / math.comb(n, j) for j in range(terms)] for i in range(terms)]
     )
+
+
+class Zero(NamedTuple):
+    """A change of sign of the function of this index: when, from below (+1) or above (-1), where.
+
+    ``row`` holds all columns in parts, (part, column).
+    """
+
+    function: int
+    time: Scalar
+    direction: int
+    row: Array
+
+
+class Watch:
+    """Finds the zeros of a run's outputs, piece by piece: of each in its direction, 0 for both."""
+
+    def __init__(self, first_column: int, directions: Sequence[int], fn: Functions):
+        self._columns = slice(first_column, first_column + len(directions))
+        self._directions, self._fn = directions, fn
+        self._ends: Array | None = None
+
+    def zeros(self, piece: Piece, until: Scalar) -> list[Zero]:
+        """Those in the steps of ``piece`` that are numbers, before ``until``, in order of time."""
+        import numpy
+
+        steps, fn = piece.good, self._fn
+        if not steps or not self._directions:
+            return []
+        left = (float(until) - piece.begins[:steps, 0]) / piece.units[:steps]
+        lengths = numpy.minimum(piece.lengths[:steps], left)
+        powers = lengths[:, None] ** numpy.arange(piece.order + 1)
+        # axes (function, step, order)
+        series = piece.coefficients[0, :steps, :, self._columns] * powers[:, :, None]
+        series = series.transpose(2, 0, 1)
+        last = ends(series)
+        begun = series[:, 0, 0] if self._ends is None else self._ends
+        first = numpy.concatenate([begun[:, None], last[:, :-1]], axis=1)
+        self._ends = last[:, -1]
+        found = crossings(series.reshape(-1, series.shape[2]), first.ravel())
+        allowed = numpy.array(self._directions)[found.which // steps]
+        wanted = (allowed == 0) | (allowed == found.direction)
+        which, place, direction = (part[wanted] for part in found)
+        function, step = numpy.divmod(which, steps)
+        if not len(step):
+            return []
+        rates = series[function, step][:, 1:] * numpy.arange(1, series.shape[2])
+        slopes = values(rates, place) / lengths[step]
+        taus = [fn.mpf(tau) for tau in (place * lengths[step]).tolist()]
+
+        def rows() -> Array:
+            return piece.rows(step, [split(tau, piece.system.parts) for tau in taus])
+
+        for _ in range(NEWTONS_IN_PARTS):
+            there = rows()[numpy.arange(len(step)), :, self._columns.start + function]
+            taus = [
+                tau - number(value, fn) / slope if slope else tau
+                for tau, value, slope in zip(taus, there.tolist(), slopes.tolist(), strict=True)
+            ]
+        units = piece.units[step].tolist()
+        times = [
+            number(begin, fn) + tau * unit
+            for begin, tau, unit in zip(piece.begins[step], taus, units, strict=True)
+        ]
+        zeros = map(Zero, function.tolist(), times, direction.tolist(), rows())
+        return sorted(zeros, key=lambda zero: zero.time)

@@ -225,7 +225,7 @@ class Graph:
         if not left:
             return offset
         if len(left) == 1 and not isinstance(offset, Constant) and offset == 0:
-            (factor, series), = left
+            ((factor, series),) = left
             if not isinstance(factor, Constant) and factor == 1:
                 return series
         if isinstance(offset, Constant) or offset != 0:

@@ -25,10 +25,10 @@ from tt_precise.taylor.emit import (
     Value,
 )
 from tt_precise.taylor.graph import Constant, Graph, Series, constants_of, in_order
+from tt_precise.taylor.machine import ROWS, RUN
 
 TOGETHER = {3: 1, 2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
-MOST_PARTS = 3
-RUN, ROWS = "piinpdddpp", "pinnpip"  # arguments, as ``Emitter`` has them
+MOST_PARTS, TIMES = 3, 5
 
 
 def padded(count: int) -> int:
@@ -41,7 +41,8 @@ class Kernel:
 
     ``outputs`` are series to be kept beside the entries: pairs of one and whether its rate is
     wanted in its place. A step is a block of ``order`` + 2 rows of ``columns`` numbers:
-    coefficients of the entries and behind them of the outputs. The parts of the numbers of all
+    coefficients of the entries and behind them of the outputs, of powers of time over a unit that
+    is a power of two about as long as the step, so that they are in range. The parts of the numbers of all
     steps stand one behind the other, ``plane`` doubles apart. ``orders`` are, for the functions,
     how many coefficients are computed in 3 parts, in 2 or more, and in 1 or more.
     """
@@ -74,7 +75,7 @@ class Kernel:
     def work(self, order: int) -> int:
         """Doubles that ``run`` needs for itself."""
         lanes = 2 * (order + 2) * self.width + 2 * self.width
-        return self.parts * (lanes + self.columns) + MOST_PARTS
+        return self.parts * (lanes + self.columns) + self.width + MOST_PARTS
 
     def text(self) -> str:
         """The module: functions ``run`` and ``rows``."""
@@ -132,7 +133,8 @@ class _Run:
     """run(data, plane, steps, orders, constants, tolerance, longest, until, times, work).
 
     Takes at most so many steps and returns how many; the first starts at row 0 of the first
-    block. ``times`` has four numbers a step: its length, and in three parts where it begins.
+    block. ``times`` has five numbers a step: its unit of time, where it begins in three parts, and
+    its length in that unit; ``longest`` bounds it in the unit of ``until``.
     """
 
     def __init__(self, kernel: Kernel, module: ir.Module):
@@ -149,7 +151,8 @@ class _Run:
         rest = e.behind(work, taken[-1])
         self.sums = [e.behind(rest, k * width) for k in parts]
         self.inverses = [e.behind(rest, (kernel.parts + k) * width) for k in parts]
-        self.next_row = e.behind(rest, 2 * kernel.parts * width)
+        self.latest = e.behind(rest, 2 * kernel.parts * width)  # products of the order before
+        self.next_row = e.behind(self.latest, width)
 
     def write(self) -> None:
         """All of the function."""
@@ -162,16 +165,20 @@ class _Run:
             there = e.b.mul(step, block)
             planes = [e.b.mul(e.i(k), self.plane) for k in range(kernel.parts)]
             self.block = [e.behind(self.data, e.b.add(there, plane)) for plane in planes]
+            time = e.behind(self.times, e.index(step, TIMES))
+            self.unit = e.load(time, 0)
             self._coefficients(kernel.parts, e.i(0), first=True)
             begun: Value = e.i(1)
+            self.sizes: dict[int, Value] = {}
             for parts in range(kernel.parts, 0, -1):
                 with e.loop(begun, e.order(self.orders, parts)) as (n, _):
                     self._sums(n, parts)
                     self._coefficients(parts, n)
                 begun = e.order(self.orders, parts)
+                if parts > 1:
+                    self.sizes[parts] = self._largest(self.latest, len(kernel.pairs))
             h = self._length()
-            time = e.behind(self.times, e.index(step, 1 + MOST_PARTS))
-            e.store(h, time, 0)
+            e.store(h, time, 1 + MOST_PARTS)
             for part in range(1, kernel.parts):
                 e.store(e.d(0.0), self.next_row, part)
             e.store(h, self.next_row, 0)
@@ -186,9 +193,10 @@ class _Run:
                     e.store(e.load(columns, part * row + i), following, i)
             ops = Arithmetic(e, MOST_PARTS)
             begins = tuple(e.load(time, 1 + part) for part in range(MOST_PARTS))
-            ends = ops.total(begins, ops.widened((h,)))
-            for part, value in enumerate(ends, 2 + MOST_PARTS):
-                e.store(value, time, part)
+            length = e.b.fmul(h, self.unit)
+            ends = ops.total(begins, ops.widened((length,)))
+            for part, value in enumerate((self._power_of_two(length), *ends)):
+                e.store(value, time, TIMES + part)
             stop, more = (e.function.append_basic_block(n) for n in ("stop", "more"))
             # NaN is not below the end either
             e.b.cbranch(e.b.fcmp_ordered("<", ends[0], self.until), more, stop)
@@ -200,22 +208,38 @@ class _Run:
         e.b.position_at_end(last)
         e.b.ret(e.b.load(taken))
 
+    def _power_of_two(self, value: Value) -> Value:
+        """The largest one that is not above a positive value: its exponent alone."""
+        bits = self.e.b.bitcast(value, INTEGER)
+        return self.e.b.bitcast(self.e.b.and_(bits, self.e.i(0x7FF << 52)), DOUBLE)
+
     def _length(self) -> Value:
-        """The step whose last two terms are at most ``tolerance`` of the largest entry."""
-        e = self.e
+        """The step whose last two terms are at most ``tolerance`` of the largest entry.
 
-        def largest(n: Value) -> Value:
-            found = e.d(0.0)
-            for i in range(len(self.kernel.entries)):
-                entry = e.load(self.block[0], e.index(n, self.kernel.columns, i))
-                found = e.call("maxnum", found, e.call("fabs", entry))
-            return found
+        And in which products are as small as ``orders`` supposes where one part less begins.
+        """
+        e, entries = self.e, len(self.kernel.entries)
 
-        whole, h = e.b.fmul(largest(e.i(0)), self.tolerance), self.longest
-        for n in (self.order, e.b.sub(self.order, e.i(1))):
+        def entries_of(n: Value) -> Value:
+            return self._largest(e.behind(self.block[0], e.index(n, self.kernel.columns)), entries)
+
+        allowed = e.b.fmul(entries_of(e.i(0)), self.tolerance)
+        checked = [(n, entries_of(n), 1.0) for n in (self.order, e.b.sub(self.order, e.i(1)))]
+        for parts, size in self.sizes.items():
+            last = e.b.sub(e.order(self.orders, parts), e.i(1))
+            checked.append((last, size, 2.0 ** (53 * (parts - 1))))
+        h = e.b.fdiv(self.longest, self.unit)
+        for n, size, factor in checked:
+            ratio = e.b.fdiv(e.b.fmul(allowed, e.d(factor)), size)
             power = e.b.fdiv(e.d(1.0), e.b.sitofp(n, DOUBLE))
-            h = e.call("minnum", h, e.call("pow", e.b.fdiv(whole, largest(n)), power))
+            h = e.call("minnum", h, e.call("pow", ratio, power))
         return h
+
+    def _largest(self, pointer: Value, count: int) -> Value:
+        e = self.e
+        with e.loop(e.i(0), e.i(count), [e.d(0.0)]) as (i, found):
+            found[0] = e.call("maxnum", found[0], e.call("fabs", e.load(pointer, i)))
+        return found[0]
 
     def _sums(self, n: Value, parts: int) -> None:
         """For every lane, the sum of a_j b_(n-j) for j = 1 to n - 1."""
@@ -250,6 +274,8 @@ class _Run:
             if node not in value:
                 value[node] = getattr(self, f"_{node.kind}")(node, value)
         for node, pair in kernel.pairs.items():
+            if parts > 1:
+                e.store(value[node][0], self.latest, kernel.lane[node])
             place = e.index(n, kernel.width, kernel.lane[node])
             for one, side in zip(pair, (self.left, self.right), strict=True):
                 self._write(value[one], side, place)
@@ -263,13 +289,14 @@ class _Run:
             elif not first:
                 before = e.index(e.b.sub(n, e.i(1)), kernel.columns, i)
                 self._write(ops.product(order, value[output]), self.block, before)
-        inverse = ops.quotient(ops.one, ops.total(order, ops.one))
+        unit = tuple(self.e.b.fmul(part, self.unit) for part in ops.one)
+        inverse = ops.quotient(unit, ops.total(order, ops.one))
         for i, rate in enumerate(kernel.rates):
             place = e.index(e.b.add(n, e.i(1)), kernel.columns, i)
             if isinstance(rate, Series):
                 self._write(ops.product(value[rate], inverse), self.block, place)
             elif first:
-                self._write(self._constant(rate), self.block, place)
+                self._write(ops.product(unit, self._constant(rate)), self.block, place)
 
     def _read(self, parts: Sequence[Value], place: Value | int) -> Number:
         return tuple(self.e.load(part, place) for part in parts[: self.ops.parts])

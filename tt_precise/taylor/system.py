@@ -1,8 +1,7 @@
-"""``System``: equations of motion, compiled, and stepped from any start."""
+"""``System``: differential equations, compiled, and stepped from any start."""
 
 from __future__ import annotations
 
-import ctypes
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
@@ -10,10 +9,11 @@ from typing import Any
 
 from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
-from tt_precise.taylor.kernel import ROWS, RUN, Kernel
 from tt_precise.taylor.machine import Machine, aligned
+from tt_precise.taylor.numbers import number, split
 
 STEPS = 128  # of a piece
+FIRST_UNIT = 2.0**-3  # of time; any that 57 powers of do not take out of range
 SPARE = 4  # orders computed in more parts than they need in theory
 
 
@@ -39,21 +39,6 @@ def orders_of(tolerance: float, most: int) -> tuple[int, int, int]:
     return at_least(3), at_least(2), order + 1
 
 
-def split(value: Scalar, parts: int) -> tuple[float, ...]:
-    """An mpmath number as so many doubles."""
-    found = []
-    for _ in range(parts):
-        part = float(value)
-        found.append(part)
-        value = value - part if math.isfinite(part) else 0
-    return tuple(found)
-
-
-def number(parts: Sequence[float], fn: Functions) -> Scalar:
-    """The mpmath number of its parts."""
-    return sum((fn.mpf(float(part)) for part in parts[1:]), fn.mpf(float(parts[0])))
-
-
 class System:
     """y' = f(y) with parameters, for numbers of two or three ``parts``.
 
@@ -61,6 +46,8 @@ class System:
     """
 
     def __init__(self, parts: int, entries: int, parameters: int, define: Callable[..., Any]):
+        from tt_precise.taylor.kernel import Kernel
+
         self.parts, self.graph = parts, Graph(entries, parameters)
         rates, outputs = define(tuple(self.graph.entries), self.graph.parameters, self.graph)
         self.kernel = Kernel(parts, self.graph, self.graph.with_turning(rates), outputs)
@@ -90,12 +77,12 @@ class System:
 
         kernel, order, parts = self.kernel, order_of(tolerance), self.parts
         found = numbers(kernel.constants, parameters, fn)
-        constants = numpy.array([split(found[one], parts) for one in kernel.constants] or [0.0])
-        row = numpy.array([split(x, parts) for x in self.graph.with_turned(start, parameters, fn)]).T
+        constants = numpy.array([split(found[one], parts) for one in kernel.constants])
+        first_row = self.graph.with_turned(start, parameters, fn)
+        row = numpy.array([split(x, parts) for x in first_row]).T
         orders = numpy.array(orders_of(tolerance, parts), dtype=numpy.int64)
         work = aligned(kernel.work(order))
-        run = self.machine.function("run", RUN, ctypes.c_int64)
-        time, end = (0.0, 0.0, 0.0), float(until)
+        time, end = (FIRST_UNIT, 0.0, 0.0, 0.0), float(until)
         longest = min(longest, end)
         while True:
             steps = STEPS if first is None else 1
@@ -103,26 +90,26 @@ class System:
             data = aligned(parts * plane)
             for part in range(parts):
                 data[part * plane :][: row.shape[1]] = row[part]
-            times = numpy.zeros(4 * (steps + 1))
-            times[1:4] = time
-            taken = run(
+            times = numpy.zeros((steps + 1, 5))
+            times[0, :4] = time
+            taken = self.machine.run(
                 data.ctypes.data, plane, steps, orders.ctypes.data, constants.ctypes.data,
                 tolerance, min(first or longest, longest), end, times.ctypes.data,
                 work.ctypes.data,
             )  # fmt: skip
             piece = Piece(self, orders, data.reshape(parts, steps + 1, order + 2, -1), times, taken)
             yield piece
-            time, row, first = piece.end_time, piece.end_row, None
-            if piece.good < taken or not time[0] < end:
+            time, row, first = times[taken, :4], piece.end_row, None
+            if piece.good < taken or not piece.end_time[0] < end:
                 return
 
 
 class Piece:
-    """The series of some steps, one behind the other.
+    """The series of some steps, one behind the other, each in powers of time over its unit.
 
     ``coefficients`` has the axes (part, step, order, column). ``begins`` are the times of the
-    steps' beginnings (step, part), ``lengths`` are doubles. Only the first ``good`` steps are
-    finite numbers.
+    steps' beginnings (step, part), ``units`` powers of two, and ``lengths`` the steps' in these.
+    Only the first ``good`` steps are finite numbers.
     """
 
     def __init__(self, system: System, orders: Array, data: Array, times: Array, taken: int):
@@ -131,9 +118,8 @@ class Piece:
         self.system, self.order = system, int(orders[-1]) - 1
         self._orders, self._data = orders, data
         self.coefficients = data[:, :taken, : self.order + 1]
-        table = times.reshape(-1, 4)
-        self.begins, self.lengths = table[:taken, 1:], table[:taken, 0]
-        self.end_time = tuple(table[taken, 1:].tolist())
+        self.units, self.begins, self.lengths = times[:taken].T[0], times[:taken, 1:4], times[:taken, 4]
+        self.end_time = tuple(times[taken, 1:4].tolist())
         entries = len(system.graph.entries)
         self.end_row = data[:, taken, 0, :entries].copy()
         finite = numpy.isfinite(data[0, 1 : taken + 1, 0, :entries]).all(axis=1)
@@ -141,8 +127,21 @@ class Piece:
         finite &= numpy.isfinite(self.lengths)
         self.good = taken if finite.all() else int(finite.argmin())
 
+    def at(self, times: Sequence[Scalar], fn: Functions) -> Array:
+        """All columns at these times, mpmath numbers: axes (time, part, column)."""
+        import numpy
+
+        floats = [float(time) for time in times]
+        steps = numpy.searchsorted(self.begins[:, 0], floats, side="right") - 1
+        steps = numpy.maximum(steps, 0)
+        taus = [
+            split((time - number(self.begins[k], fn)) / float(self.units[k]), self.system.parts)
+            for time, k in zip(times, steps.tolist(), strict=True)
+        ]
+        return self.rows(steps, taus)
+
     def rows(self, steps: Array, taus: Sequence[Sequence[float]]) -> Array:
-        """All columns in these steps, taus (in parts) behind their beginnings.
+        """All columns in these steps, so many of their units (taus, in parts) behind their beginnings.
 
         Axes (row, part, column).
         """
@@ -152,7 +151,7 @@ class Piece:
         steps = numpy.ascontiguousarray(steps, dtype=numpy.int64)
         at = numpy.ascontiguousarray(taus, dtype=float)
         into = numpy.empty((len(steps), parts, columns))
-        self.system.machine.function("rows", ROWS)(
+        self.system.machine.rows(
             self._data.ctypes.data, self._data[0].size, self._orders.ctypes.data,
             steps.ctypes.data, at.ctypes.data, len(steps), into.ctypes.data,
         )  # fmt: skip

@@ -1,0 +1,93 @@
+"""Tracing: what a function leaves in a graph, and what the constants in it are worth."""
+
+from collections import Counter
+from fractions import Fraction
+
+import mpmath
+import pytest
+
+from tt_precise.errors import InputError
+from tt_precise.mechanics.formulations import integrated
+from tt_precise.taylor.graph import Graph, Series, constants_of, in_order, numbers
+
+
+def kinds(model: str, coordinates: str, law: str = "viscous") -> Counter[str]:
+    form = integrated(model, coordinates, law)
+    graph = Graph(len(form.columns), len(form.parameters))
+    state = form.State(*graph.entries)
+    rates = graph.with_turning(form.rates(form.body(graph.parameters), state, graph))
+    return Counter(one.kind for one in in_order(graph, rates))
+
+
+def test_the_gliding_top_takes_its_products_once() -> None:
+    # heyoka needs 25 products and quotients for the same text
+    found = kinds("gliding", "newton")
+    assert found["product"] == 24
+    assert found["quotient"] == 1
+    assert found["entry"] == 8
+
+
+def test_sines_and_roots_are_taken_where_the_equations_have_them() -> None:
+    assert kinds("gliding", "euler")["entry"] == 6 + 1  # sin and cos, but the rates lack theta
+    assert kinds("gliding", "newton", "regularised")["root"] == 1
+    assert kinds("gliding", "newton")["root"] == 0
+
+
+def test_equal_expressions_are_one() -> None:
+    graph = Graph(2, 1)
+    x, y = graph.entries
+    (a,) = graph.parameters
+    assert x * y is y * x
+    assert a * x + y is y + a * x or in_order(graph, [a * x + y])
+    assert (x + y) - y is x
+    assert x - x == 0
+    assert 0 * x == 0
+    assert 1 * x is x
+    assert -(-x) is x
+
+
+def test_constants_are_computed_in_the_numbers_given() -> None:
+    graph = Graph(1, 2)
+    (x,) = graph.entries
+    a, b = graph.parameters
+    rate = (1 / a - 1 / b) * x + graph.sqrt(a) / 3 - 2
+    with mpmath.workdps(60):
+        values = mpmath.mpf(3), mpmath.mpf(7)
+        constants = constants_of(in_order(graph, [rate]))
+        found = sorted(numbers(constants, values, mpmath.mp).values())
+        wanted = sorted([1 / values[0] - 1 / values[1], mpmath.sqrt(3) / 3 - 2])
+        assert max(abs(p - q) for p, q in zip(found, wanted, strict=True)) < mpmath.mpf(10) ** -59
+
+
+def test_a_sum_is_what_its_terms_are() -> None:
+    """Evaluated in fractions, a traced polynomial gives what it gives without being traced."""
+    graph = Graph(3, 1)
+    point, parameter = [Fraction(2, 3), Fraction(-5, 7), Fraction(11, 13)], Fraction(3, 5)
+
+    def polynomial(x: object, y: object, z: object, a: object) -> object:
+        return (x + 2 * y - a) * (z - x * a) - 3 * (y - x) * (-y + 1) / a  # type: ignore[operator]
+
+    def value(one: object) -> Fraction:
+        if not isinstance(one, Series):
+            return Fraction(one if isinstance(one, int) else constant[one])  # type: ignore[index]
+        if one.kind == "entry":
+            return point[one.args[0]]
+        if one.kind == "product":
+            return value(one.args[0]) * value(one.args[1])
+        offset, terms = one.args
+        return value(offset) + sum(value(factor) * value(series) for factor, series in terms)
+
+    class Fractions:
+        mpf = Fraction
+
+    traced = polynomial(*graph.entries, graph.parameters[0])
+    constant = numbers(constants_of(in_order(graph, [traced])), [parameter], Fractions)
+    assert value(traced) == polynomial(*point, parameter)
+
+
+def test_what_needs_an_arc_tangent_is_refused() -> None:
+    graph = Graph(2, 0)
+    angle = graph.atan2(*graph.entries)
+    assert in_order(graph, graph.entries) == graph.entries  # it is there, and not needed
+    with pytest.raises(InputError, match="theta_min"):
+        in_order(graph, [angle + 1])
