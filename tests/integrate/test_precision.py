@@ -93,7 +93,7 @@ def test_finer_has_at_least_three_more_digits(precision: Precision) -> None:
 @pytest.mark.parametrize(
     ("name", "bits", "expected"),
     [
-        ("octuple", None, "expected one of: double, extended, quad, mp"),
+        ("octuple", None, "expected one of: double, extended, double-double, quad"),
         ("quad", 200, "expected bits only with mp"),
         ("mp", 53, "expected 54 to 20000"),
         ("mp", 20_001, "expected 54 to 20000"),

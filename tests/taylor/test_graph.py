@@ -2,13 +2,14 @@
 
 from collections import Counter
 from fractions import Fraction
+from typing import Any
 
 import mpmath
 import pytest
 
 from tt_precise.errors import InputError
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.taylor.graph import Graph, Series, constants_of, in_order, numbers
+from tt_precise.taylor.graph import Graph, Traced, constants_of, in_order, numbers
 
 
 def kinds(model: str, coordinates: str, law: str = "viscous") -> Counter[str]:
@@ -43,7 +44,7 @@ def test_equal_expressions_are_one() -> None:
     assert x - x == 0
     assert 0 * x == 0
     assert 1 * x is x
-    assert -(-x) is x
+    assert -1 * (-x) is x
 
 
 def test_constants_are_computed_in_the_numbers_given() -> None:
@@ -64,12 +65,12 @@ def test_a_sum_is_what_its_terms_are() -> None:
     graph = Graph(3, 1)
     point, parameter = [Fraction(2, 3), Fraction(-5, 7), Fraction(11, 13)], Fraction(3, 5)
 
-    def polynomial(x: object, y: object, z: object, a: object) -> object:
-        return (x + 2 * y - a) * (z - x * a) - 3 * (y - x) * (-y + 1) / a  # type: ignore[operator]
+    def polynomial(x: Any, y: Any, z: Any, a: Any) -> Any:
+        return (x + 2 * y - a) * (z - x * a) - 3 * (y - x) * (-y + 1) / a
 
-    def value(one: object) -> Fraction:
-        if not isinstance(one, Series):
-            return Fraction(one if isinstance(one, int) else constant[one])  # type: ignore[index]
+    def value(one: Any) -> Fraction:
+        if not isinstance(one, Traced):
+            return Fraction(one if isinstance(one, int) else constant[one])
         if one.kind == "entry":
             return point[one.args[0]]
         if one.kind == "product":
@@ -80,9 +81,10 @@ def test_a_sum_is_what_its_terms_are() -> None:
     class Fractions:
         mpf = Fraction
 
-    traced = polynomial(*graph.entries, graph.parameters[0])
+    x, y, z = graph.entries
+    traced = polynomial(x, y, z, graph.parameters[0])
     constant = numbers(constants_of(in_order(graph, [traced])), [parameter], Fractions)
-    assert value(traced) == polynomial(*point, parameter)
+    assert value(traced) == polynomial(point[0], point[1], point[2], parameter)
 
 
 def test_what_needs_an_arc_tangent_is_refused() -> None:

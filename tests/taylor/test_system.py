@@ -11,7 +11,7 @@ import pytest
 from tt_precise.taylor.crossings import Watch
 from tt_precise.taylor.machine import Machine
 from tt_precise.taylor.numbers import numbers_of
-from tt_precise.taylor.system import Piece, System, order_of, orders_of
+from tt_precise.taylor.system import StepBlock, System, order_of, orders_of
 
 FN = mpmath.MPContext()
 FN.prec = 260
@@ -76,7 +76,7 @@ def system(name: str, parts: int) -> System:
     return made
 
 
-def pieces(name: str, parts: int, tolerance: float | None = None) -> list[Piece]:
+def pieces(name: str, parts: int, tolerance: float | None = None) -> list[StepBlock]:
     one = PROBLEMS[name]
     made = system(name, parts)
     return list(
@@ -84,7 +84,7 @@ def pieces(name: str, parts: int, tolerance: float | None = None) -> list[Piece]
     )
 
 
-def at(piece: Piece, time: Any) -> tuple[Any, ...]:
+def at(piece: StepBlock, time: Any) -> tuple[Any, ...]:
     return numbers_of(piece.at([FN.mpf(time)], FN)[0], FN)
 
 

@@ -28,9 +28,9 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import MOST_EVENTS, Hit, full_tolerance, terminal_functions
 from tt_precise.progress import Progress
-from tt_precise.taylor.crossings import Watch, Zero
+from tt_precise.taylor.crossings import SignChange, Watch
 from tt_precise.taylor.numbers import number, numbers_of
-from tt_precise.taylor.system import Piece, System, order_of
+from tt_precise.taylor.system import StepBlock, System, order_of
 
 
 class _Compiled(NamedTuple):
@@ -65,7 +65,7 @@ def _compiled(setup: Setup) -> _Compiled:
 class ReadPiece:
     """Some steps, read as heyoka's dense output is: ``bounds``, ``n_steps``, states at times."""
 
-    def __init__(self, piece: Piece, high: Scalar, size: int, fn: Functions):
+    def __init__(self, piece: StepBlock, high: Scalar, size: int, fn: Functions):
         self._piece, self._size, self._fn = piece, size, fn
         self.bounds, self.n_steps = (number(piece.begins[0], fn), high), len(piece.begins)
 
@@ -148,7 +148,7 @@ class _Run:
         self.hits: list[Hit] = []
         self.left = False  # the table, in a run that goes on then
 
-    def take(self, piece: Piece) -> _End:
+    def take(self, piece: StepBlock) -> _End:
         """Events in the next piece, and its end."""
         until = self.start.until
         for zero in self.watch.zeros(piece, until):
@@ -178,10 +178,10 @@ class _Run:
         )
         return _End("contact_ignored" if ignored else "complete", until, state, taken)
 
-    def _steps(self, piece: Piece, zero: Zero) -> int:
+    def _steps(self, piece: StepBlock, zero: SignChange) -> int:
         return int((piece.begins[:, 0] < float(zero.time)).sum())
 
-    def _crawls(self, piece: Piece) -> bool:
+    def _crawls(self, piece: StepBlock) -> bool:
         """Whether the steps are too short ever to arrive; that of ``FIRST_STEP`` is alone."""
         advance = number(piece.end_time, self.fn) - number(piece.begins[0], self.fn)
         return len(piece.lengths) > 1 and bool(

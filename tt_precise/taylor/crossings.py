@@ -15,7 +15,7 @@ from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.taylor.numbers import number, split
 
 if TYPE_CHECKING:
-    from tt_precise.taylor.system import Piece
+    from tt_precise.taylor.system import StepBlock
 
 NEWTONS_IN_PARTS = 3  # from double to twice and three times as many digits, and once more
 HALVINGS = 40  # beyond, two zeros are one touching: no change of sign
@@ -34,7 +34,7 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     """Changes of sign of polynomials, rows of coefficients of 1, x, x^2 ..., for 0 <= x <= 1.
 
     ``first`` replaces their values at 0: given the ends of polynomials before, no zero is lost or
-    found twice between two pieces. Zero itself counts as positive.
+    found twice between two pieces. SignChange itself counts as positive.
     """
     import numpy
 
@@ -118,7 +118,7 @@ def _to_bernstein(terms: int) -> Array:
     )
 
 
-class Zero(NamedTuple):
+class SignChange(NamedTuple):
     """A change of sign of the function of this index: when, from below (+1) or above (-1), where.
 
     ``row`` holds all columns in parts, (part, column).
@@ -138,7 +138,7 @@ class Watch:
         self._directions, self._fn = directions, fn
         self._ends: Array | None = None
 
-    def zeros(self, piece: Piece, until: Scalar) -> list[Zero]:
+    def zeros(self, piece: StepBlock, until: Scalar) -> list[SignChange]:
         """Those in the steps of ``piece`` that are numbers, before ``until``, in order of time."""
         import numpy
 
@@ -180,5 +180,5 @@ class Watch:
             number(begin, fn) + tau * unit
             for begin, tau, unit in zip(piece.begins[step], taus, units, strict=True)
         ]
-        zeros = map(Zero, function.tolist(), times, direction.tolist(), rows())
+        zeros = map(SignChange, function.tolist(), times, direction.tolist(), rows())
         return sorted(zeros, key=lambda zero: zero.time)

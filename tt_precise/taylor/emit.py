@@ -133,7 +133,7 @@ class Emitter:
         return p, self.call("fma", a, b, self.b.fneg(p))
 
 
-class Arithmetic:
+class SeveralDoubles:
     """Numbers of so many ``parts``: 1 a double, 2 a double-double, 3 a triple-double.
 
     The last part gathers in plain doubles what the others leave, so errors are a few units in the

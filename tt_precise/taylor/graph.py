@@ -1,4 +1,4 @@
-"""A right-hand side as a graph: run once with ``Series`` for its scalars, it leaves its operations.
+"""A right-hand side as a graph: run once with ``Traced`` for its scalars, it leaves its operations.
 
 What contains no entry of the state is a constant: it is computed once a run, in mpmath. What is
 left are sums with constant factors, products, quotients and roots of series, each kept once.
@@ -40,7 +40,7 @@ class Constant:
         return known[self]
 
     def _with(self, kind: str, a: Scalar, b: Scalar) -> Scalar:
-        if isinstance(a, Series) or isinstance(b, Series):
+        if isinstance(a, Traced) or isinstance(b, Traced):
             return NotImplemented
         return self.graph.constant(kind, a, b)
 
@@ -51,7 +51,7 @@ class Constant:
         return self._with("+", other, self)
 
     def __sub__(self, other: Scalar) -> Scalar:
-        return NotImplemented if isinstance(other, Series) else self + -1 * other
+        return NotImplemented if isinstance(other, Traced) else self + -1 * other
 
     def __rsub__(self, other: Scalar) -> Scalar:
         return other + -1 * self
@@ -72,7 +72,7 @@ class Constant:
         return self._with("/", other, self)
 
 
-class Series:
+class Traced:
     """A function of time, known by how its Taylor coefficients follow from those of others.
 
     ``kind`` is "entry" (of the state, with its index), "sum" (with a constant offset and pairs of
@@ -86,13 +86,13 @@ class Series:
         self.graph, self.kind, self.args = graph, kind, args
 
     @property
-    def operands(self) -> tuple[Series, ...]:
+    def operands(self) -> tuple[Traced, ...]:
         """The series it is made of."""
         if self.kind == "sum":
             return tuple(series for _, series in self.args[1])
-        return tuple(a for a in self.args if isinstance(a, Series))
+        return tuple(a for a in self.args if isinstance(a, Traced))
 
-    def linear(self, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Series], ...]]:
+    def linear(self, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Traced], ...]]:
         """Offset, and pairs of factor and series, whose sum it (or minus it) is."""
         if self.kind != "sum":
             return 0, ((sign, self),)
@@ -101,7 +101,7 @@ class Series:
 
     def _plus(self, other: Scalar, sign: int) -> Scalar:
         offset, terms = self.linear()
-        if not isinstance(other, Series):
+        if not isinstance(other, Traced):
             return self.graph.sum(offset + sign * other, terms)
         more, others = other.linear(sign)
         return self.graph.sum(offset + more, terms + others)
@@ -121,14 +121,14 @@ class Series:
         return self.graph.sum(*self.linear(-1))
 
     def __mul__(self, other: Scalar) -> Scalar:
-        if isinstance(other, Series):
+        if isinstance(other, Traced):
             return self.graph.series("product", *sorted((self, other), key=self.graph.place))
         return self.graph.scaled(other, self)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Scalar) -> Scalar:
-        if isinstance(other, Series):
+        if isinstance(other, Traced):
             return self.graph.series("quotient", self, other)
         return self.graph.scaled(self.graph.constant("/", 1, other), self)
 
@@ -148,7 +148,7 @@ class Graph:
         self._places: dict[Any, int] = {}
         self.entries = [self.series("entry", i) for i in range(entries)]
         self.parameters = [self._once(Constant, "parameter", (i,)) for i in range(parameters)]
-        self.turning: dict[Series, tuple[Series, Series]] = {}
+        self.turning: dict[Traced, tuple[Traced, Traced]] = {}
 
     def place(self, node: Any) -> int:
         """A number that orders what is in the graph, operands before what is made of them."""
@@ -161,9 +161,9 @@ class Graph:
             self._places[made] = len(self._places)
         return self._known[key]
 
-    def series(self, kind: str, *args: Any) -> Series:
+    def series(self, kind: str, *args: Any) -> Traced:
         """The series of this kind, made once."""
-        found: Series = self._once(Series, kind, args)
+        found: Traced = self._once(Traced, kind, args)
         return found
 
     def number(self, value: Scalar) -> Constant:
@@ -173,9 +173,9 @@ class Graph:
         )
         return found
 
-    def named(self, value: Scalar) -> Series | Constant:
+    def named(self, value: Scalar) -> Traced | Constant:
         """A series as it is, anything else as a constant."""
-        return value if isinstance(value, Series) else self.number(value)
+        return value if isinstance(value, Traced) else self.number(value)
 
     def constant(self, kind: str, a: Scalar, b: Scalar) -> Scalar:
         """``a`` and ``b``, neither a series, combined; plain where that is exact."""
@@ -197,7 +197,7 @@ class Graph:
                 return self.constant("*", self.number(a).args[0] * first.args[0], rest)
         return self._once(Constant, kind, (self.number(a), self.number(b)))
 
-    def scaled(self, factor: Scalar, series: Series) -> Scalar:
+    def scaled(self, factor: Scalar, series: Traced) -> Scalar:
         """A constant times a series."""
         if not isinstance(factor, Constant):
             if factor == 0:
@@ -212,9 +212,9 @@ class Graph:
             return self.sum(factor * offset, ((factor * inner, one),))
         return self.sum(0, ((factor, series),))
 
-    def sum(self, offset: Scalar, terms: Iterable[tuple[Any, Series]]) -> Scalar:
+    def sum(self, offset: Scalar, terms: Iterable[tuple[Any, Traced]]) -> Scalar:
         """An offset and series with factors, equal series gathered."""
-        gathered: dict[Series, Any] = {}
+        gathered: dict[Traced, Any] = {}
         for factor, series in terms:
             gathered[series] = gathered[series] + factor if series in gathered else factor
         left = tuple(
@@ -234,23 +234,23 @@ class Graph:
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root."""
-        if isinstance(value, Series):
+        if isinstance(value, Traced):
             return self.series("root", value)
         return self._once(Constant, "root", (self.number(value),))
 
-    def sin(self, angle: Series) -> Series:
+    def sin(self, angle: Traced) -> Traced:
         """The sine of an angle, as one more entry of the state."""
         return self._turned(angle)[0]
 
-    def cos(self, angle: Series) -> Series:
+    def cos(self, angle: Traced) -> Traced:
         """The cosine, likewise."""
         return self._turned(angle)[1]
 
-    def atan2(self, y: Scalar, x: Scalar) -> Series:
+    def atan2(self, y: Scalar, x: Scalar) -> Traced:
         """An angle that nothing can be made of: ``in_order`` refuses it, where it is needed."""
         return self.series("angle", y, x)
 
-    def _turned(self, angle: Series) -> tuple[Series, Series]:
+    def _turned(self, angle: Traced) -> tuple[Traced, Traced]:
         if angle not in self.turning:
             first = len(self.entries)
             made = self.series("entry", first), self.series("entry", first + 1)
@@ -285,7 +285,7 @@ class Graph:
         return found
 
 
-def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Series]:
+def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
     """All series that ``wanted`` are made of, and these, operands first.
 
     Raises
@@ -293,8 +293,8 @@ def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Series]:
     InputError
         One of them is an angle.
     """
-    found: set[Series] = set()
-    left = [one for one in wanted if isinstance(one, Series)]
+    found: set[Traced] = set()
+    left = [one for one in wanted if isinstance(one, Traced)]
     while left:
         one = left.pop()
         if one.kind == "angle":
@@ -308,7 +308,7 @@ def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Series]:
     return sorted(found, key=graph.place)
 
 
-def constants_of(series: Sequence[Series]) -> list[Constant]:
+def constants_of(series: Sequence[Traced]) -> list[Constant]:
     """The constants among their arguments."""
     found: dict[Constant, None] = {}
     for one in series:

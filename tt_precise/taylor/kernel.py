@@ -19,12 +19,12 @@ from tt_precise.taylor.emit import (
     INTEGER,
     LANES,
     VECTOR,
-    Arithmetic,
     Emitter,
     Number,
+    SeveralDoubles,
     Value,
 )
-from tt_precise.taylor.graph import Constant, Graph, Series, constants_of, in_order
+from tt_precise.taylor.graph import Constant, Graph, Traced, constants_of, in_order
 from tt_precise.taylor.machine import ROWS, RUN
 
 TOGETHER = {3: 1, 2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
@@ -42,9 +42,9 @@ class Kernel:
     ``outputs`` are series to be kept beside the entries: pairs of one and whether its rate is
     wanted in its place. A step is a block of ``order`` + 2 rows of ``columns`` numbers:
     coefficients of the entries and behind them of the outputs, of powers of time over a unit that
-    is a power of two about as long as the step, so that they are in range. The parts of the numbers of all
-    steps stand one behind the other, ``plane`` doubles apart. ``orders`` are, for the functions,
-    how many coefficients are computed in 3 parts, in 2 or more, and in 1 or more.
+    is a power of two about as long as the step, so that they are in range. The parts of the
+    numbers of all steps stand one behind the other, ``plane`` doubles apart. ``orders`` are, for
+    the functions, how many coefficients are computed in 3 parts, in 2 or more, in 1 or more.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Kernel:
         module = ir.Module("taylor")
         self._row(module)
         self._rows(module)
-        _Run(self, module).write()
+        _RunWriter(self, module).write()
         return str(module)
 
     def _row(self, module: ir.Module) -> None:
@@ -96,7 +96,7 @@ class Kernel:
             first = e.b.mul(group, e.i(LANES))
             found: Number = (ir.Constant(VECTOR, None),)
             for parts in range(1, self.parts + 1):
-                ops = Arithmetic(e, parts)
+                ops = SeveralDoubles(e, parts)
                 above = e.order(orders, parts)
                 below = e.order(orders, parts + 1) if parts < self.parts else e.i(0)
                 count = e.b.add(e.b.sub(above, below), e.i(1))
@@ -129,7 +129,7 @@ class Kernel:
         e.b.ret_void()
 
 
-class _Run:
+class _RunWriter:
     """run(data, plane, steps, orders, constants, tolerance, longest, until, times, work).
 
     Takes at most so many steps and returns how many; the first starts at row 0 of the first
@@ -191,7 +191,7 @@ class _Run:
                 following = e.behind(plane, block)
                 for i in range(len(kernel.entries)):
                     e.store(e.load(columns, part * row + i), following, i)
-            ops = Arithmetic(e, MOST_PARTS)
+            ops = SeveralDoubles(e, MOST_PARTS)
             begins = tuple(e.load(time, 1 + part) for part in range(MOST_PARTS))
             length = e.b.fmul(h, self.unit)
             ends = ops.total(begins, ops.widened((length,)))
@@ -244,7 +244,7 @@ class _Run:
     def _sums(self, n: Value, parts: int) -> None:
         """For every lane, the sum of a_j b_(n-j) for j = 1 to n - 1."""
         e, width = self.e, self.kernel.width
-        ops, zero = Arithmetic(e, parts), ir.Constant(VECTOR, None)
+        ops, zero = SeveralDoubles(e, parts), ir.Constant(VECTOR, None)
         for first in range(0, width, LANES * TOGETHER[parts]):
             group = range(first, min(first + LANES * TOGETHER[parts], width), LANES)
             with e.loop(e.i(1), n, [zero] * (parts * len(group))) as (j, sums):
@@ -265,9 +265,9 @@ class _Run:
     def _coefficients(self, parts: int, n: Value, first: bool = False) -> None:
         """Coefficient n of every series, and n + 1 of the entries."""
         e, kernel = self.e, self.kernel
-        ops = Arithmetic(e, parts)
+        ops = SeveralDoubles(e, parts)
         self.ops, self.first = ops, first
-        value: dict[Series, Number] = {}
+        value: dict[Traced, Number] = {}
         for i, entry in enumerate(kernel.entries):
             value[entry] = self._read(self.block, e.index(n, kernel.columns, i))
         for node in kernel.nodes:
@@ -293,7 +293,7 @@ class _Run:
         inverse = ops.quotient(unit, ops.total(order, ops.one))
         for i, rate in enumerate(kernel.rates):
             place = e.index(e.b.add(n, e.i(1)), kernel.columns, i)
-            if isinstance(rate, Series):
+            if isinstance(rate, Traced):
                 self._write(ops.product(value[rate], inverse), self.block, place)
             elif first:
                 self._write(ops.product(unit, self._constant(rate)), self.block, place)
@@ -310,7 +310,7 @@ class _Run:
         parts = [self.e.behind(self.constants, part) for part in range(self.kernel.parts)]
         return self._read(parts, place)
 
-    def _sum(self, node: Series, value: dict[Series, Number]) -> Number:
+    def _sum(self, node: Traced, value: dict[Traced, Number]) -> Number:
         offset, terms = node.args
         found = []
         for factor, series in terms:
@@ -322,7 +322,7 @@ class _Run:
             found.append(self._constant(offset))
         return self.ops.total(*found) if len(found) > 1 else found[0]
 
-    def _product(self, node: Series, value: dict[Series, Number]) -> Number:
+    def _product(self, node: Traced, value: dict[Traced, Number]) -> Number:
         a, b = node.args
         if self.first:
             return self.ops.product(value[a], value[b])
@@ -330,7 +330,7 @@ class _Run:
         ends = (self._read(self.left, lane), value[b]), (value[a], self._read(self.right, lane))
         return self.ops.products(self._read(self.sums, lane), *ends)
 
-    def _quotient(self, node: Series, value: dict[Series, Number]) -> Number:
+    def _quotient(self, node: Traced, value: dict[Traced, Number]) -> Number:
         a, b = node.args
         lane = self.kernel.lane[node]
         if self.first:
@@ -342,7 +342,7 @@ class _Run:
             rest = self.ops.total(value[a], rest)
         return self.ops.product(rest, self._read(self.inverses, lane))
 
-    def _root(self, node: Series, value: dict[Series, Number]) -> Number:
+    def _root(self, node: Traced, value: dict[Traced, Number]) -> Number:
         (a,) = node.args
         lane = self.kernel.lane[node]
         if self.first:

@@ -66,7 +66,7 @@ class System:
         fn: Functions,
         longest: float = math.inf,
         first: float | None = None,
-    ) -> Iterator[Piece]:
+    ) -> Iterator[StepBlock]:
         """Taylor steps from ``start`` at time 0, until they reach ``until`` or are no numbers.
 
         Numbers are those of an mpmath context, ``fn``. No step is longer than ``longest``; the
@@ -82,7 +82,7 @@ class System:
         row = numpy.array([split(x, parts) for x in first_row]).T
         orders = numpy.array(orders_of(tolerance, parts), dtype=numpy.int64)
         work = aligned(kernel.work(order))
-        time, end = (FIRST_UNIT, 0.0, 0.0, 0.0), float(until)
+        time, end = numpy.array([FIRST_UNIT, 0.0, 0.0, 0.0]), float(until)
         longest = min(longest, end)
         while True:
             steps = STEPS if first is None else 1
@@ -97,14 +97,16 @@ class System:
                 tolerance, min(first or longest, longest), end, times.ctypes.data,
                 work.ctypes.data,
             )  # fmt: skip
-            piece = Piece(self, orders, data.reshape(parts, steps + 1, order + 2, -1), times, taken)
+            piece = StepBlock(
+                self, orders, data.reshape(parts, steps + 1, order + 2, -1), times, taken
+            )
             yield piece
             time, row, first = times[taken, :4], piece.end_row, None
             if piece.good < taken or not piece.end_time[0] < end:
                 return
 
 
-class Piece:
+class StepBlock:
     """The series of some steps, one behind the other, each in powers of time over its unit.
 
     ``coefficients`` has the axes (part, step, order, column). ``begins`` are the times of the
@@ -118,7 +120,11 @@ class Piece:
         self.system, self.order = system, int(orders[-1]) - 1
         self._orders, self._data = orders, data
         self.coefficients = data[:, :taken, : self.order + 1]
-        self.units, self.begins, self.lengths = times[:taken].T[0], times[:taken, 1:4], times[:taken, 4]
+        self.units, self.begins, self.lengths = (
+            times[:taken].T[0],
+            times[:taken, 1:4],
+            times[:taken, 4],
+        )
         self.end_time = tuple(times[taken, 1:4].tolist())
         entries = len(system.graph.entries)
         self.end_row = data[:, taken, 0, :entries].copy()
@@ -141,7 +147,7 @@ class Piece:
         return self.rows(steps, taus)
 
     def rows(self, steps: Array, taus: Sequence[Sequence[float]]) -> Array:
-        """All columns in these steps, so many of their units (taus, in parts) behind their beginnings.
+        """All columns in these steps, taus (in parts, of their units) behind their beginnings.
 
         Axes (row, part, column).
         """
