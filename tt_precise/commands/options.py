@@ -13,8 +13,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 PRECISION = click.option(
     "--precision",
-    type=click.Choice(["double", "extended", "quad", "mp"]),
-    help="The arithmetic: 53 bits (the default), 64, 113 or 200.",
+    type=click.Choice(["double", "extended", "double-double", "quad", "triple-double", "mp"]),
+    help="The arithmetic: 53 bits (the default), 64, 104, 113, 155 or 200.",
 )
 
 
