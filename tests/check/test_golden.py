@@ -41,7 +41,10 @@ def test_there_is_golden_data() -> None:
     assert "reference" in store.scenes()
 
 
-@pytest.mark.parametrize("scene", store.scenes())
+OF_EACH_KIND = ("reference", "rolling", "contact-lost", "upright", "beside-the-pole", "track")
+
+
+@pytest.mark.parametrize("scene", OF_EACH_KIND)
 def test_digits_are_those_of_golden_compare(scene: str) -> None:
     golden = pandas.DataFrame(tt.golden.load(scene)).iloc[::20]
     names = [name for name in (*NewtonState._fields, *EulerState._fields) if name in golden]

@@ -23,7 +23,11 @@ def test_events_of_the_first_step_are_found(
     slow_start: Scene, formulation: str, precision: str
 ) -> None:
     events = integrate(
-        slow_start, precision, formulation=formulation, events=("theta_min", "theta_max")
+        slow_start,
+        precision,
+        formulation=formulation,
+        events=("theta_min", "theta_max"),
+        options={"compact_mode": True},  # compiles faster
     ).events
     assert list(events["name"]) == ["theta_min", "theta_max"]
     # by the Euler form, whose first steps are short
