@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pandas
+import pytest
 
 from tt_precise.claims import Judgement, counts
+from tt_precise.claims.committed import committed
+from tt_precise.errors import InputError
 from tt_precise.report.document import Claims, PageTable, Section, Text
 from tt_precise.report.sections import claims, overview, thresholds
 from tt_precise.report.sections.measured import jellett_alone
@@ -36,6 +42,22 @@ def test_all_claims_stand_by_section_of_the_paper(judgements: list[Judgement]) -
     assert section.results["counts"]["refuted"] == 2
     assert len(section.results["claims"]) == 7
     assert section.results["run"] == {"date": "today"}
+
+
+def test_a_verdict_that_is_edited_later_is_noticed(
+    judgements: list[Judgement], tmp_path: Path
+) -> None:
+    results = claims.all_claims(judgements, {"date": "today"}).results
+    file = tmp_path / "results.json"
+    file.write_text(json.dumps({"claims": results}), "utf-8")
+    found = committed(file)
+    assert found is not None
+    assert found.claims["NUM-02"]["verdict"] == "refuted"
+    file.write_text(
+        file.read_text("utf-8").replace('"verdict": "refuted"', '"verdict": "exact"', 1), "utf-8"
+    )
+    with pytest.raises(InputError, match=r"not those that were written.*--again"):
+        committed(file)
 
 
 def test_the_verdict_counts_readings_apart(judgements: list[Judgement]) -> None:

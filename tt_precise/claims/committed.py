@@ -85,7 +85,11 @@ def committed(file: Path | None = None) -> Committed | None:
 
 
 def _taken(content: Mapping[str, Json]) -> Committed:
-    return Committed({one["id"]: one for one in content["claims"]}, content["run"])
+    verdicts = content["claims"]
+    # a report of before this was written down has none
+    if content.get("sha256") not in (None, fingerprint_of(verdicts)):
+        raise ValueError("the verdicts are not those that were written")
+    return Committed({one["id"]: one for one in verdicts}, content["run"])
 
 
 def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> dict[str, Json]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from tt_precise.cache import fingerprint
 from tt_precise.claims import Judgement, Verdict, counts
 from tt_precise.report.document import Claims, Section, Text
 from tt_precise.report.entries import SECTIONS, Entry, entry
@@ -51,6 +52,7 @@ def all_claims(judgements: Sequence[Judgement], run: Mapping[str, Json]) -> Sect
     tally, every = counts(judgements), entries(judgements)
     legend = "; ".join(f"{tally[str(one)]} {one}: {one.meaning}" for one in Verdict)
     proved = sum(one.proved for one in every)
+    plain = [one.as_dict() for one in judgements]
     return Section(
         "claims",
         "All claims",
@@ -62,7 +64,7 @@ def all_claims(judgements: Sequence[Judgement], run: Mapping[str, Json]) -> Sect
                 if (some := [one for one in every if one.section == key])
             ),
         ],
-        {"counts": tally, "claims": [one.as_dict() for one in judgements], "run": run},
+        {"counts": tally, "claims": plain, "sha256": fingerprint(plain), "run": run},
     )
 
 
