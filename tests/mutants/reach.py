@@ -18,6 +18,7 @@ import pytest
 
 STARTS_A_PROCESS = ("subprocess.Popen", "os.posix_spawn", "os.fork", "os.forkpty")
 ANYTHING = "*"  # called by a test that starts processes, which are not looked into
+BESIDE_S = 5.0  # processor time of the tests that do not reach a place themselves
 CALLED = "_called"  # the module that holds what was called
 
 
@@ -122,9 +123,9 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Selected:
-    """Runs, of the files with a test that reaches a place, all tests: those that reach it first.
+    """Runs the tests that reach a place, and then cheap ones of the same files.
 
-    (The others may see a mistake as well, through a fixture or a cache that the first one filled.)
+    (Those may see a mistake as well, through a fixture or a cache that another one filled.)
     """
 
     tests: Sequence[Reached]
@@ -142,24 +143,22 @@ class Selected:
         """Where they stand."""
         return sorted({test.partition("::")[0] for test in self.order()})
 
-    def order(self) -> dict[str, tuple[bool, bool, float, str, float]]:
+    def order(self) -> dict[str, tuple[int, bool, float, str, float]]:
         """Each test's rank: those that reach it, of its own file, of cheap files, cheap ones."""
-        reaching = {test.test for test in self.tests if test.reaches(self.path, self.within)}
+        reaching = [test for test in self.tests if test.reaches(self.path, self.within)]
         cost: dict[str, float] = {}
-        for test in self.tests:
-            if test.test in reaching:
-                cost[test.file] = cost.get(test.file, 0.0) + test.s
+        for test in reaching:
+            cost[test.file] = cost.get(test.file, 0.0) + test.s
+        beside, spent = [], 0.0
+        for test in sorted(self.tests, key=lambda test: test.s):
+            if test.file in cost and test not in reaching and spent + test.s < BESIDE_S:
+                beside.append(test)
+                spent += test.s
         own = f"test_{Path(self.path).name}"
         return {
-            test.test: (
-                test.test not in reaching,
-                Path(test.file).name != own,
-                cost[test.file],
-                test.file,
-                test.s,
-            )
-            for test in self.tests
-            if test.file in cost
+            test.test: (late, Path(test.file).name != own, cost[test.file], test.file, test.s)
+            for late, tests in enumerate((reaching, beside))
+            for test in tests
         }
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:

@@ -116,6 +116,8 @@ def _lent(problem: Problem, bits: int) -> Adaptive:
 def _compile(problem: Problem, bits: int) -> Adaptive:
     import heyoka
 
+    # where nothing can be cached it would say so, once a file
+    heyoka.set_logger_level_critical()
     variables = heyoka.make_vars(*problem.columns)
     variables = [variables] if len(problem.columns) == 1 else list(variables)
     open_ones = [heyoka.par[i] for i in range(len(problem.parameters()))]
