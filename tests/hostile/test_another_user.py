@@ -51,8 +51,13 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture
-def visitor(checkout: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Commands]:
+def visitor(
+    checkout: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Commands]:
     """Whose home and cache are nowhere."""
+    # python -c imports from where it stands
+    place = tmp_path_factory.mktemp("elsewhere")
+    monkeypatch.chdir(place)
     monkeypatch.setenv("HOME", "/proc/nowhere")
     monkeypatch.setenv("PYTHONPATH", str(checkout))
     running = Commands(Path("/proc/nowhere/cache"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import factorial
 
 import numpy
@@ -42,6 +43,31 @@ def test_the_series_of_an_oscillator() -> None:
             x.c[k], derivatives[k % 4] / factorial(k), rtol=0, atol=4 * EPS / factorial(k)
         )
     assert (v.c[0] == numpy.cos(t)).all()
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda x: x * x * x,
+        lambda x: (1 + x) * (x - 3) * (3 - x),
+        lambda x: 2 * x / 3 - x * 5,
+        lambda x: x / (1 + x),
+        lambda x: (2 - x) / (x * x) / x,
+        lambda x: 2 / x - 1 / (x * x),
+        lambda x: (1 + x * x).sqrt() * x,
+        lambda x: 1 / x.sqrt() + -x,
+    ],
+)
+def test_a_series_that_grows_is_the_series_of_what_is_written(
+    function: Callable[[TaylorSeries], TaylorSeries],
+) -> None:
+    """x = x0 + t, y' = f(x): coefficient k of f is k + 1 times coefficient k + 1 of y."""
+    x0 = numpy.array([0.75, 1.0, 2.5])
+    x, y = solution(lambda s: (1.0 + 0.0 * s[0], function(s[0])), [x0, numpy.zeros(3)], 8)
+    assert (x.c[1] == 1).all()
+    expected = function(TaylorSeries(x.c)).c
+    assert abs(expected[3]).min() > 1e-3 or not expected[4:].any()
+    assert y.rate == pytest.approx(expected[:8], rel=1e-13, abs=1e-13)
 
 
 def test_hermites_rule_is_exact_up_to_its_degree_and_not_beyond() -> None:

@@ -13,6 +13,8 @@ in ``equivalent.toml``; 1: not so; 2: the tests fail without any mutant, or some
 from __future__ import annotations
 
 import argparse
+import compileall
+import gc
 import json
 import os
 import random
@@ -41,7 +43,7 @@ SEED, SAMPLE, ENOUGH = 1, 200, 0.92
 LIMIT_S = 60.0
 # imported once, before the processes are forked; the package itself is not
 HEAVY = ("heyoka", "numpy", "pandas", "scipy.integrate", "scipy.optimize", "mpmath", "sympy",
-         "pytest", "matplotlib", "flint")  # fmt: skip
+         "pytest", "matplotlib.figure", "flint", "hypothesis", "rich.progress")  # fmt: skip
 PASSED, FAILED, NOTHING = 0, 1, 5  # pytest's exit statuses
 LEFT_OUT = shutil.ignore_patterns(
     ".git", ".venv", "__pycache__", ".*_cache", "build", "dist", "reports", ".hypothesis"
@@ -70,6 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         checkouts = [Path(place) / str(number) for number in range(given.workers)]
         for checkout in checkouts:
             shutil.copytree(ROOT, checkout, ignore=LEFT_OUT)
+            compileall.compile_dir(checkout, quiet=2)  # the processes do not write bytecode
         known = dict(results(log))
         todo = [
             one for one in sample if one.key not in known or (given.again and not known[one.key])
@@ -90,6 +93,7 @@ def _import_what_is_heavy() -> None:
             __import__(name)
         except ImportError:
             print(f"without {name}")
+    gc.freeze()  # what pytest collects in the end is its own
 
 
 def shared_out(
@@ -228,7 +232,8 @@ def _pytest(
     for stream in (1, 2):
         os.dup2(silence, stream)
     plugin = selected or Recorder()
-    arguments = ["-x", "-q", "-n", "0", "-p", "no:cacheprovider", "-p", "no:randomly", "--tb=no"]
+    arguments = ["-x", "-q", "-n", "0", "-p", "no:cacheprovider", "-p", "no:randomly", "--tb=no",
+                 "--assert=plain"]  # fmt: skip
     try:
         status = int(pytest.main([*arguments, *files], plugins=[plugin]))
     except BaseException:

@@ -105,11 +105,11 @@ def _read(name: str, home: Path) -> Stored:
     return Stored(name, _text(place / SCENE), tables[TRAJECTORY], tables[EVENTS], manifest, home)
 
 
-Stamp = tuple[int, int, int]
+Stamp = tuple[int, int, int, int]
 
 
 def stamp(path: Path) -> Stamp | None:
-    """What changes when a file is written: size, time, number.
+    """What changes when a file is written: size, times, number; the second time nobody can set.
 
     None where there is no file, or one so new that another writing might not change its time.
     """
@@ -119,7 +119,7 @@ def stamp(path: Path) -> Stamp | None:
         return None
     if time.time_ns() - found.st_mtime_ns < SETTLED_NS:
         return None
-    return (found.st_size, found.st_mtime_ns, found.st_ino)
+    return (found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino)
 
 
 @lru_cache(maxsize=128)
