@@ -59,8 +59,8 @@ class Claim:
     control
         Keyword arguments that make the claim false; None for wording that nothing can test.
     slow
-        Whether judging it, and its control after it, takes a second of a core or more; the
-        tests leave such controls to ``make slow``.
+        Whether judging it, and its control after it, takes a second of a core or more where
+        the evidence that others share is there; the tests leave such controls to ``make slow``.
     """
 
     id: str

@@ -15,7 +15,6 @@ from tt_precise.claims.verdicts import Finding, judged, statement
     where="Sec. 2.1, Fig. 3c",
     definition="the smallest of all local minima of g_n, found as events, and of both ends",
     control={"scene": evidence.variant(phi_dot="-1000", until="1")},
-    slow=True,
 )
 def normal_force_stays_positive(scene: evidence.SceneLike = "reference") -> Finding:
     """The normal force of the reference solution is positive all the time."""

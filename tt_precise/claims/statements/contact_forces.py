@@ -62,7 +62,6 @@ def normal_force_about_the_weight(about: str = "", scene: SceneLike = "reference
     definition="part of the time from 0 to 8 s in which each component in the frame (x, y, z) is "
     "negative, zeros between extrema found as events; almost all: 95 %; predominantly: two thirds",
     control={"sign": "positive"},
-    slow=True,
 )
 def torque_is_negative(sign: str = "negative", scene: SceneLike = "reference") -> Finding:
     """The components of the torque are negative almost all the time."""

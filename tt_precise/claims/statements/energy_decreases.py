@@ -16,7 +16,6 @@ from tt_precise.claims.verdicts import Finding, all_of, statement
     definition="the reference solution: the largest of all local maxima of E_dot, found as "
     "events, and E at samples every millisecond",
     control={"quantity": "E_tilde"},
-    slow=True,
 )
 def energy_decreases(quantity: str = "E", scene: evidence.SceneLike = "reference") -> Finding:
     """The total energy decreases monotonically."""

@@ -63,7 +63,6 @@ def parts_of_the_energy(parts: tuple[str, ...] = PARTS, scene: SceneLike = "refe
     definition="between 0 and 8 s; and at every instant, or averaged over each nutation (from one "
     "maximum of theta to the next)",
     control={"name": "E_rot"},
-    slow=True,
 )
 def potential_energy_increases(name: str = "E_pot", scene: SceneLike = "reference") -> Finding:
     """E_pot increases."""
@@ -218,7 +217,6 @@ def vanishing_rate(moment: str = "", scene: SceneLike = "reference") -> Finding:
     "predominantly means two thirds of the climb at least; similar shape: correlation over 0..8 s "
     "above 0.7",
     control={"name": "E_rot_dot"},
-    slow=True,
 )
 def shape_of_the_translational_rate(
     name: str = "E_trans_dot", scene: SceneLike = "reference"

@@ -47,7 +47,6 @@ LABELS = ("TTequ", "ddth", "ddph", "dot_om", "nu_x", "nu_y", "equ_for_g_n")
     quote="theta_ddot=...",
     where="eq (2)",
     control={"printed": THETA[:-1] + "/R)"},
-    slow=True,
 )
 def theta_equation(printed: str = THETA) -> Finding:
     """The equation for theta_ddot."""

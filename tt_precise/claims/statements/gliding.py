@@ -201,7 +201,6 @@ def minima_in_the_climb(
     where=SECTION,
     definition=f"climb: initiation to ending time, definition A; {PERIOD}",
     control={"name": "nu_x"},
-    slow=True,
 )
 def positive_in_the_climb(name: str = "nu_y", scene: SceneLike = "reference") -> Finding:
     """nu_y is positive during the climb."""
@@ -270,7 +269,6 @@ def mean_of_nu_x(name: str = "nu_x", scene: SceneLike = "reference") -> Finding:
     definition="the last event nu_y = nu_x at which nu_y - nu_x falls; least values in each "
     f"nutation after it; {PERIOD}",
     control={"printed": "7.84"},
-    slow=True,
 )
 def crossing_from_above(printed: str = "7.86", scene: SceneLike = "reference") -> Finding:
     """At the end of the climb nu_y crosses nu_x from above, and its minima lie lower then."""

@@ -173,7 +173,6 @@ def modified_energy_is_larger(
     definition="the largest E~ - E, closed in on in the dense output; middle: the middle third of "
     "the climb (definition A); theta about pi/2: within 0.2 rad",
     control={"angle": "1"},
-    slow=True,
 )
 def largest_difference(angle: str = "", scene: SceneLike = "reference") -> Finding:
     """E~ - E is largest in the middle of the inversion, at theta about pi/2."""
@@ -207,7 +206,6 @@ def largest_difference(angle: str = "", scene: SceneLike = "reference") -> Findi
     "y-hat points behind the plane: its sign at every instant, and averaged over each nutation "
     "(from one maximum of theta to the next) and over the climb (definition A)",
     control={"side": -1},
-    slow=True,
 )
 def direction_of_omega_cross_a(side: int = 1, scene: SceneLike = "reference") -> Finding:
     """omega x a points to y-hat, behind the plane of Fig. 1."""
@@ -277,7 +275,6 @@ def trends_in_the_climb(spin: int = -1, scene: SceneLike = "reference") -> Findi
     definition="2|omega x a| - nu_y in the climb (definition A): its sign at every instant, "
     "and averaged over each nutation (from one maximum of theta to the next) and over the climb",
     control={"factor": -2},
-    slow=True,
 )
 def sufficiently_large(factor: int = 2, scene: SceneLike = "reference") -> Finding:
     """2|omega x a| - nu_y stays positive in the climb."""

@@ -32,7 +32,6 @@ TOY = "the toy, whose potential is rational"
     definition=f"{TOY}; lambda/lambda_thres in {', '.join(MULTIPLES)}; delta/lambda in "
     f"{', '.join(DELTAS)}",
     control={"multiples": ("0.2",)},
-    slow=True,
 )
 def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Finding:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
@@ -120,7 +119,6 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     definition="reference solution. T_upp at the most favourable D of each gap; the frozen motion "
     f"has the D and E~ of the solution, every {EVERY} s",
     control={"factor": 0.1},
-    slow=True,
 )
 def bound_on_the_time_between_turns(
     factor: float = 1.0, scene: evidence.SceneLike = "reference"

@@ -38,7 +38,6 @@ UNTIL = "10"  # s; 1 % of the range of phi_dot downwards puts the end off to 9.2
     "omega_3) or of its range in section 2.2; singular behaviour: a reversal in definition A at "
     f"both ends of the climb, with |phi_dot| above {SINGULAR} rad/s within 0.1 s of each",
     control={"share": "1"},
-    slow=True,
 )
 def small_perturbations(share: str = "0.01", scene: SceneLike = "reference") -> Finding:
     """The singular behaviour at both moments survives small changes of the start."""

@@ -155,7 +155,6 @@ def rates_oscillate(scene: evidence.SceneLike = "reference") -> Finding:
     "those that invert. Peak: largest |phi_dot| at turning points of theta within 0.3 s of the "
     "ending time (definition A), against those from the equator to 0.3 s before it",
     control={"around": 0.001},
-    slow=True,
 )
 def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> Finding:
     """phi_dot oscillates with high amplitude at the ending time of every inverting solution."""
