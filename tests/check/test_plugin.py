@@ -49,7 +49,7 @@ def project(pytester: pytest.Pytester) -> pytest.Pytester:
     return pytester
 
 
-@pytest.mark.parametrize("workers", [[], ["-n", "2"]], ids=["alone", "xdist"])
+@pytest.mark.parametrize("workers", [[], ["-n", "1"]], ids=["alone", "xdist"])
 def test_the_fixtures_pass_and_fail(project: pytest.Pytester, workers: list[str]) -> None:
     run = project.runpytest_subprocess if workers else project.runpytest_inprocess
     result = run("-p", "no:cacheprovider", *workers)

@@ -66,7 +66,7 @@ def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
     missing = methods.Method("SciPy DOP853, Python", ("nowhere",), lambda p, s: None, True)  # type: ignore[arg-type, return-value]
     known = methods.methods() | {missing.name: missing}
     monkeypatch.setattr(methods, "methods", lambda: known)
-    at_pole = Trial("heyoka", 0.0, scene="upright", coordinates="euler", until="0.03")
+    at_pole = Trial("heyoka", 0.0, "extended", scene="upright", coordinates="euler", until="0.03")
     trials = (CASES[0], at_pole, CASES[2])
     monkeypatch.setattr(plan, "quick", lambda: iter([Group("small", trials, 1, 0.1)]))
     assert cli.main(["tradeoff", "--quick", "--json"]) == 0
