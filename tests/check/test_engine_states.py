@@ -81,6 +81,27 @@ def test_each_engine_passes_in_its_own_convention_only(
     assert check(path, "--from", other) in (1, 2)
 
 
+@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize(
+    ("written_by", "read_as", "named"),
+    [
+        ("bullet", "drake", "bullet"),
+        ("bullet", "ode", "bullet"),
+        ("drake", "newton", "drake"),
+        ("ode", "rapier", "dart"),
+        ("mujoco", "mujoco:cm", "mujoco"),
+    ],
+)
+def test_the_engine_that_would_have_written_it_is_named(
+    written_by: str, read_as: str, named: str, friction: str, pose: pd.DataFrame, scene: Scene,
+    tmp_path: Path, capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    np.savez(tmp_path / "run.npz", **written(pose, scene, written_by))  # type: ignore[arg-type]
+    words = ("--scene", "reference", "--from", read_as, "--friction", friction)
+    assert main("check", str(tmp_path / "run.npz"), *words) == 2
+    assert f"if it is read with --from {named}; expected SI" in capsys.readouterr().err
+
+
 def test_csv_says_the_same(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> None:
     arrays = written(pose, scene, "mujoco")
     for form in ("{}{}", "{}_{}"):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy
 
 from tt_precise.check.columns import renamed
+from tt_precise.check.readings import Reading
 from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
 
@@ -37,7 +39,12 @@ class Block:
 
 
 class RowSource:
-    """A source of blocks: its column names after renaming, and where it comes from."""
+    """A source of blocks: its column names after renaming, and where it comes from.
+
+    ``otherwise`` has further readings of its first rows, by what each supposes.
+    """
+
+    otherwise: Mapping[str, Reading] = MappingProxyType({})
 
     def __init__(self, where: str, names: Sequence[str], rename: Mapping[str, str]):
         self.where = where

@@ -20,6 +20,11 @@ from tt_precise.scene import Scene
 if TYPE_CHECKING:
     import numpy
 
+    from tt_precise.body import Parameters
+    from tt_precise.check.array_sources import ColumnSource
+    from tt_precise.check.columns import Columns
+    from tt_precise.check.readings import Changed, Reading
+
 CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
 
 
@@ -88,6 +93,38 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
     ):
         table |= dict(zip(names, values.T, strict=True))
     return table
+
+
+def engine_source(path: str, engine: str, scene: Scene, rename: Mapping[str, str]) -> ColumnSource:
+    """An engine's file as a source of rows, which knows how other engines would have written it.
+
+    Raises
+    ------
+    InputError
+        As ``engine_columns``.
+    """
+    from tt_precise.check.array_sources import ColumnSource
+
+    given = engine_columns(path, engine, scene)
+    source = ColumnSource(list(given), lambda name: given[str(name)], rename, path)
+    # whose arrays have other names cannot have written it
+    alike = [name for name in CONVENTIONS if (name == "mujoco") == engine.startswith("mujoco")]
+    marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
+    others = {_convention(name): name for name in reversed((*alike, *marked))}
+    others.pop(_convention(engine), None)
+    source.otherwise = {
+        f"it is read with --from {other}": _first_rows(path, other, scene)
+        for other in reversed(others.values())
+    }
+    return source
+
+
+def _first_rows(path: str, engine: str, scene: Scene) -> Reading:
+    def read(given: Columns, body: Parameters) -> Changed:
+        columns = engine_columns(path, engine, scene)
+        return {name: values[: len(given["t"])] for name, values in columns.items()}
+
+    return read
 
 
 def _convention(engine: str) -> Convention:

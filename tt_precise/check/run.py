@@ -187,7 +187,7 @@ def _setup(table: RowSource, scene: Scene, friction: str) -> CheckSetup:
 
 def _refuse(setup: CheckSetup, first: Samples, block: Block, table: RowSource) -> None:
     try:
-        refuse_other_units(setup, first, block, table.names)
+        refuse_other_units(setup, first, block, table.names, table.otherwise)
     except InputError as error:
         raise InputError(f"{table.where}: {error}") from None
 

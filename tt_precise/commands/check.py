@@ -85,15 +85,10 @@ def command(
         require_format(plot)
     table: object = trajectory
     if engine is not None:
-        from tt_precise.check.array_sources import ColumnSource
-        from tt_precise.check.engine_states import engine_columns
+        from tt_precise.check.engine_states import engine_source
         from tt_precise.scene import load_scene
 
-        given = engine_columns(trajectory, engine, load_scene(scene))
-        # messages name the file, not a table
-        table = ColumnSource(
-            list(given), lambda name: given[str(name)], renaming(columns), trajectory
-        )
+        table = engine_source(trajectory, engine, load_scene(scene), renaming(columns))
     with progress_bar(f"checking {trajectory}") as progress:
         result = conservation(
             table,
