@@ -14,8 +14,8 @@ import pytest
 
 pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
-from tt_precise.certify import checker, prove
-from tt_precise.certify.checker import check
+from tt_precise.certify import checker, checking, prove
+from tt_precise.certify.checking import check
 from tt_precise.certify.pieces import FILE, Accepted, Refused, content_of, packed, unpacked
 from tt_precise.golden import store
 from tt_precise.golden.store import Stored
@@ -36,36 +36,42 @@ def stored() -> Stored:
     """The reference's golden data of the first 0.04 s."""
     whole = store.read("reference")
     return replace(
-        whole, trajectory=shortened(whole.trajectory, 0), events=shortened(whole.events, 1)
+        whole,
+        scene_text=whole.scene_text.replace('until = "8"', f'until = "{UNTIL}"'),
+        trajectory=shortened(whole.trajectory, 0),
+        events=shortened(whole.events, 1),
     )
 
 
 @pytest.fixture(scope="module")
 def content(stored: Stored) -> dict[str, Any]:
-    return content_of(stored, prove(replace(stored.scene, until=UNTIL)))
+    return content_of(stored, prove(stored.scene))
 
 
 def test_what_is_right_is_accepted(stored: Stored, content: dict[str, Any]) -> None:
     found = check(stored, unpacked(packed(content)))
-    assert found == Accepted("reference", len(content["pieces"]), 5 * 14, len(stored.events.rows))
+    events = len(stored.events.rows)
+    assert found == Accepted("reference", len(content["pieces"]), 5 * 14 + events * 15, events)
     assert found.events > 3
 
 
 def test_it_shares_nothing_with_the_prover() -> None:
-    source = Path(checker.__file__).read_text("utf-8")
-    assert len(source.splitlines()) <= MOST_LINES
-    imported = {
-        node.module for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)
-    }
-    own = {name for name in imported if name and name.startswith("tt_precise.certify")}
-    assert own == {"tt_precise.certify.balls", "tt_precise.certify.pieces"}
-    assert "heyoka" not in source
+    shared = {"balls", "pieces", "checker"}
+    for file in (checker.__file__, checking.__file__):
+        source = Path(file).read_text("utf-8")
+        assert len(source.splitlines()) <= MOST_LINES
+        imported = {
+            node.module for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)
+        }
+        own = {name for name in imported if name and name.startswith("tt_precise.certify")}
+        assert own <= {f"tt_precise.certify.{name}" for name in shared}
+        assert "heyoka" not in source
 
 
 @pytest.mark.parametrize(
     ("file", "row", "column"),
     [("trajectory", 3, "kx"), ("trajectory", 4, "phi_dot"), ("trajectory", 2, "nu_y"),
-     ("events", 1, "t")],
+     ("events", 1, "t"), ("events", 3, "Lx")],
 )  # fmt: skip
 def test_a_last_digit_is_noticed(
     stored: Stored, content: dict[str, Any], file: str, row: int, column: str
@@ -78,6 +84,29 @@ def test_a_last_digit_is_noticed(
     changed = Table(table.columns, tuple(map(tuple, cells)))
     with pytest.raises(Refused, match="not proved"):
         check(replace(stored, **{file: changed}), content)  # type: ignore[arg-type]
+
+
+def without(table: Table, row: int) -> Table:
+    return Table(table.columns, (*table.rows[:row], *table.rows[row + 1 :]))
+
+
+def test_what_is_left_out_or_made_up_is_noticed(stored: Stored, content: dict[str, Any]) -> None:
+    rows, events = stored.trajectory, stored.events
+    for row in (0, len(events.rows) - 1):
+        with pytest.raises(Refused, match=r"not printed|not proved"):
+            check(replace(stored, events=without(events, row)), content)
+    with pytest.raises(Refused, match="missing"):
+        check(replace(stored, trajectory=without(rows, 2)), content)
+    with pytest.raises(Refused, match=r"missing|rows are left"):
+        check(replace(stored, trajectory=without(rows, len(rows.rows) - 1)), content)
+    twice = Table(events.columns, (*events.rows, events.rows[-1]))
+    with pytest.raises(Refused, match="not proved to happen"):
+        check(replace(stored, events=twice), content)
+    name, t, direction, *others = events.rows[2]
+    turned = (name, t, str(-int(direction)), *others)
+    changed = Table(events.columns, (*events.rows[:2], turned, *events.rows[3:]))
+    with pytest.raises(Refused, match="not printed"):
+        check(replace(stored, events=changed), content)
 
 
 def another_mantissa(dice: random.Random, text: str) -> str:
@@ -180,5 +209,6 @@ def test_the_committed_certificate_is_small() -> None:
 def test_the_committed_certificate_proves_the_reference() -> None:
     content = unpacked((store.home() / "reference" / FILE).read_bytes())
     found = check(store.read("reference"), content)
-    assert found.numbers == 801 * 14
-    assert found.events == len(store.read("reference").events.rows)
+    events = len(store.read("reference").events.rows)
+    assert found.numbers == 801 * 14 + events * 15
+    assert found.events == events

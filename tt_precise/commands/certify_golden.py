@@ -98,7 +98,7 @@ def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: boo
     from dataclasses import asdict
 
     from tt_precise.certify import pieces, prove
-    from tt_precise.certify.checker import check
+    from tt_precise.certify.checking import check
     from tt_precise.certify.verdict import NotProved
     from tt_precise.golden import store
     from tt_precise.progress import progress_bar
