@@ -16,7 +16,7 @@ from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.invariant import exact_zeros, restored, without
 from tt_precise.certify.problem import Problem
-from tt_precise.certify.step import Crossing, cross
+from tt_precise.certify.step import Crossing, cross, cross_widely
 from tt_precise.certify.verdict import NotProved
 from tt_precise.progress import Progress, silent
 
@@ -120,9 +120,12 @@ def enclose(
     bits: int,
     *,
     ends: Callable[[Stretch], bool] | None = None,
+    starts: ErrorSet | None = None,
     progress: Progress = silent,
 ) -> Enclosure:
     """Enclose the solution from 0 to ``problem.until()``, or through the stretch where it ``ends``.
+
+    With ``starts`` all solutions that begin as far from the problem's start as these say.
 
     Raises
     ------
@@ -132,12 +135,13 @@ def enclose(
     """
     with flint.ctx.workprec(bits + GUARD_BITS):
         require_outward_rounding()
-        zero = exact_zeros(problem)
+        zero = frozenset[int]() if starts else exact_zeros(problem)
         inner = without(problem, zero)
         steps = Steps(inner, bits)
         until, time = problem.until(), arb(0)
         reached = inner.start()
-        errors = ErrorSet.of([arb(0)] * len(reached))
+        errors = starts or ErrorSet.of([arb(0)] * len(reached))
+        across = cross_widely if starts else cross
         stretches: list[Stretch] = []
         longest = (until + 1).upper()
         limit, ceiling, halvings = longest, longest, 0
@@ -146,7 +150,7 @@ def enclose(
             try:
                 piece = steps.step(limit)
                 shift = [x - c for x, c in zip(reached, piece.first, strict=True)]
-                crossing = cross(inner, piece, errors.shifted(shift))
+                crossing = across(inner, piece, errors.shifted(shift))
             except NotProved as why:
                 steps.back()
                 halvings += 1

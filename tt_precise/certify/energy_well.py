@@ -69,31 +69,35 @@ def held(scene: Scene, enclosures: Enclosures, row: int) -> TrappingBlock:
     NotProved
         One of them could not be verified.
     """
-    known = entries(scene, enclosures, row)
-    well = _Well(Reduced(scene, 1 if known["kz"] > 0 else -1), NewtonState(**known))
-    why = NotProved("W2", "nothing was tried")
-    for speed in SPEEDS:
-        try:
-            force, tilt = well.bounds(None if speed is None else arb(speed))
-        except NotProved as error:
-            why = error
-            if error.hypothesis in ("W2", "W5"):
-                continue
-            break
-        limits = well.reduced.limits()
-        since = enclosures.rows.rows[row][0]
-        return TrappingBlock(well.reduced.pole, since, None, force, tilt, arb(1), limits)
-    raise why
+    known = NewtonState(**entries(scene, enclosures, row))
+    reduced = Reduced(scene, 1 if known.kz > 0 else -1)
+    energy = arb(QUANTITIES["E"].evaluate(Motion(reduced.body, known, Balls)))
+    force, tilt = Well(reduced, known, energy.upper()).held()
+    since, limits = enclosures.rows.rows[row][0], reduced.limits()
+    return TrappingBlock(reduced.pole, since, None, force, tilt, arb(1), limits)
 
 
-class _Well:
-    """The states that a motion may still come to, with an energy no higher than it has now."""
+class Well:
+    """The states that a motion may still come to, with an energy no higher than it has now.
 
-    def __init__(self, reduced: Reduced, now: NewtonState):
-        self.reduced, self.now = reduced, now
-        motion = Motion(reduced.body, now, Balls)
-        self.highest = arb(QUANTITIES["E"].evaluate(motion)).upper()
+    ``now`` may be a whole set of states, ``highest`` bounds the energies that they have.
+    """
+
+    def __init__(self, reduced: Reduced, now: NewtonState, highest: arb):
+        self.reduced, self.now, self.highest = reduced, now, highest
         self.step = ((1 - reduced.pole * now.kz) / SLICES).upper().mid()
+
+    def held(self) -> tuple[arb, arb]:
+        """Verify W1 to W5: a bound of the contact force from now on, and one of sin theta."""
+        why = NotProved("W2", "nothing was tried")
+        for speed in SPEEDS:
+            try:
+                return self.bounds(None if speed is None else arb(speed))
+            except NotProved as error:
+                why = error
+                if error.hypothesis not in ("W2", "W5"):
+                    break
+        raise why
 
     def bounds(self, speed: arb | None) -> tuple[arb, arb]:
         """A bound of the contact force in Y, and one of sin theta."""

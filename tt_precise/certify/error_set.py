@@ -9,13 +9,14 @@ well apart, else the orthogonal factor of that, the longest edge first.
 from __future__ import annotations
 
 import numpy
-from flint import arb, arb_mat
+from flint import arb, arb_mat, arb_poly
 
-from tt_precise.certify.balls import largest
+from tt_precise.certify.balls import between, largest
 from tt_precise.certify.verdict import NotProved
 
 # While its edges are this far from dependent, the box is carried along as it is and nothing wraps.
 LARGEST_CONDITION = 30
+PARTS = 8  # of a step, to follow a set through it
 
 
 class ErrorSet:
@@ -37,6 +38,36 @@ class ErrorSet:
     def hull(self) -> list[arb]:
         """A ball for each component."""
         return (self._basis * self._box).entries()
+
+    @classmethod
+    def spanned(cls, edges: arb_mat) -> ErrorSet:
+        """Contains the images of the cube |u_i| <= 1 under matrices of these balls.
+
+        There may be fewer columns than rows; the middles of the columns have to be independent.
+        """
+        size, count = edges.nrows(), edges.ncols()
+        middles = numpy.array([[float(x.mid()) for x in row] for row in edges.tolist()])
+        lengths = numpy.linalg.norm(middles, axis=0)
+        left, _, _ = numpy.linalg.svd(middles / lengths, full_matrices=True)
+        basis = arb_mat(numpy.hstack([middles / lengths, left[:, count:]]).tolist())
+        inverse = basis.inv()
+        box = (inverse * edges) * arb_mat(count, 1, [arb(0, 1)] * count)
+        return cls(basis, inverse, arb_mat(size, 1, box.entries()))
+
+    def along_a_flow(self, flow: list[list[arb_poly]], end: arb) -> list[arb]:
+        """Bounds of the components of P(s) x for every x in this set and 0 <= s <= end."""
+        found = [arb(0)] * len(flow)
+        for i in range(PARTS):
+            s = between(i * end / PARTS, (i + 1) * end / PARTS)
+            image = (arb_mat([[p(s) for p in row] for row in flow]) * self._basis) * self._box
+            found = [
+                largest((x, y.abs_upper())) for x, y in zip(found, image.entries(), strict=True)
+            ]
+        return found
+
+    def along(self, gradient: list[arb]) -> arb:
+        """A ball around gradient.x for every x in this set: narrower than that of its hull."""
+        return (arb_mat(1, len(gradient), gradient) * self._basis * self._box)[0, 0]
 
     def shifted(self, more: list[arb]) -> ErrorSet:
         """Contains x + y for every x in this set and y in the balls ``more``."""

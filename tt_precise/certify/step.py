@@ -27,6 +27,8 @@ FLOW_DEGREE = 10
 LONGEST_FLOW = 72  # terms; strong damping makes them large before they get small
 SMALL_TERM = 1e-10  # of the flow's polynomial, where it ends
 MOST_SPREAD = 1e-6  # of the flow's derivative, relative; wider ones add up over the steps
+MOST_BENT = 2e-3  # of the norm of a set of starts: what the width of the set bends the flow by
+WIDE = arb("1.02").mid()  # of what the linear flow makes of a set: its tube
 MOST_GROWTH = 1e5  # of the norm in one step; five digits of what the step adds
 
 
@@ -48,6 +50,72 @@ class Crossing:
     rates: tuple[Band, ...]
 
 
+@dataclass(frozen=True)
+class _Look:
+    """Hypothesis S2 over one tube: its Jacobian, a norm, and how errors may grow in that norm."""
+
+    problem: Problem
+    piece: Piece
+    tube: tuple[Band, ...]
+    frame: Frame
+    jacobian: list[list[Band]]
+    weights: list[arb]
+    rate: arb
+    growth: arb
+
+    @classmethod
+    def into(
+        cls, problem: Problem, piece: Piece, centre: Sequence[Band], radii: Sequence[arb]
+    ) -> _Look:
+        tube = tuple(b.widened(radius) for b, radius in zip(centre, radii, strict=True))
+        frame = Frame(piece.end, FLOW_DEGREE)
+        jacobian = _jacobian(problem, piece, [Band.cut(b.polynomial, frame) for b in tube])
+        bound = _upper(jacobian)
+        weights = _weights(bound, _sizes(centre))
+        if not all(w.is_finite() and w > 0 for w in weights):
+            raise NotProved("S2", "no positive weights were found for the norm")
+        rate = largest((_norm(bound, weights), arb(0)))
+        growth = (rate * piece.end).exp().upper()
+        if not growth < MOST_GROWTH:
+            raise NotProved("S4", "the step is too long for a useful bound")
+        return cls(problem, piece, tube, frame, jacobian, weights, rate, growth)
+
+    @property
+    def gain(self) -> arb:
+        """G of the theorem."""
+        if not self.rate > 0:
+            return self.piece.end
+        return ((self.growth - 1) / self.rate).upper()
+
+    def flow(self) -> tuple[list[list[arb_poly]], arb]:
+        """S3: P and the bound q G of the norm of Q."""
+        flow, defects = _flow(self.jacobian, self.frame)
+        spread = (_norm(defects, self.weights) * self.gain).upper()
+        if not spread < MOST_SPREAD:
+            raise NotProved("S3", "the step is too long for a polynomial of the flow")
+        return flow, spread
+
+    def crossing(
+        self,
+        errors: ErrorSet,
+        flow: list[list[arb_poly]],
+        bent: list[list[arb]],
+        added: list[arb],
+        radius: list[arb],
+    ) -> Crossing:
+        """What is proved: Q is within ``bent``, x within ``added``, e within ``radius``."""
+        end, places = self.piece.end, range(len(flow))
+        at_end = [[flow[i][j](end) + around(bent[i][j]) for j in places] for i in places]
+        rates = self.problem.tape(self.problem.parameters(), self.tube)
+        moving = tuple(Band.of(rate, self.tube[0].frame) * self.piece.unit for rate in rates)
+        after = errors.moved(arb_mat(at_end), [around(x) for x in added])
+        return Crossing(tuple(radius), after, self.tube, moving)
+
+    def norm(self, x: Sequence[arb]) -> arb:
+        """max |x_i|/w_i."""
+        return largest(abs(one) / w for one, w in zip(x, self.weights, strict=True))
+
+
 def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
     """Verify the hypotheses S1 to S4 of the theorem for one piece.
 
@@ -58,45 +126,64 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
     """
     defects = _defects(problem, piece)
     with flint.ctx.workprec(TUBE_BITS):
-        frame = Frame(piece.end, TUBE_DEGREE)
-        centre = [Band.cut(p, frame) for p in piece.polynomials]
-        sizes = _sizes(centre)
-        tube = [b.widened(TUBE * size) for b, size in zip(centre, sizes, strict=True)]
-        rates = problem.tape(problem.parameters(), tube)
-        frame = Frame(piece.end, FLOW_DEGREE)
-        jacobian = _jacobian(problem, piece, [Band.cut(b.polynomial, frame) for b in tube])
-        bound = _upper(jacobian)
-        weights = _weights(bound, sizes)
-        if not all(w.is_finite() and w > 0 for w in weights):
-            raise NotProved("S2", "no positive weights were found for the norm")
-        rate = largest((_norm(bound, weights), arb(0)))
-        growth = (rate * piece.end).exp().upper()
-        if not growth < MOST_GROWTH:
-            raise NotProved("S4", "the step is too long for a useful bound")
-        defect = largest(d / w for d, w in zip(defects, weights, strict=True))
-        before = largest(abs(x) / w for x, w in zip(errors.hull, weights, strict=True))
-        reached = ((before + defect * piece.end) * growth).upper()
-        room = min((TUBE * s / w).lower() for s, w in zip(sizes, weights, strict=True))
+        centre = [Band.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
+        radii = [TUBE * size for size in _sizes(centre)]
+        look = _Look.into(problem, piece, centre, radii)
+        defect = look.norm(defects)
+        reached = ((look.norm(errors.hull) + defect * piece.end) * look.growth).upper()
+        room = min((r / w).lower() for r, w in zip(radii, look.weights, strict=True))
         if not reached < room:
             raise NotProved(
                 "S4", f"errors up to {float(reached):.2g} may leave the tube of {float(room):.2g}"
             )
-        flow, flow_defect = _flow(jacobian, frame, weights)
-        gain = ((growth - 1) / rate).upper() if rate > 0 else piece.end
-        spread = (flow_defect * gain).upper()
-        if not spread < MOST_SPREAD:
-            raise NotProved("S3", "the step is too long for a polynomial of the flow")
-        at_end = [
-            [flow[i][j](piece.end) + around(spread * wi / wj) for j, wj in enumerate(weights)]
-            for i, wi in enumerate(weights)
+        flow, spread = look.flow()
+        weights = look.weights
+        bent = [[spread * wi / wj for wj in weights] for wi in weights]
+        added = [w * defect * look.gain for w in weights]
+        return look.crossing(errors, flow, bent, added, [(w * reached).upper() for w in weights])
+
+
+def cross_widely(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
+    """The same for errors that are wide, those of a whole set of starts.
+
+    Their tube is as wide as the linear flow P makes them, and a little more, and bounds are taken
+    component by component. With a matrix N of numbers at least as large as M_ii and, i not j,
+    |M_ij| for every M in A(s), |W(S) W(s)^-1| <= exp(N (S - s)) <= R = exp(N' S), where N' has N's
+    entries but no negative ones. So |Q| <= S R q for bounds q_ij of M P - P', and |x| <= S R d. In
+    place of S4, |P(s) e0| + S R (q |e0| + d) is verified to stay within the tube: so far as e is in
+    it this bounds |e| by the second part of the theorem, and e is never at the wall a first time.
+
+    Raises
+    ------
+    NotProved
+        A hypothesis did not verify; that of a shorter step may.
+    """
+    defects = arb_mat(len(problem.columns), 1, _defects(problem, piece))
+    with flint.ctx.workprec(TUBE_BITS):
+        centre = [Band.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
+        thin = [TUBE * size for size in _sizes(centre)]
+        thinly = _Look.into(problem, piece, centre, thin)
+        flow, _ = thinly.flow()
+        moved = errors.along_a_flow(flow, piece.end)
+        room = thinly.norm(moved) * (4 * MOST_BENT)
+        radii = [
+            (r + x * WIDE + w * room).upper()
+            for r, x, w in zip(thin, moved, thinly.weights, strict=True)
         ]
-        added = [around(w * defect * gain) for w in weights]
-        return Crossing(
-            radius=tuple((w * reached).upper() for w in weights),
-            after=errors.moved(arb_mat(at_end), added),
-            tube=tuple(tube),
-            rates=tuple(Band.of(rate, tube[0].frame) * piece.unit for rate in rates),
-        )
+        look = _Look.into(problem, piece, centre, radii)
+        flow, uneven = _flow(look.jacobian, look.frame)
+        bound = [[largest((arb(0), x)) for x in row] for row in _upper(look.jacobian)]
+        response = (arb_mat(bound) * piece.end).exp() * piece.end
+        bent, added = response * arb_mat(uneven), (response * defects).entries()
+        hull = arb_mat(len(added), 1, [x.abs_upper() for x in errors.hull])
+        beyond = [x + y for x, y in zip((bent * hull).entries(), added, strict=True)]
+        moved = errors.along_a_flow(flow, piece.end)
+        radius = [(x + y).upper() for x, y in zip(moved, beyond, strict=True)]
+        if not all(x < r for x, r in zip(radius, radii, strict=True)):
+            raise NotProved("S4", "the set may leave its tube")
+        if not look.norm(beyond) < MOST_BENT * look.norm(moved):
+            raise NotProved("S3", "the step is too long for a polynomial of the flow")
+        return look.crossing(errors, flow, bent.tolist(), added, radius)
 
 
 def _defects(problem: Problem, piece: Piece) -> list[arb]:
@@ -124,11 +211,9 @@ def _jacobian(problem: Problem, piece: Piece, tube: list[Band]) -> list[list[Ban
     return rows
 
 
-def _flow(
-    jacobian: list[list[Band]], frame: Frame, weights: list[arb]
-) -> tuple[list[list[arb_poly]], arb]:
-    """S3: a polynomial matrix P, P(0) = 1, and a bound of ||A P - P'|| for A in the jacobian."""
-    size = len(weights)
+def _flow(jacobian: list[list[Band]], frame: Frame) -> tuple[list[list[arb_poly]], list[list[arb]]]:
+    """S3: a polynomial matrix P, P(0) = 1, and bounds of A P - P' for A in the jacobian."""
+    size = len(jacobian)
     series = numpy.zeros((frame.degree + 1, size, size))
     for i, row in enumerate(jacobian):
         for j, entry in enumerate(row):
@@ -156,7 +241,7 @@ def _flow(
                 total += polynomial * flow[k][j]
             line.append(total(frame.interval).abs_upper())
         defects.append(line)
-    return flow, _norm(defects, weights)
+    return flow, defects
 
 
 def _sizes(bands: Sequence[Band]) -> list[arb]:

@@ -61,12 +61,15 @@ class TrappingBlock:
 
 
 class Reduced:
-    """The motion near a vertical spin, as a function of ``COLUMNS`` for the lambda of a scene."""
+    """The motion near a vertical spin, as a function of ``COLUMNS`` for the lambda of a scene.
 
-    def __init__(self, scene: Scene, pole: int):
+    Or for another ``lambda_``, dimensionless, such as a ball around those of several starts.
+    """
+
+    def __init__(self, scene: Scene, pole: int, lambda_: arb | None = None):
         start = InitialState.of(scene, BALLS)
         self.body, self.units, self.pole = start.body, start.units, pole
-        self.lambda_ = arb(jellett(start.motion(Balls)))
+        self.lambda_ = arb(jellett(start.motion(Balls))) if lambda_ is None else lambda_
 
     def state(self, x: Sequence[Scalar]) -> NewtonState:
         """The whole state that belongs to x."""

@@ -11,6 +11,7 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.commands.certify_golden import command as certify
+from tt_precise.commands.golden_starts import command as starts
 from tt_precise.commands.golden_vectors import command as vectors
 from tt_precise.terminal import say
 from tt_precise.untyped import Json
@@ -174,4 +175,5 @@ def _facts(one: Verification) -> dict[str, Json]:
 
 
 command.add_command(certify)
+command.add_command(starts)
 command.add_command(vectors)

@@ -1,0 +1,143 @@
+"""Whole sets of starts: what is proved of them, and what must not be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+import flint
+
+import tt_precise as tt
+from tt_precise.certify.enclosure import enclose
+from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.problem import problem_of
+from tt_precise.certify.starts import BITS, INVERTS, LOST, UNDECIDED, UPRIGHT, Box, edges, outcome
+from tt_precise.errors import InputError
+from tt_precise.scene import Inclination
+
+NARROW = {"theta": Fraction(1, 10**8), "omega_3": Fraction(1, 10**6), "phi_dot": Fraction(1, 10**6)}
+
+
+def scene(phi_dot: int = 0) -> tt.Scene:
+    whole = tt.load_scene("reference")
+    start = replace(whole.start, phi_dot=Fraction(phi_dot))
+    return replace(whole, start=start, until=Fraction(1, 20))
+
+
+@pytest.fixture(autouse=True)
+def precision() -> Iterator[None]:
+    with flint.ctx.workprec(BITS):
+        yield
+
+
+def corner(box: Box, signs: tuple[int, ...]) -> tt.Scene:
+    """The start in a corner of a box."""
+    start = box.scene.start
+    moved: dict[str, Any] = {}
+    for (name, reach), sign in zip(box.reach.items(), signs, strict=True):
+        if name == "theta":
+            moved[name] = Inclination(start.theta.offset + sign * reach, start.theta.from_pi)
+        else:
+            moved[name] = getattr(start, name) + sign * reach
+    return replace(box.scene, start=replace(start, **moved))
+
+
+def state_of(one: tt.Scene) -> list[flint.arb]:
+    return [flint.arb(x) for x in problem_of(one).start()]
+
+
+def test_the_set_holds_every_corner_from_start_to_end() -> None:
+    box = Box(scene(), NARROW)
+    starts = ErrorSet.spanned(edges(box))
+    enclosure = enclose(problem_of(box.scene), BITS, starts=starts)
+    assert enclosure.failure is None
+    until = problem_of(box.scene).until()
+    end = enclosure.at(until)
+    for signs in ((1, 1, 1), (-1, 1, -1), (1, -1, 1), (-1, -1, -1)):
+        alone = enclose(problem_of(corner(box, signs)), BITS)
+        for whole, one in zip(end, alone.at(until), strict=True):
+            assert whole.contains(one)
+            # and is no wider than a few times what the corners span
+    widths = [float(x.rad()) for x in end]
+    spans = [
+        abs(float((a - b).mid()))
+        for a, b in zip(
+            enclose(problem_of(corner(box, (1, 1, 1))), BITS).at(until),
+            enclose(problem_of(corner(box, (-1, -1, -1))), BITS).at(until),
+            strict=True,
+        )
+    ]
+    assert max(widths) < 3 * max(spans)
+
+
+def test_a_start_outside_is_not_in_the_set() -> None:
+    # the negative control: three half-widths away in omega_3
+    box = Box(scene(), NARROW)
+    until = problem_of(box.scene).until()
+    enclosure = enclose(problem_of(box.scene), BITS, starts=ErrorSet.spanned(edges(box)))
+    outside = enclose(problem_of(corner(Box(box.scene, NARROW), (0, 3, 0))), BITS)
+    pairs = zip(enclosure.at(until), outside.at(until), strict=True)
+    assert not all(whole.contains(one) for whole, one in pairs)
+
+
+def test_edges_are_the_derivatives_of_the_start() -> None:
+    box = Box(scene(), {"theta": Fraction(1, 10**12), "nu_y": Fraction(1, 10**12)})
+    found = edges(box)
+    for column, signs in enumerate(((1, 0), (0, 1))):
+        moved = state_of(corner(box, signs))
+        for row, (a, b) in enumerate(zip(moved, state_of(box.scene), strict=True)):
+            assert abs(a - b - found[row, column]) < 1e-22
+
+
+def test_slow_tops_stay_upright_without_a_step() -> None:
+    whole = tt.load_scene("stays-upright")
+    found = outcome(Box(whole, {"theta": Fraction(1, 100), "omega_3": Fraction(1)}))
+    assert (found.verdict, found.steps, found.since_s) == (UPRIGHT, 0, 0.0)
+
+
+def test_a_kick_loses_contact() -> None:
+    # beyond any threshold: g_n < 0 soon after the start, and at it
+    fast = scene(-1000)
+    found = outcome(Box(fast, {"phi_dot": Fraction(1, 10), "omega_3": Fraction(1, 10)}))
+    assert found.verdict == LOST
+    assert found.since_s < 0.05
+    run = tt.integrate(fast)
+    assert run.status == "contact_lost"
+
+
+def test_a_box_with_both_outcomes_is_not_proved() -> None:
+    # from a start that keeps contact to one that has none
+    both = scene(-500)
+    one = outcome(Box(both, {"phi_dot": Fraction(500)}))
+    assert one.verdict == UNDECIDED
+    assert one.reason
+    # from one that stays upright to one that inverts
+    slow = replace(tt.load_scene("stays-upright"), until=Fraction(1, 20))
+    assert outcome(Box(slow, {"omega_3": Fraction(120)})).verdict == UNDECIDED
+
+
+@pytest.mark.parametrize("reach", [{}, {"psi": Fraction(1)}, {"theta": Fraction(0)}])
+def test_a_box_that_is_none(reach: dict[str, Fraction]) -> None:
+    with pytest.raises(InputError, match="box: got"):
+        Box(scene(), reach)
+
+
+def test_a_rolling_top_has_no_box() -> None:
+    with pytest.raises(InputError, match="gliding"):
+        Box(tt.load_scene("rolling"), NARROW)
+
+
+def test_a_set_beside_the_inverted_spin_is_held() -> None:
+    # a start near the inverted spin: held by its energy at once
+    near = tt.load_scene("reference")
+    start = replace(near.start, theta=Inclination.parse("3.1"), omega_3=Fraction(-90))
+    found = outcome(Box(replace(near, start=start), NARROW))
+    assert found.verdict == INVERTS
+    assert "inverts, without losing contact" in found.summary
+    assert found.as_dict()["within"]["omega_3"] == "0.000001"

@@ -1,0 +1,268 @@
+"""Whole sets of starts: what becomes of every top in a box, proved at once.
+
+Real tops are not known to 34 digits. A box of starts is carried along as one set of errors around
+the solution from its middle (the theorem of ``tt_precise.certify`` holds for any such set; the tube
+of a step has to hold it). Of all solutions from the box one of these is proved:
+
+- they invert: contact is kept until, at some time, ``energy_well`` holds every state of the set,
+  with the energy and lambda that each may have, at the inverted spin, for ever;
+- they go upright: the same at the upright spin;
+- they lose contact: at some time g_n < 0 for all of them, had contact been kept until then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import flint
+from flint import arb, arb_mat
+
+from tt_precise.arithmetic import Arithmetic, Scalar
+from tt_precise.certify.balls import Balls, around, ball, between
+from tt_precise.certify.enclosure import Stretch, enclose
+from tt_precise.certify.energy_well import Well
+from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.interval_newton import lower_bound
+from tt_precise.certify.observed import Observer
+from tt_precise.certify.problem import BALLS, form_of, problem_of, units_of
+from tt_precise.certify.slopes import Slope
+from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.vertical_spin import Reduced
+from tt_precise.errors import InputError
+from tt_precise.golden.consensus import exact_decimal
+from tt_precise.golden.manifest import scene_sha256
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.events import event_named
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.scene import Scene
+from tt_precise.untyped import Json
+
+BITS = 90
+INVERTS, UPRIGHT, LOST, UNDECIDED = "inverts", "goes upright", "loses contact", "undecided"
+OFTEN = 5  # steps between two looks whether the set is held
+NEAR = 0.5  # kz beyond which it may be
+
+
+@dataclass(frozen=True)
+class Box:
+    """Every start whose Euler entries differ from the scene's by at most these numbers, in SI."""
+
+    scene: Scene
+    reach: Mapping[str, Fraction]
+
+    def __post_init__(self) -> None:
+        wrong = sorted(set(self.reach) - set(EulerState._fields))
+        if wrong or not self.reach or any(not w > 0 for w in self.reach.values()):
+            raise InputError(
+                f"box: got {dict(self.reach)}, expected positive half-widths of some of "
+                f"{', '.join(EulerState._fields)}"
+            )
+        if self.scene.model != "gliding" or self.scene.record:
+            raise InputError(f"box: got {self.scene.name}, expected a gliding top, no quadratures")
+
+
+@dataclass(frozen=True)
+class Fate:
+    """What is proved of every start in a box.
+
+    ``since_s`` is when the energy holds them all, or when they all have lost contact; ``least_g_n``
+    a bound of the contact force until then, in units of m g
+    (None if contact is lost); ``crossings`` for events that happen
+    exactly once before that, the interval of times in s in which they do so, start by start.
+    """
+
+    box: Box
+    verdict: str
+    reason: str
+    since_s: float
+    least_g_n: float | None
+    crossings: dict[str, tuple[float, float]]
+    bits: int
+    steps: int
+
+    @property
+    def summary(self) -> str:
+        """One line for people."""
+        if self.verdict == UNDECIDED:
+            return f"{self.box.scene.name}: undecided: {self.reason}"
+        every = f"{self.box.scene.name}: every start in the box"
+        if self.verdict == LOST:
+            return f"{every} has lost contact by {self.since_s:.6g} s"
+        parts = [
+            f"{every} {self.verdict}, without losing contact",
+            f"held by its energy from {self.since_s:.6g} s on",
+            f"g_n > {self.least_g_n:.4g} m g until then",
+        ]
+        parts += [
+            f"{name} between {a:.9g} and {b:.9g} s" for name, (a, b) in self.crossings.items()
+        ]
+        return ", ".join(parts)
+
+    def as_dict(self) -> dict[str, Json]:
+        """For JSON."""
+        facts = ("verdict", "reason", "since_s", "least_g_n", "crossings", "bits", "steps")
+        return {
+            "scene": self.box.scene.name,
+            "scene_sha256": scene_sha256(self.box.scene.text),
+            "within": {name: exact_decimal(w) for name, w in self.box.reach.items()},
+            **{name: getattr(self, name) for name in facts},
+        }
+
+
+class _Slopes(Balls):
+    """Sine and cosine of a ball with derivatives, for the start."""
+
+    @staticmethod
+    def sin(x: Scalar) -> Scalar:
+        if not isinstance(x, Slope):
+            return Balls.sin(x)
+        y = x.value
+        return Slope(y.sin(), {i: one * y.cos() for i, one in x.partials.items()})
+
+    @staticmethod
+    def cos(x: Scalar) -> Scalar:
+        if not isinstance(x, Slope):
+            return Balls.cos(x)
+        y = x.value
+        return Slope(y.cos(), {i: one * -y.sin() for i, one in x.partials.items()})
+
+
+def edges(box: Box) -> arb_mat:
+    """How the state moves, at most, for each entry of the box: by the mean value theorem."""
+    form, names = form_of(box.scene), list(box.reach)
+    start = InitialState.of(box.scene, BALLS)
+    middle = box.scene.start
+    given = {}
+    for i, name in enumerate(names):
+        exact = (
+            middle.theta.radians(Balls, ball) if name == "theta" else ball(getattr(middle, name))
+        )
+        reach = ball(box.reach[name])
+        given[name] = Slope(exact + around(reach.upper()), {i: reach})
+    moved = start.from_another(middle, Arithmetic(_Slopes, ball), given).state(form)
+    partials = [getattr(x, "partials", {}) for x in moved]
+    return arb_mat([[arb(one.get(i, 0)) for i in range(len(names))] for one in partials])
+
+
+def outcome(box: Box, events: Sequence[str] = (), bits: int = BITS) -> Fate:
+    """What becomes of all starts in a box, until the scene's horizon."""
+    with flint.ctx.workprec(bits):
+        return _Watch(box, events).outcome(bits)
+
+
+class _Watch:
+    """Follows a set, and ends when its outcome is proved."""
+
+    def __init__(self, box: Box, events: Sequence[str]):
+        self.box, self.scene, self.steps = box, box.scene, 0
+        self.observer = Observer(box.scene)
+        self.force = self.observer.of(QUANTITIES["g_n"].evaluate)
+        self.starts = ErrorSet.spanned(edges(box))
+        self.problem = problem_of(box.scene)
+        middle = [x + y for x, y in zip(self.problem.start(), self.starts.hull, strict=True)]
+        self.lambda_ = self._value(jellett, middle, self.starts)
+        self.highest = self._value(QUANTITIES["E"].evaluate, middle, self.starts).upper()
+        self.least, self.events = arb("inf"), {name: _Crossing(self, name) for name in events}
+        self.verdict, self.reason, self.since = UNDECIDED, "", arb(0)
+
+    def _value(
+        self, function: Callable[[Motion], Scalar], hull: Sequence[arb], errors: ErrorSet
+    ) -> arb:
+        """A ball around a function on the set: from its middle, and its slope on the hull."""
+        evaluate = self.observer.of(function)
+        at_middle = arb(evaluate([x.mid() for x in self.problem.start()]))
+        slopes = evaluate([Slope(x, {i: arb(1)}) for i, x in enumerate(hull)])
+        gradient = [arb(slopes.partials.get(i, 0)) for i in range(len(hull))]
+        start = list(self.problem.start())
+        rounding = [x - x.mid() for x in start]
+        return at_middle + errors.shifted(rounding).along(gradient)
+
+    def outcome(self, bits: int) -> Fate:
+        hull = [x + y for x, y in zip(self.problem.start(), self.starts.hull, strict=True)]
+        if not self._decided(hull, arb(0)):
+            enclosure = enclose(self.problem, bits, ends=self._ends, starts=self.starts)
+            if self.verdict == UNDECIDED:
+                self.reason = str(enclosure.failure or "the horizon comes first")
+        seconds = units_of(self.scene).time
+        crossings = {name: one.interval() for name, one in self.events.items()}
+        return Fate(
+            self.box,
+            self.verdict,
+            self.reason,
+            float((self.since * seconds).upper()),
+            float(self.least.lower()) if self.verdict in (INVERTS, UPRIGHT) else None,
+            {name: one for name, one in crossings.items() if one},
+            bits,
+            self.steps,
+        )
+
+    def _decided(self, hull: Sequence[arb], time: arb) -> bool:
+        """Whether the outcome of all states in ``hull`` is settled at a time."""
+        motion = self.observer.motion(hull)
+        force = arb(QUANTITIES["g_n"].evaluate(motion))
+        if force < 0:
+            self.verdict, self.reason, self.since = LOST, "", time
+            return True
+        if force > 0 and self.least > 0 and abs(motion.state.kz) > NEAR:
+            pole = 1 if motion.state.kz > 0 else -1
+            reduced = Reduced(self.scene, pole, self.lambda_)
+            energy = arb(QUANTITIES["E"].evaluate(motion)).upper()
+            try:
+                Well(reduced, motion.state, min(energy, self.highest)).held()
+            except NotProved as why:
+                self.reason = str(why)
+                return False
+            self.least = min(self.least, force.lower())
+            self.verdict, self.reason = UPRIGHT if pole > 0 else INVERTS, ""
+            self.since = time
+            return True
+        return False
+
+    def _ends(self, stretch: Stretch) -> bool:
+        self.steps += 1
+        for one in self.events.values():
+            one.through(stretch)
+        end = stretch.state(stretch.piece.end)
+        if not self.least > 0:
+            # contact may have been lost already: all that can be proved is that it was
+            return bool(arb(self.force(end)) < 0) and self._decided(end, stretch.finish)
+        self.least = min(self.least, lower_bound(stretch, self.force))
+        return (self.steps % OFTEN == 0 or not self.least > 0) and self._decided(
+            end, stretch.finish
+        )
+
+
+class _Crossing:
+    """Where a function changes sign, once, for every start: the times at which it may do so."""
+
+    def __init__(self, watch: _Watch, name: str):
+        self.function = watch.observer.of(event_named(name, watch.scene.model).function)
+        self.seconds = units_of(watch.scene).time
+        self.signs: list[int] = []
+        self.open: list[arb] = []
+        self.certain = True
+
+    def through(self, stretch: Stretch, parts: int = 32) -> None:
+        """Signs in a stretch, and whether the slope has one where they are open."""
+        moving = [Slope(y, {0: rate}) for y, rate in zip(stretch.tube, stretch.rates, strict=True)]
+        along = self.function(moving)
+        value, slope = along.value.polynomial, along.partials[0].polynomial
+        step = stretch.piece.end / parts
+        for i in range(parts):
+            where = between(i * step, (i + 1) * step)
+            found = value(where)
+            if found.contains(0):
+                self.certain = self.certain and not slope(where).contains(0)
+                time = stretch.begin + where * stretch.piece.unit
+                self.open.append(time * self.seconds)
+            elif not self.signs or self.signs[-1] != (1 if found > 0 else -1):
+                self.signs.append(1 if found > 0 else -1)
+
+    def interval(self) -> tuple[float, float] | None:
+        """From when to when; None unless it happens exactly once."""
+        if not self.certain or len(self.signs) != 2 or not self.open:
+            return None
+        return float(self.open[0].lower()), float(self.open[-1].upper())
