@@ -22,10 +22,10 @@ CONVENTIONS = (
     "Angular velocity (wx, wy, wz) is in the inertial frame. An engine that writes it in the "
     "body's frame (MuJoCo does) has to be turned by the quaternion first.",
     "Engines: `check --from mujoco` reads qpos and qvel as MuJoCo writes them, from .npz (arrays "
-    "t, qpos, qvel) or .csv (t, qpos0 ... qpos6, qvel0 ... qvel5). --from drake, ode, bullet, "
-    "rapier, jolt, cannon-es and newton read t, quaternion, velocity and angular_velocity in their "
-    "own order and frame (quaternion0 ... in .csv). :cm or :centre behind the name says whether "
-    "the body's origin is the centre of mass or the centre of the sphere.",
+    "t, qpos, qvel) or .csv (t, qpos0 ... qpos6, qvel0 ... qvel5). With dart, drake, exudyn, ode "
+    "(scalar first), bullet, cannon-es, jolt, newton or rapier (scalar last) it reads t, "
+    "quaternion, velocity and angular_velocity (quaternion0 ... in .csv). :cm or :centre behind "
+    "the name says whether the body's origin is the centre of mass or the centre of the sphere.",
     "Euler angles: orientation is Rz(phi) Ry(theta) Rz(psi), omega_3 = psi_dot + phi_dot cos "
     "theta; nu_x is the contact velocity towards the tilt of the axis, nu_y across it "
     "(z x tilt). Undefined where the axis is vertical.",
