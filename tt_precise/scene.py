@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -207,8 +207,7 @@ def load_scene(scene: str | Path | Scene) -> Scene:
         return scene
     if isinstance(scene, str) and re.fullmatch(r"[A-Za-z0-9_-]+", scene):
         if scene in shipped():
-            text = (_folder() / f"{scene}.toml").read_text("utf-8")
-            return parse_scene(text, scene, f"{scene}.toml")
+            return _shipped(scene)
         raise InputError(
             f"scene: got {scene[:60]!r}, expected a path to a .toml file or one of: "
             + ", ".join(shipped())
@@ -216,6 +215,12 @@ def load_scene(scene: str | Path | Scene) -> Scene:
     path = Path(scene)
     text = read_text(path, "a scene file or a shipped name")
     return parse_scene(text, path.stem, shown(path))
+
+
+@cache
+def _shipped(name: str) -> Scene:
+    text = (_folder() / f"{name}.toml").read_text("utf-8")
+    return parse_scene(text, name, f"{name}.toml")
 
 
 def parse_scene(text: str, name: str, where: str) -> Scene:

@@ -79,10 +79,12 @@ def test_the_estimate_follows_a_coarser_tolerance(
 def test_a_coarse_run_is_compared_in_its_own_arithmetic(short: Scene) -> None:
     options = {"compact_mode": True}
     coarse = integrate(short, tolerance=1e-8, options=options)
-    finest, twin = coarse.reference_runs
-    assert finest.precision == twin.precision == coarse.precision
-    assert finest.tolerance < 1e-16 < twin.tolerance == coarse.tolerance
-    for one in (finest, twin):
+    (finer,) = coarse.reference_runs
+    euler = integrate(short, tolerance=1e-8, formulation="euler", options=options)
+    finest, twin = euler.reference_runs
+    assert finer.precision == finest.precision == twin.precision == coarse.precision
+    assert finest.tolerance < 1e-16 < finer.tolerance < twin.tolerance == coarse.tolerance
+    for one in (finer, finest, twin):
         # k and L are exact in no double, so that the reference run starts on the other side of each
         assert one.start.body.alpha != coarse.start.body.alpha
         assert one.start.vectors.ky == coarse.start.vectors.ky == 0

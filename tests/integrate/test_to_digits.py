@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate.cost_table import Setting
-from tt_precise.integrate.to_digits import SPARE, WIDENINGS, integrate_to_digits
+from tt_precise.integrate.cost_table import Setting, cost_with_estimate
+from tt_precise.integrate.to_digits import HOPE, SPARE, WIDENINGS, WORTH_A_TRY, integrate_to_digits
 
 
 class Runs:
@@ -46,8 +46,20 @@ def test_the_first_setting_has_the_spare_digits_by_the_table() -> None:
     for wanted in range(1, 40):
         runs = Runs()
         integrate_to_digits(wanted, None, runs)
-        assert runs.settings[0].digits >= wanted + SPARE
-        assert len(runs.settings) == 1
+        *tried, last = runs.settings
+        assert last.digits >= wanted + SPARE
+        assert len(tried) <= 1
+        for one in tried:
+            assert wanted + SPARE - HOPE <= one.digits < wanted + SPARE
+            assert WORTH_A_TRY * cost_with_estimate(one) <= cost_with_estimate(last)
+
+
+def test_a_much_cheaper_setting_is_tried_where_it_may_suffice() -> None:
+    runs = Runs(change=1.0)
+    integrate_to_digits(12, None, runs)
+    (only,) = runs.settings
+    assert only.precision == "double"
+    assert only.digits < 12
 
 
 def test_what_a_scene_loses_is_added_to_the_next_setting() -> None:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 TOLERANCES = {
     # half decades: digits that are asked for are met by the first that suffices
-    "double": (*(float(f"{m}e-{n}") for n in range(3, 14) for m in (1, 0.3)), 0.0),
+    "double": (*(float(f"{m}e-{n}") for n in range(3, 14) for m in (1, 0.3)), 1e-14, 0.0),
     "extended": (1e-15, 1e-16, 1e-17, 0.0),
     "quad": (1e-18, 1e-24, 1e-30, 0.0),
 }
@@ -157,16 +157,17 @@ def _float(value: Scalar) -> float:
 
 def _costs(found: dict[MeasuredSetting, Trajectory]) -> dict[MeasuredSetting, float]:
     """Processor time of the propagation alone, beside ``BASE``; best of rounds taken in turn."""
-    from tt_precise.integrate.paired import can_be_paired, propagate_pair
+    from tt_precise.integrate.paired import Beginning, can_be_paired, propagate_pair
     from tt_precise.integrate.propagate import propagate
 
     best = dict.fromkeys(found, math.inf)
+    starts = {one: Beginning(run.start, run.precision) for one, run in found.items()}
     for number in range(max(ROUNDS.values())):
         for setting, trajectory in found.items():
             if number < ROUNDS[setting.precision]:
                 begin = time.process_time()
                 setup, start = trajectory.setup, trajectory.start
-                pair = can_be_paired(setup) and propagate_pair(setup, start, TIMED_EVERY)
+                pair = can_be_paired(setup) and propagate_pair(setup, starts[setting], TIMED_EVERY)
                 if not pair:
                     propagate(setup, start)
                 best[setting] = min(best[setting], time.process_time() - begin)

@@ -49,7 +49,8 @@ def measured() -> tuple[Setting, ...]:
     return tuple(sorted(rows, key=lambda row: row.cost))
 
 
-def settings(formulation: str | None, available: frozenset[str]) -> list[Setting]:
+@cache
+def settings(formulation: str | None, available: frozenset[str]) -> tuple[Setting, ...]:
     """The settings worth using, cheapest first: each has more digits than all before it.
 
     Only of one formulation if it is given, and of the ``available`` precisions. What its reference
@@ -60,7 +61,7 @@ def settings(formulation: str | None, available: frozenset[str]) -> list[Setting
         wanted = setting.precision in available and formulation in (None, setting.formulation)
         if wanted and (not worth or setting.digits > worth[-1].digits):
             worth.append(setting)
-    return worth
+    return tuple(worth)
 
 
 def cost_with_estimate(setting: Setting) -> float:
@@ -69,8 +70,9 @@ def cost_with_estimate(setting: Setting) -> float:
     A coarse run of the Newton form in double has its reference in the same batch: its ``cost`` is
     that of both.
     """
-    if setting.tolerance and (setting.formulation, setting.precision) == ("newton", "double"):
-        return setting.cost
+    newton = setting.formulation == "newton"
+    if setting.tolerance and newton:
+        return setting.cost if setting.precision == "double" else 2 * setting.cost
     reference = setting.precision if setting.tolerance else FINER.get(setting.precision)
     full = [
         row.cost

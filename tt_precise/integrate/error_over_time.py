@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -29,23 +29,25 @@ def error_columns(
     end_errors: Mapping[str, Scalar] | None,
 ) -> dict[str, Array]:
     """``errors_over_time`` of ``names``, with t, and "digits": those of the state's worst entry."""
+    import numpy
+
     state, precision = tables.of.names, tables.of.precision
     every = tuple(dict.fromkeys([*state, *names]))
-    errors = errors_over_time(tables, every, times, references, end_errors)
-    values = tables.columns(state, times, "float")
+    values, errors = _values_and_errors(tables, every, times, references, end_errors)
     own = {name: errors[name] for name in state}
     digits = digits_over_rows(values, own, tables.of.start.units, precision.bits)
-    return {"t": values["t"], **{name: errors[name] for name in names}, "digits": digits}
+    seconds = numpy.array([float(t) for t in times])
+    return {"t": seconds, **{name: errors[name] for name in names}, "digits": digits}
 
 
-def errors_over_time(
+def _values_and_errors(
     tables: Tables,
     names: Sequence[str],
     times: Sequence[Fraction],
-    references: Iterable[Reference],
+    references: Sequence[Reference],
     end_errors: Mapping[str, Scalar] | None = None,
-) -> dict[str, Array]:
-    """Largest absolute distance (SI) of each column from those of ``references`` at ``times``.
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Float64 columns at ``times``, and how far each is at most from those of ``references`` (SI).
 
     NaN where a value is undefined; infinite where a reference has ended in another way.
     ``end_errors`` are given where the model ends before its horizon, at the last of the times:
@@ -53,7 +55,6 @@ def errors_over_time(
     """
     import numpy
 
-    references = list(references)
     names_of_all = {one.of.precision.name for one in (tables, *(r.tables for r in references))}
     fast = names_of_all <= {"double", "extended"} and has_long_double()
     read = _in_long_double if fast else _native
@@ -74,7 +75,15 @@ def errors_over_time(
                 rest = math.nan if end_errors is None else end_errors.get(name, math.nan)
                 apart[len(inner) :] = float(rest)
             found[name] = numpy.fmax(found[name], apart)
-    return found
+    return {name: _floats(own[name]) for name in names}, found
+
+
+def _floats(values: Sequence[Scalar]) -> Array:
+    import numpy
+
+    if isinstance(values, numpy.ndarray) and values.dtype != object:
+        return values.astype(float)
+    return numpy.array([math.nan if _missing(v) else float(v) for v in values])
 
 
 def _native(tables: Tables, names: Sequence[str], times: Sequence[Fraction]) -> dict[str, Array]:

@@ -6,7 +6,8 @@ entry of the start. There the steps are as long as at a tolerance ``RATIO`` time
 lane is the run, and the finer one its reference, with body and start rounded the other way.
 
 Both integrate the equations in a frame that turns (``mechanics.turning``), and are read as the
-states of the centre of mass that single runs have.
+states of the centre of mass that single runs have. Events would cost as much as the equations; so
+contact is watched from rows that lie close enough, and by events only where it comes near its end.
 """
 
 from __future__ import annotations
@@ -16,17 +17,18 @@ import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Array
+from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.initial_state import InitialState
-from tt_precise.integrate.accuracy import digits_over_rows
-from tt_precise.integrate.columns import Columns
+from tt_precise.integrate.accuracy import RATIO
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.idle import Idle
+from tt_precise.integrate.pair_reading import PairReading, read_pair
+from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import Pieces, Propagation
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
@@ -43,34 +45,93 @@ from tt_precise.mechanics.turning import (
 from tt_precise.progress import Progress
 from tt_precise.untyped import Adaptive, ContinuousOutput
 
-RATIO = 30
 MOST_ROWS, MOST_STEPS = 100_000, 200_000
+ROWS_APART = 2.0  # over |l|, the rate of nutation: mostly less than three of the shortest steps
 STATE = slice(0, 8)
 
 
-class Pair(NamedTuple):
-    """A run and its reference run: dense outputs, and rows at ``times`` (dimensionless).
+@dataclass(frozen=True)
+class Beginning:
+    """The start of a scene in double, and of its reference run; what follows is computed once."""
 
-    ``start`` is that of the reference run. Rows are arrays over the times, one an entry.
-    """
-
-    run: DenseOutput
-    reference: DenseOutput
     start: InitialState
-    times: Array
-    rows: tuple[Array, ...]
-    reference_rows: tuple[Array, ...]
+    precision: Precision
 
-    def digits(self, columns: Columns) -> Array:
-        """Significant digits of the worst entry at each of the times."""
+    @cached_property
+    def reference(self) -> InitialState:
+        """The start with every number on the other side of the exact one."""
+        return self.start.map(self.precision.other_side)
+
+    @cached_property
+    def lanes(self) -> tuple[Lane, Lane]:
+        """The run and its reference run."""
+        return Lane.of(self.start), Lane.of(self.reference)
+
+    @cached_property
+    def horizon(self) -> float:
+        """Where both end, in units of time."""
+        return float(self.start.until)
+
+    @cached_property
+    def steps_are_free(self) -> bool:
+        """Whether no tilt beside a pole bounds the steps."""
+        start = self.start
+        return longest_step(start.body, start.vectors, 1, self.precision) is None
+
+    @cached_property
+    def parameters(self) -> Array:
+        """Of both lanes, as ``read_pair`` takes them: a column."""
         import numpy
 
-        values, others = (
-            columns.of_arrays(columns.names, rows, float)
-            for rows in (self.rows, self.reference_rows)
+        return numpy.array([value for lane in self.lanes for value in lane.parameters])[:, None]
+
+    def rows(self, every: Fraction) -> tuple[int, int, float]:
+        """Rows before the end, rows to each sample of ``every`` so many s, and their distance."""
+        step, until = float(every) / float(self.start.units.time), self.horizon
+        fastest = math.hypot(*self.lanes[0].state[3:6])
+        between = max(1, math.ceil(min(step, until) * fastest / ROWS_APART - 1e-9))
+        return math.ceil(until / step - 1e-9) * between, between, step / between
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A run and its reference run, all the way to the horizon.
+
+    ``digits`` are the significant ones of the worst entry of the run, at its samples.
+    """
+
+    setup: Setup
+    beginning: Beginning
+    march: _March
+    digits: Array
+
+    @cached_property
+    def run(self) -> DenseOutput:
+        """The coarser of the two."""
+        return self._output(0, self.beginning.start)
+
+    @cached_property
+    def reference(self) -> DenseOutput:
+        """The finer one."""
+        return self._output(1, self.beginning.reference)
+
+    @cached_property
+    def _made(self) -> _Again:
+        return _Again(self.setup.tolerance, self.beginning, self.march.watched)
+
+    def _output(self, number: int, start: InitialState) -> DenseOutput:
+        lane, until = self.beginning.lanes[number], self.beginning.horizon
+        propagation = Propagation(
+            status="complete",
+            time=until,
+            time_low=0.0,
+            state=lane.inertial(until, self.march.rows[-1, :, number].tolist()[STATE], math),
+            steps=self.march.steps[number],
+            order=self.march.order,
+            hits=(),
         )
-        errors = {name: numpy.abs(values[name] - others[name]) for name in columns.names}
-        return digits_over_rows(values, errors, columns.start.units, columns.precision.bits)
+        again = partial(self._made, number, propagation)
+        return DenseOutput(self.setup, start, propagation, again=again)
 
 
 def can_be_paired(setup: Setup) -> bool:
@@ -78,7 +139,7 @@ def can_be_paired(setup: Setup) -> bool:
     form = setup.formulation
     return (
         setup.precision.name == "double"
-        and setup.tolerance >= RATIO * float(full_tolerance(setup.precision))
+        and setup.tolerance >= RATIO * full_tolerance(setup.precision)
         and form.State is CentreState
         and form.law == "viscous"
         and setup.contact == "unilateral"
@@ -86,92 +147,109 @@ def can_be_paired(setup: Setup) -> bool:
     )
 
 
-def propagate_pair(setup: Setup, start: InitialState, every: Fraction) -> Pair | None:
-    """Both runs to the horizon, with rows ``every`` so many s and there.
+def propagate_pair(setup: Setup, beginning: Beginning, every: Fraction) -> Pair | None:
+    """Both runs to the horizon, with samples ``every`` so many s and there.
 
     None where a run ends before it, starts close to a pole, or is very long: there a run and its
     reference are made one after the other.
     """
     import numpy
 
-    until, step = float(start.until), float(every) / float(start.units.time)
-    if not until or until / step > MOST_ROWS:
+    if not beginning.horizon or not beginning.steps_are_free:
         return None
-    if longest_step(start.body, start.vectors, 1, setup.precision) is not None:
+    count, between, apart = beginning.rows(every)
+    if count > MOST_ROWS:
         return None
-    times = numpy.append(numpy.arange(math.ceil(until / step - 1e-9)) * step, until)
-    starts = start, start.map(setup.precision.other_side)
-    lanes = [_Lane.of(one) for one in starts]
-    done = _propagate(setup.tolerance, lanes, until, times)
-    if done is None:
+    times = numpy.append(numpy.arange(count) * apart, beginning.horizon)
+    march = _march(setup.tolerance, beginning, times, watched=False)
+    if march is None:
         return None
-    rows, steps, order = done
-    made = _Again(setup.tolerance, lanes, until)
-    outputs, found = [], []
-    for number, (begun, lane) in enumerate(zip(starts, lanes, strict=True)):
-        found.append(lane.rows(times, rows[:, :, number]))
-        propagation = Propagation(
-            status="complete",
-            time=until,
-            time_low=0.0,
-            state=tuple(float(entry[-1]) for entry in found[-1]),
-            steps=steps[number],
-            order=order,
-            hits=(),
-        )
-        output = DenseOutput(setup, begun, propagation, again=partial(made, number, propagation))
-        outputs.append(output)
-    return Pair(outputs[0], outputs[1], starts[1], times, found[0], found[1])
+    reading = _read(beginning, times, march)
+    if not reading.in_contact(times, march.shortest):
+        march = _march(setup.tolerance, beginning, times, watched=True)
+        if march is None:
+            return None
+        reading = _read(beginning, times, march)
+    digits = reading.digits(setup.precision.bits)
+    return Pair(setup, beginning, march, numpy.append(digits[:-1:between], digits[-1]))
 
 
-def _propagate(
-    tolerance: float, lanes: Sequence[_Lane], until: float, times: Array | None
-) -> tuple[ContinuousOutput | Array, list[int], int] | None:
-    """Rows at ``times``, or without them the dense output; with steps and order."""
+class _March(NamedTuple):
+    """What heyoka made of two lanes: rows (times, entries, lanes) or a dense output, their steps.
+
+    ``shortest`` is the shortest step of the coarser lane.
+    """
+
+    rows: Array | ContinuousOutput
+    steps: tuple[int, ...]
+    shortest: float
+    order: int
+    watched: bool
+
+
+def _march(
+    tolerance: float, beginning: Beginning, times: Array | None, watched: bool
+) -> _March | None:
+    """Rows at ``times``, or without them the dense output; None where a run ends before.
+
+    ``watched`` by events of heyoka, a loss of contact ends a run.
+    """
     import heyoka
     import numpy
 
-    with _batches.lent(tolerance / RATIO) as batch:
+    lanes, until = beginning.lanes, beginning.horizon
+    with _batches.lent((tolerance / RATIO, watched)) as batch:
         batch.set_time(0.0)
-        batch.pars[:] = numpy.array([lane.parameters for lane in lanes]).T
+        batch.pars[:] = beginning.parameters.reshape(2, -1).T
         batch.state[STATE] = numpy.array([lane.state for lane in lanes]).T
         batch.state[8] = RATIO * max(map(abs, lanes[0].state)), 0.0
-        batch.reset_cooldowns()
+        if watched:
+            batch.reset_cooldowns()
         if times is None:
-            found, _ = batch.propagate_until([until, until], c_output=True, max_steps=MOST_STEPS)
+            rows, _ = batch.propagate_until([until, until], c_output=True, max_steps=MOST_STEPS)
         else:
             grid = numpy.stack([times, times], axis=1)
-            _, found = batch.propagate_grid(grid, max_steps=MOST_STEPS)
+            _, rows = batch.propagate_grid(grid, max_steps=MOST_STEPS)
         results = batch.propagate_res
         if any(result[0] != heyoka.taylor_outcome.time_limit for result in results):
             return None
-        return found, [int(result[3]) for result in results], int(batch.order)
+        steps = tuple(int(result[3]) for result in results)
+        return _March(rows, steps, results[0][1], int(batch.order), watched)
+
+
+def _read(beginning: Beginning, times: Array, march: _March) -> PairReading:
+    import numpy
+
+    states = march.rows[:, STATE].transpose(2, 1, 0).reshape(16, -1)
+    parameters = numpy.repeat(beginning.parameters, len(times), axis=1)
+    return read_pair(states, parameters, times)
 
 
 class _Again:
     """Makes the dense outputs of both lanes, when a state in between is first asked for."""
 
-    def __init__(self, tolerance: float, lanes: Sequence[_Lane], until: float):
-        self._given = tolerance, lanes, until
+    def __init__(self, tolerance: float, beginning: Beginning, watched: bool):
+        self._given = tolerance, beginning, None, watched
         self._lock = threading.Lock()
         self._output: ContinuousOutput = None
 
     def __call__(
         self, number: int, first: Propagation, pieces: Pieces, progress: Progress | None
     ) -> Propagation:
-        _, lanes, until = self._given
+        beginning = self._given[1]
         with self._lock:
             if self._output is None:
-                done = _propagate(*self._given, None)
-                if done is None or done[1][number] != first.steps:
+                done = _march(*self._given)
+                if done is None or done.steps[number] != first.steps:
                     raise RuntimeError("the same integration gave another result when repeated")
-                self._output = done[0]
-        pieces.append(_Piece(self._output, number, lanes[number], until, self._lock, first.steps))
+                self._output = done.rows
+        lane, until = beginning.lanes[number], beginning.horizon
+        pieces.append(_Piece(self._output, number, lane, until, self._lock, first.steps))
         return first
 
 
 @dataclass(frozen=True)
-class _Lane:
+class Lane:
     """The start of one lane in double, and the frame it turns with."""
 
     body: Parameters
@@ -179,19 +257,18 @@ class _Lane:
     parameters: tuple[float, ...]
 
     @classmethod
-    def of(cls, start: InitialState) -> _Lane:
+    def of(cls, start: InitialState) -> Lane:
+        """The lane that begins with ``start``."""
         begun = start.map(float)
         state = tuple(map(float, begun.state(TURNING)))
         top = top_of(begun.body, TurningState(*state), SHARE * state[5])
         return cls(begun.body, state, tuple(float(getattr(top, n)) for n in TURNING.parameters))
 
-    def rows(self, times: Array, states: Array) -> tuple[Array, ...]:
-        """Arrays over ``times`` of what a single run integrates; ``states`` has a row a time."""
-        import numpy
-
+    def inertial(self, times: Scalar, entries: Sequence[Scalar], fn: Functions) -> CentreState:
+        """What a single run integrates, at ``times``, of the entries of this lane there."""
         angle = self.parameters[-1] * times
-        there = to_centre(self.body, TurningState(*states.T[STATE]))
-        return turned_back(there, numpy.cos(angle), numpy.sin(angle))
+        there = to_centre(self.body, TurningState(*entries))
+        return turned_back(there, fn.cos(angle), fn.sin(angle))
 
 
 class _Piece:
@@ -201,7 +278,7 @@ class _Piece:
         self,
         output: ContinuousOutput,
         number: int,
-        lane: _Lane,
+        lane: Lane,
         until: float,
         lock: threading.Lock,
         steps: int,
@@ -215,28 +292,30 @@ class _Piece:
         times = numpy.atleast_1d(numpy.asarray(time, dtype=float))
         with self._lock:  # both lanes are read through one buffer
             states = self._output(numpy.stack([times, times], axis=1))[:, :, self._number].copy()
-        rows = numpy.array(self._lane.rows(times, states)).T
+        rows = numpy.array(self._lane.inertial(times, states.T[STATE], numpy)).T
         return rows if numpy.ndim(time) else rows[0]
 
 
-def _build(tolerance: float) -> Adaptive:
-    """A compiled batch of two lanes with this tolerance."""
+def _build(which: tuple[float, bool]) -> Adaptive:
+    """A compiled batch of two lanes with a tolerance, watched by events or not."""
     import heyoka
     import numpy
 
+    tolerance, watched = which
     heyoka.set_logger_level_critical()
     equations = Equations.of(TURNING)
     terminal = terminal_functions(TURNING, equations.motion, equations.variables[0])
+    events = [
+        heyoka.t_event_batch(function, direction=heyoka_direction(-1))
+        for function in terminal.values()
+    ]
     scale = heyoka.make_vars("scale")
     return heyoka.taylor_adaptive_batch(
         [*equations.system, (scale, heyoka.expression(0.0))],
         numpy.zeros((9, 2)),
         pars=numpy.ones((len(TURNING.parameters), 2)),
-        t_events=[
-            heyoka.t_event_batch(function, direction=heyoka_direction(-1))
-            for function in terminal.values()
-        ],
         tol=tolerance,
+        **({"t_events": events} if watched else {}),
     )
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
+import threading
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
 from tt_precise.integrate.in_doubles import propagate_in_doubles
-from tt_precise.integrate.paired import Pair, can_be_paired, propagate_pair
+from tt_precise.integrate.paired import Beginning, Pair, can_be_paired, propagate_pair
+from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import Pieces, Propagation, propagate
 from tt_precise.integrate.setup import Setup
 from tt_precise.progress import Progress
@@ -39,16 +41,14 @@ def solve(
         The top is not on the table at t = 0, or more events happened than are taken.
     """
     precision = setup.precision
-    start = InitialState.of(scene, precision.arithmetic)
-    require_contact(scene.name, start, precision.context, setup.contact)
-    if rounded_otherwise:
-        start = start.map(precision.other_side)
+    begun = beginning(scene, precision, setup.contact, threading.get_ident())
+    start = begun.reference if rounded_otherwise else begun.start
     if setup.paired and can_be_paired(setup):
-        pair = propagate_pair(setup, start, scene.sample_every)
+        pair = propagate_pair(setup, begun, scene.sample_every)
         if pair:
             return Solution(start, pair.run, pair)
-    # wide arithmetics take seconds, so there the dense output is stored at once, not made again
-    stored = StoredPieces(setup) if precision.name in ("quad", "mp") or precision.doubles else None
+    # wider arithmetics take longer, so there the dense output is stored at once, not made again
+    stored = None if precision.name == "double" else StoredPieces(setup)
     own = bool(precision.doubles)
     run = partial(propagate_in_doubles if own else propagate, setup, start)
     propagation = run(dense=stored, progress=progress)
@@ -60,3 +60,11 @@ def solve(
         setup, start, propagation, stored.pieces if stored else None, again if own else None
     )
     return Solution(start, output)
+
+
+@lru_cache(maxsize=64)
+def beginning(scene: Scene, precision: Precision, contact: str, thread: int) -> Beginning:
+    """The start of a scene, once for each thread: each has its own context of mpmath."""
+    start = InitialState.of(scene, precision.arithmetic)
+    require_contact(scene.name, start, precision.context, contact)
+    return Beginning(start, precision)

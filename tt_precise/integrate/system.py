@@ -149,15 +149,19 @@ def full_tolerance(precision: Precision) -> Scalar:
     return precision.eps / 16 if precision.name == "double" or precision.doubles else precision.eps
 
 
-def event_expression(event: Event, equations: Equations) -> Scalar:
-    """The heyoka expression whose zeros are the event."""
+def along(expression: Scalar, equations: Equations) -> Scalar:
+    """The rate of an expression along the motion."""
     import heyoka
 
-    expression = event.function(equations.motion)
-    if not event.name.startswith(EXTREMUM) or event.slope:
-        return expression
     slopes = (heyoka.diff(expression, v) * rate for v, rate in equations.system)
     return sum(slopes, start=heyoka.expression(0.0))
+
+
+def event_expression(event: Event, equations: Equations) -> Scalar:
+    """The heyoka expression whose zeros are the event."""
+    expression = event.function(equations.motion)
+    extremum = event.name.startswith(EXTREMUM) and not event.slope
+    return along(expression, equations) if extremum else expression
 
 
 def heyoka_direction(direction: int) -> Any:

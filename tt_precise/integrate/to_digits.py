@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from tt_precise.errors import InputError
-from tt_precise.integrate.cost_table import Setting, settings, wide
+from tt_precise.integrate.cost_table import Setting, cost_with_estimate, settings, wide
 from tt_precise.integrate.precision import NAMES, is_available
 from tt_precise.integrate.trajectory import Trajectory
 
 MOST_DIGITS = 3_000
 SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this
-# What nearly all scenes lose at most beyond the median one, and what is uncertain of a scene's own
-# loss once a run has shown it. A decade of tolerance costs 5 %, a second run costs a whole one.
-SPREAD, KNOWN_SPREAD = 1.5, 0.3
+# What most scenes lose at most beyond the median one, and what is uncertain of a scene's own loss
+# once a run has shown it. A decade of tolerance costs 5 %, a second run costs a whole one.
+SPREAD, KNOWN_SPREAD = 1.4, 0.3
+# What many scenes have beyond the median one: a setting that lacks no more by the table is tried
+# where it costs this much less than the first that suffices there.
+HOPE, WORTH_A_TRY = 1.5, 6.0
 WIDENINGS = 4  # times that the bits of mp are raised, each time by what the last estimate missed
 
 
@@ -34,22 +37,30 @@ def integrate_to_digits(
     whole = isinstance(wanted, int) and not isinstance(wanted, bool)
     if not whole or not 1 <= wanted <= MOST_DIGITS:
         raise InputError(f"digits: got {wanted}, expected a whole number from 1 to {MOST_DIGITS}")
-    loss, widened, spread = 0.0, 0, SPREAD
-    rest = settings(formulation, frozenset(filter(is_available, NAMES)))
+    every = settings(formulation, frozenset(filter(is_available, NAMES)))
+    rest = [one for one in every if one.digits >= wanted + SPARE]
+    tries = _hopeful(every, rest[0], wanted) if rest else []
+    loss: float | None = None
+    widened, spread = 0, SPREAD
     while widened < WIDENINGS:
-        needed = wanted + SPARE + loss
+        needed = wanted + SPARE + (loss or 0.0)
         # what a scene loses to truncation says nothing of what it loses to rounding
         rest = [one for one in rest if one.digits >= (needed if one.tolerance else wanted + SPARE)]
-        widened += not rest
-        setting = _first(rest, needed + spread) if rest else wide(needed + widened - 1, formulation)
-        rest = rest[rest.index(setting) + 1 :] if rest else rest
-        spread = KNOWN_SPREAD
-        trajectory = run(setting)
+        if tries:
+            setting = tries.pop()
+        else:
+            widened += not rest
+            setting = (
+                _first(rest, needed + spread) if rest else wide(needed + widened - 1, formulation)
+            )
+            rest = rest[rest.index(setting) + 1 :] if rest else rest
+        trajectory, spread = run(setting), KNOWN_SPREAD
         if trajectory.status == "failed":
             continue
         if trajectory.digits_throughout >= wanted + SPARE:
             return trajectory
-        loss = max(loss, setting.digits - trajectory.digits_throughout)
+        lost = setting.digits - trajectory.digits_throughout
+        loss = lost if loss is None else max(loss, lost)
     if trajectory.status == "failed":
         raise InputError(
             f"digits: got {wanted}, but the integration of {trajectory.scene.name} fails after "
@@ -60,6 +71,16 @@ def integrate_to_digits(
         f"{trajectory.precision.bits} bits reaches {trajectory.digits_throughout:.1f}; "
         "expected fewer digits, or give precision mp and bits"
     )
+
+
+def _hopeful(every: Sequence[Setting], enough: Setting, wanted: int) -> list[Setting]:
+    """The finest of the much cheaper settings, if it nearly suffices by the table."""
+    cheap = [
+        one
+        for one in every
+        if one.tolerance and WORTH_A_TRY * cost_with_estimate(one) <= cost_with_estimate(enough)
+    ]
+    return [one for one in cheap[-1:] if wanted + SPARE - HOPE <= one.digits]
 
 
 def _first(rest: Sequence[Setting], digits: float) -> Setting:

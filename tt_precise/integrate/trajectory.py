@@ -13,6 +13,7 @@ from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Dimension
 from tt_precise.errors import InputError
 from tt_precise.integrate.accuracy import (
+    RATIO,
     End,
     error_estimate,
     reference_runs,
@@ -22,7 +23,6 @@ from tt_precise.integrate.columns import Columns, State
 from tt_precise.integrate.error_over_time import Reference, error_columns
 from tt_precise.integrate.events import not_alternating
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
-from tt_precise.integrate.paired import RATIO
 from tt_precise.integrate.pose import POSE, POSE_NAMES, expanded
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import ARRIVED, Status
@@ -348,7 +348,7 @@ class Trajectory:
         """
         if self._pair:
             setup = self.setup.but(tolerance=self.setup.tolerance / RATIO, paired=False)
-            solution = Solution(self._pair.start, self._pair.reference)
+            solution = Solution(self._pair.beginning.reference, self._pair.reference)
             return (Trajectory(self.scene, setup, rounded_otherwise=True, solution=solution),)
         alone = self.setup.but(paired=False)
         return tuple(self.again(paired=False, **changes) for changes in reference_runs(alone))
@@ -368,7 +368,7 @@ class Trajectory:
     def digits_throughout(self) -> float:
         """The least of the digits of ``error_over_time``: what holds at every sample."""
         if self._pair:
-            return float(self._pair.digits(self._columns).min())
+            return float(self._pair.digits.min())
         return float(min(self._errors(())["digits"]))
 
     def _errors(self, names: Sequence[str]) -> dict[str, Array]:
