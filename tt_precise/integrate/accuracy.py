@@ -14,8 +14,10 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.formulations import KINDS, STATE_DIMENSIONS
 
 # A reference run in the same arithmetic has the same rounding errors, so the run must be coarser by
-# this many eps: then its truncation outweighs them. ``bench.estimates`` holds it against the truth.
-COARSE = 64
+# this many eps, that its truncation outweighs them. Double has a finer arithmetic for ten times its
+# price; extended has none below 150 times. ``bench.estimates`` holds both against the truth.
+COARSE = {"double": 1000}
+COARSE_WIDE = 64
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 
 
@@ -54,7 +56,8 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
     coarse run: its reference is no better, and may happen to come out close to it. So there a
     second one repeats the run itself, rounded the other way.
     """
-    if setup.tolerance >= COARSE * setup.precision.eps:
+    coarse = COARSE.get(setup.precision.name, COARSE_WIDE)
+    if setup.tolerance >= coarse * setup.precision.eps:
         again = {"events": (), "rounded_otherwise": True}
         if setup.formulation.coordinates == "newton":
             return [again | {"tolerance": setup.tolerance / RATIO}]

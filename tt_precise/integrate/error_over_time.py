@@ -78,7 +78,7 @@ def _values_and_errors(
     return {name: _floats(own[name]) for name in names}, found
 
 
-def _floats(values: Sequence[Scalar]) -> Array:
+def _floats(values: Array | Sequence[Scalar]) -> Array:
     import numpy
 
     if isinstance(values, numpy.ndarray) and values.dtype != object:
