@@ -11,7 +11,7 @@ import pytest
 from tt_precise.bench import bars, calls, random_scenes
 from tt_precise.bench.bare_loop import bare_loop
 from tt_precise.bench.bars import Bar
-from tt_precise.bench.estimates import right_digits
+from tt_precise.bench.estimates import right_throughout
 from tt_precise.bench.findings import met
 from tt_precise.bench.timing import Turn
 from tt_precise.integrate import integrate
@@ -67,7 +67,7 @@ def test_the_tolerance_needed_is_the_coarsest_that_has_the_digits() -> None:
     assert needed > 0
     for tolerance, enough in ((needed, True), (needed * 10, False)):
         run = integrate(scene, "double", tolerance=tolerance, events=(), record=())
-        assert (right_digits(run) >= 6) == enough
+        assert (right_throughout(run) >= 6) == enough
 
 
 def test_random_scenes_are_the_same_every_time() -> None:

@@ -122,7 +122,7 @@ def test_entries_that_vanish_altogether_are_compared_with_their_unit(reference: 
 
 @pytest.mark.parametrize(
     ("wanted", "expected"),
-    [(3, "double"), (11, "double"), (14, "extended"), (28, "quad"), (40, "mp")],
+    [(3, "double"), (11, "double"), (15, "extended"), (28, "quad"), (40, "mp")],
 )
 def test_wanted_digits_are_delivered_by_the_cheapest_arithmetic(
     short: Scene, truth: Trajectory, wanted: int, expected: str

@@ -55,7 +55,7 @@ def test_the_first_setting_has_the_spare_digits_by_the_table() -> None:
 
 
 def test_a_much_cheaper_setting_is_tried_where_it_may_suffice() -> None:
-    runs = Runs(change=1.0)
+    runs = Runs(change=1.4)
     integrate_to_digits(12, None, runs)
     (only,) = runs.settings
     assert only.precision == "double"

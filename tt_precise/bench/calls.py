@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 
 from tt_precise.bench.bare_loop import bare_loop
-from tt_precise.bench.estimates import right_digits
+from tt_precise.bench.estimates import right_throughout, truth_of
 from tt_precise.bench.random_scenes import gliding_scenes
 from tt_precise.bench.timing import Action, Turn, processor_time
 from tt_precise.integrate import Trajectory, catalogue, integrate
@@ -113,9 +113,11 @@ def tolerances() -> Iterator[float]:
 
 
 def tolerance_needed(scene: Scene, digits: int) -> float:
-    """The coarsest tolerance at which double has the digits at the end; 0 where none has."""
+    """The coarsest tolerance at which double has the digits at every sample; 0 where none has."""
+    truth = None
     for tolerance in tolerances():
         trajectory = integrate(scene, "double", tolerance=tolerance, events=(), record=())
-        if right_digits(trajectory, "extended") >= digits:
+        truth = truth or truth_of(trajectory)
+        if right_throughout(trajectory, truth) >= digits:
             return tolerance
     return 0.0

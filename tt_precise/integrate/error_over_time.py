@@ -68,17 +68,18 @@ def _values_and_errors(
         for name in names:
             apart = numpy.full(len(times), math.inf)
             own_values = own[name][: len(inner)]
-            apart[: len(inner)] = _distance(
+            apart[: len(inner)] = distance(
                 own_values, others[name], reference.tables.of.precision.context
             )
             if reference.ends_alike:
                 rest = math.nan if end_errors is None else end_errors.get(name, math.nan)
                 apart[len(inner) :] = float(rest)
             found[name] = numpy.fmax(found[name], apart)
-    return {name: _floats(own[name]) for name in names}, found
+    return {name: floats(own[name]) for name in names}, found
 
 
-def _floats(values: Array | Sequence[Scalar]) -> Array:
+def floats(values: Array | Sequence[Scalar]) -> Array:
+    """Numbers of any kind as a float64 array, with NaN where one is undefined."""
     import numpy
 
     if isinstance(values, numpy.ndarray) and values.dtype != object:
@@ -102,7 +103,8 @@ def _same(time: Fraction, end: Fraction) -> bool:
     return abs(time - end) <= end / 10**15
 
 
-def _distance(values: Array, others: Array, fn: Functions) -> Array:
+def distance(values: Array, others: Array, fn: Functions) -> Array:
+    """Absolute distances of two columns, as a float64 array with NaN where one is undefined."""
     import numpy
 
     if all(getattr(one, "dtype", None) in (float, numpy.longdouble) for one in (values, others)):

@@ -8,7 +8,7 @@ from typing import Any
 from tt_precise.errors import InputError
 from tt_precise.integrate.cost_table import Setting
 from tt_precise.integrate.once import integrate_once
-from tt_precise.integrate.to_digits import integrate_to_digits
+from tt_precise.integrate.to_digits import expected_gain, integrate_to_digits
 from tt_precise.integrate.trajectory import Trajectory
 from tt_precise.progress import Progress
 from tt_precise.scene import Scene, load_scene
@@ -101,4 +101,4 @@ def integrate(
             **asked,
         )
 
-    return integrate_to_digits(digits, formulation, run)
+    return integrate_to_digits(digits, formulation, run, expected_gain(loaded))

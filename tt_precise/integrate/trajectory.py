@@ -12,15 +12,9 @@ from typing import TYPE_CHECKING, Any, get_args
 from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Dimension
 from tt_precise.errors import InputError
-from tt_precise.integrate.accuracy import (
-    RATIO,
-    End,
-    error_estimate,
-    reference_runs,
-    worst_digits,
-)
+from tt_precise.integrate.accuracy import End
 from tt_precise.integrate.columns import Columns, State
-from tt_precise.integrate.error_over_time import Reference, error_columns
+from tt_precise.integrate.estimated import Estimated
 from tt_precise.integrate.events import not_alternating
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.integrate.pose import POSE, POSE_NAMES, expanded
@@ -43,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Trajectory:
+class Trajectory(Estimated):
     """A solution of a scene, from t = 0 to ``t_end``; made by integrating as ``setup`` says.
 
     Look at ``status`` before anything else: only "complete" reached the scene's horizon as a
@@ -329,60 +323,6 @@ class Trajectory:
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses names that ``frame`` does not know."""
         return self._columns.dimension(name)
-
-    @cached_property
-    def error_estimate(self) -> dict[str, Scalar]:
-        """Estimated absolute error of each entry of ``state`` (SI) and of ``t_end`` (s).
-
-        The largest distance from ``reference_runs``.
-        """
-        return error_estimate(
-            self.end, (run.end for run in self.reference_runs), self.precision.context
-        )
-
-    @cached_property
-    def reference_runs(self) -> tuple[Trajectory, ...]:
-        """The runs that errors are estimated from, made when they are first asked for.
-
-        See ``accuracy.reference_runs``; a paired run has the one that was made with it.
-        """
-        if self._pair:
-            setup = self.setup.but(tolerance=self.setup.tolerance / RATIO, paired=False)
-            solution = Solution(self._pair.beginning.reference, self._pair.reference)
-            return (Trajectory(self.scene, setup, rounded_otherwise=True, solution=solution),)
-        alone = self.setup.but(paired=False)
-        return tuple(self.again(paired=False, **changes) for changes in reference_runs(alone))
-
-    def error_over_time(self, *names: str) -> pandas.DataFrame:
-        """Estimated absolute errors (SI) at ``sample_times``: columns t, names, and "digits".
-
-        ``names`` are columns of ``frame``, by default all entries of the state. "digits" are the
-        significant ones of the worst entry of the state, each beside the largest of its kind.
-        The largest distances from ``reference_runs``, infinite where one of these has ended.
-        """
-        import pandas
-
-        return pandas.DataFrame(self._errors(names or self._columns.names))
-
-    @cached_property
-    def digits_throughout(self) -> float:
-        """The least of the digits of ``error_over_time``: what holds at every sample."""
-        if self._pair:
-            return float(self._pair.digits.min())
-        return float(min(self._errors(())["digits"]))
-
-    def _errors(self, names: Sequence[str]) -> dict[str, Array]:
-        references = [
-            Reference(run._tables, as_fraction(run._dense_output.end), run.status == self.status)
-            for run in self.reference_runs
-        ]
-        end_errors = None if self.status in ARRIVED else self.error_estimate
-        return error_columns(self._tables, names, self.sample_times, references, end_errors)
-
-    @cached_property
-    def digits(self) -> float:
-        """Significant digits that ``error_estimate`` leaves to the worst entry of ``state``."""
-        return worst_digits(self.state, self.error_estimate, self.start.units)
 
     @cached_property
     def inversion(self) -> InversionTimes:

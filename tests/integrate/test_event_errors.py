@@ -1,0 +1,89 @@
+"""Errors of events: what a reference run without events says, against one that looks for them."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy
+import pytest
+
+from tt_precise.integrate import Trajectory, integrate
+from tt_precise.scene import Scene
+
+EVENTS = ("theta_min", "phi_dot_zero", "extremum:g_n")
+QUICK = {"compact_mode": True}
+
+
+@pytest.fixture(scope="module")
+def short(reference: Scene) -> Scene:
+    return replace(reference, until=Fraction(1, 10))
+
+
+@pytest.fixture(scope="module")
+def truth(short: Scene) -> Trajectory:
+    return integrate(short, "extended", events=EVENTS)
+
+
+@pytest.fixture(scope="module")
+def coarse(short: Scene) -> Trajectory:
+    return integrate(short, events=EVENTS, tolerance=1e-7, options=QUICK)
+
+
+def sorted_times(run: Trajectory, name: str) -> list[float]:
+    events = run.events
+    return [float(t) for t in events["t"][events["name"] == name]]
+
+
+@pytest.mark.parametrize("name", EVENTS)
+def test_the_estimate_is_the_error(coarse: Trajectory, truth: Trajectory, name: str) -> None:
+    found = coarse.event_errors()
+    stated = found["error"][found["name"] == name].to_numpy()
+    error = numpy.abs(numpy.subtract(sorted_times(coarse, name), sorted_times(truth, name)))
+    assert len(error) > 2
+    assert error.max() > 1e-13
+    # the reference errs about thirty times less
+    assert (numpy.abs(stated - error) < 0.1 * error.max()).all()
+
+
+@pytest.mark.parametrize("name", EVENTS)
+def test_another_top_has_its_events_later(truth: Trajectory, short: Scene, name: str) -> None:
+    """Against heyoka's own events of a top whose friction is different in the ninth digit."""
+    mu = short.body.mu * (1 + Fraction(1, 10**7))
+    other = integrate(replace(short, body=replace(short.body, mu=mu)), "extended", events=EVENTS)
+    found = truth.event_errors(beside=[other])
+    apart = numpy.subtract(sorted_times(other, name), sorted_times(truth, name))
+    stated = found["error"][found["name"] == name].to_numpy()
+    assert stated.max() > 1e-12
+    assert stated == pytest.approx(numpy.abs(apart), rel=1e-3, abs=1e-15)
+
+
+def test_digits_throughout_hold_in_the_events_too(
+    coarse: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    events = coarse.event_errors()
+    assert 3 < coarse.digits_throughout <= events["digits"].min()
+    assert coarse.digits_throughout <= coarse.error_over_time()["digits"].min()
+    spoiled = coarse.again(options=())
+    monkeypatch.setattr(
+        "tt_precise.integrate.estimated.event_errors", lambda *_: {"digits": numpy.array([1.5])}
+    )
+    assert spoiled.digits_throughout == 1.5
+
+
+def test_a_reference_that_ends_before_leaves_no_digits(coarse: Trajectory, short: Scene) -> None:
+    early = integrate(replace(short, until=Fraction(1, 20)))
+    found = coarse.event_errors(beside=[early])
+    beyond = found["t"] > 0.05
+    assert numpy.isinf(found["error"][beyond]).all()
+    assert (found["digits"][beyond] == 0).all()
+    assert (found["digits"][~beyond] > 3).all()
+    assert 0 < beyond.sum() < len(found)
+
+
+def test_in_mpmath_too(short: Scene) -> None:
+    scene = replace(short, until=Fraction(1, 20))
+    run = integrate(scene, "quad", events=("theta_min",), tolerance=1e-20)
+    finer = integrate(scene, "quad", events=("theta_min",))
+    found = run.event_errors(beside=[finer])
+    true = abs(run.events["t"].iloc[0] - finer.events["t"].iloc[0])
+    assert found["error"][0] == pytest.approx(float(true), rel=1e-3)
+    assert 15 < found["digits"].min() < 25
