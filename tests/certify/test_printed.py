@@ -71,6 +71,6 @@ def test_outward_decimals_enclose_the_ball(middle: str, radius: str) -> None:
     with flint.ctx.workprec(200):
         exact = arb(middle, radius) / 3
         low, high = bounds(exact)
-        centre, spread = (Fraction(Decimal(text)) for text in outward(exact))
+        centre, spread = (Fraction(Decimal(text)) for text in outward(exact, 34))
     assert centre - spread <= low <= high <= centre + spread
     assert spread <= 3 * (high - low) + Fraction(Decimal(abs(float(centre)) * 1e-37))

@@ -89,3 +89,13 @@ def test_a_row_that_starts_nowhere_leads_nowhere() -> None:
     found = carried(load_scene("reference"), vectors, 0.001)
     assert numpy.isnan(found.values["kx"][2])
     assert numpy.isfinite(numpy.delete(found.values["kx"], 2)).all()
+
+
+def test_beside_a_pole_the_tilt_keeps_its_digits() -> None:
+    """There k_xy and L_xy are 1e-9 of the vertical entries, and are resolved by their own size."""
+    _, vectors = golden("beside-the-pole")
+    found = carried(load_scene("beside-the-pole"), vectors, 0.002)
+    for x, y in (("kx", "ky"), ("Lx", "Ly")):
+        size = numpy.hypot(found.values[x], found.values[y])[:2]
+        assert (size < 1e-7 * abs(found.values[f"{x[0]}z"][:2])).all()
+        assert (found.bounds[x][:2] < 1e-9 * size).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -310,6 +311,17 @@ def test_all_that_is_there_are_the_scenes_and_not_the_test_vectors(tmp_path: Pat
     assert [one.name for one in verifying._asked_for(None, tmp_path)] == ["mine"]
     assert "reference" in [one.name for one in verifying._asked_for(None, None)]
     assert "vectors" not in [one.name for one in verifying._asked_for(None, None)]
+
+
+def test_a_missing_row_is_found_where_contact_is_lost(tmp_path: Path) -> None:
+    """Whose last row lies between two samples."""
+    shutil.copytree(store.home() / "contact-lost", tmp_path / "contact-lost")
+    path = tmp_path / "contact-lost" / TRAJECTORY
+    assert inspect("contact-lost", tmp_path)[1] == []
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:6] + lines[7:]))
+    first = inspect("contact-lost", tmp_path)[1][0]
+    assert first.startswith(f"{TRAJECTORY}: the row of t = {lines[6].partition(',')[0]} is missing")
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,7 @@ def extremes(folder: Path) -> list[str]:
 
 
 def run(folder: Path) -> list[str]:
+    folder.mkdir(exist_ok=True)
     return ["run", "reference", "--digits", "6", "--out", str(folder / "a.csv")]
 
 

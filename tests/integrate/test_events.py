@@ -11,9 +11,10 @@ import pandas
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate import Trajectory, catalogue, integrate
+from tt_precise.integrate import Trajectory, catalogue, events, integrate
 from tt_precise.integrate.events import EVENTS, EXTREMUM, ZERO, event_named
-from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.scene import Scene, load_scene
 
 ALL = catalogue("gliding")
@@ -245,3 +246,25 @@ def test_every_quantity_can_have_extrema() -> None:
     assert load_scene("reference").model == "gliding"
     for name in QUANTITIES:
         assert event_named(f"{EXTREMUM}{name}", "gliding").meaning.startswith(f"extremum of {name}")
+
+
+def exactly(a: int, b: int, *L: int) -> tuple[NewtonState, Fraction]:
+    """A state with an exactly rational unit axis, and L.k."""
+    n = Fraction(1 + a * a + b * b)
+    k = (2 * a / n, 2 * b / n, (1 - a * a - b * b) / n)
+    state = NewtonState(*k, *map(Fraction, (*L, 0, 0)))
+    return state, sum((x * y for x, y in zip(k, L, strict=True)), Fraction(0))
+
+
+@pytest.mark.parametrize("numbers", [(2, -3, 5, 7, -11), (-1, 4, 3, -2, 6), (5, 1, -4, 9, 2)])
+def test_functions_are_what_they_stand_for_in_exact_numbers(numbers: tuple[int, ...]) -> None:
+    """Lz - cos theta L.k, and (L.k - sign Lz)(1 + sign cos theta), for k.k = 1."""
+    state, along = exactly(*numbers)
+    q = Motion(load_scene("reference").body, state, None)
+    assert events.precession(q) == state.Lz - state.kz * along
+    for sign in (1, -1):
+        expected = (along - sign * state.Lz) * (1 + sign * state.kz)
+        assert events.alignment(q, sign) == expected != 0
+    still = state._replace(Lx=3 * state.kx, Ly=3 * state.ky, Lz=3 * state.kz)
+    assert events.precession(Motion(q.body, still, None)) == 0  # a spin about the axis alone
+    assert events.axis_fall(Motion(q.body, still, None)) == 0

@@ -71,6 +71,40 @@ def test_coordinates_tell_the_same_motion(
         assert motion.model == model
 
 
+STARTS = [(9, 21, -13, 34, 5, -8), (25, -7, 4, -52, 0, 9), (-14, 3, 8, 5, -7, 0),
+          (31, 40, -2, 90, 2, 3)]  # fmt: skip
+
+
+@pytest.mark.parametrize("model", ["gliding", "rolling"])
+@pytest.mark.parametrize("start", STARTS)
+def test_both_coordinates_move_alike(
+    model: str, start: tuple[int, ...], body: TippeTop, mp: Any, rounded: Round
+) -> None:
+    """From the angles a step later, the vectors of a step later, but for the step's square."""
+    numbers, step = body.numbers(rounded), mp.mpf(10) ** -25
+    angles, vectors = formulation(model, "euler"), formulation(model, "newton")
+    entries = [mp.mpf(n) / 10 for n in start][: len(angles.columns)]
+
+    def at(entries: Any, turn: Any) -> list[Any]:
+        """k, L and v_A, where the axis leans towards the angle ``turn``."""
+        full = [*entries, 0, 0][: len(EulerState._fields)]
+        state = vectors_from_euler(numbers, EulerState(*full), mp)
+        c, s = mp.cos(turn), mp.sin(turn)
+        kx, ky, kz, Lx, Ly, Lz, vx, vy = state
+        turned = (c * kx - s * ky, s * kx + c * ky, kz, c * Lx - s * Ly, s * Lx + c * Ly, Lz)
+        return [*turned, c * vx - s * vy, s * vx + c * vy][: len(vectors.columns)]
+
+    here = at(entries, 0)
+    state = angles.State(*entries)
+    slopes = angles.rates(numbers, state, mp)
+    later = [x + step * slope for x, slope in zip(entries, slopes, strict=True)]
+    rates = vectors.rates(numbers, vectors.State(*here), mp)
+    moved = at(later, step * state.phi_dot)
+    for was, slope, now in zip(here, rates, moved, strict=True):
+        assert abs(now - was - step * slope) < mp.mpf(10) ** -44
+    assert max(abs(now - was) for was, now in zip(here, moved, strict=True)) > mp.mpf(10) ** -27
+
+
 @EVERY
 def test_equations_use_the_listed_parameters_only(
     form: Any, body: TippeTop, mp: Any, rounded: Round

@@ -232,3 +232,12 @@ def test_complex_numbers_pass_through() -> None:
     state = NewtonState(0.6 + 1e-30j, 0.0, 0.8, 0.1, 0.2, 0.3, 0.4, 0.5)
     found = QUANTITIES["D"].evaluate(Motion(numbers, state, cmath))
     assert found.imag != 0
+
+
+def test_angles_and_their_rates_are_in_rad() -> None:
+    """And nothing else is."""
+    units = {name: one.unit for name, one in QUANTITIES.items()}
+    assert (units["theta"], units["theta_dot"], units["E"]) == ("rad", "rad/s", "kg m^2/s^2")
+    assert {name for name, one in QUANTITIES.items() if one.radians} == {
+        name for name, unit in units.items() if "rad" in unit
+    }

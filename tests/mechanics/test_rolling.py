@@ -8,8 +8,6 @@ import pytest
 
 from tt_precise.body import Parameters, TippeTop
 from tt_precise.mechanics import newton, rolling
-from tt_precise.mechanics.conversion import vectors_from_euler
-from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import added, cross, scaled
@@ -76,29 +74,3 @@ def test_upright_top_rocks_at_the_known_frequency(body: TippeTop, mp: Any, round
     assert abs(rate.theta_dot / expected - 1) < mp.mpf(10) ** -38
     assert abs(rate.theta_dot / (expected * (1 + mp.mpf(10) ** -30)) - 1) > mp.mpf(10) ** -38
     assert (rate.theta, rate.phi_dot, rate.omega_3) == (0, 0, 0)
-
-
-STARTS = [(9, 21, -13, 34), (25, -7, 4, -52), (-14, 3, 8, 5), (31, 40, -2, 90)]  # of 10
-
-
-@pytest.mark.parametrize("start", STARTS)
-def test_both_forms_are_one_motion(body: TippeTop, mp: Any, rounded: Any, start: Any) -> None:
-    """From Euler angles a step later the vectors of a step later, but for its square."""
-    numbers, step = body.numbers(rounded), mp.mpf(10) ** -25
-    euler = RollingEulerState(*(mp.mpf(n) / 10 for n in start))
-    rate = rolling.euler_rates(numbers, euler, mp)
-
-    def vectors(state: RollingEulerState) -> RollingState:
-        full = vectors_from_euler(numbers, EulerState(*state, 0, 0), mp)
-        return RollingState(*full[:6])
-
-    # the precession turns k and L about the vertical meanwhile
-    moved = vectors(RollingEulerState(*(x + step * dx for x, dx in zip(euler, rate, strict=True))))
-    turn = step * euler.phi_dot
-    c, s = mp.cos(turn), mp.sin(turn)
-    kx, ky, kz, Lx, Ly, Lz = moved
-    turned = (c * kx - s * ky, s * kx + c * ky, kz, c * Lx - s * Ly, s * Lx + c * Ly, Lz)
-    here = vectors(euler)
-    for was, slope, now in zip(here, rolling.rates(numbers, here), turned, strict=True):
-        assert abs(now - was - step * slope) < mp.mpf(10) ** -44
-    assert all(abs(now - was) > mp.mpf(10) ** -30 for was, now in zip(here, turned, strict=True))

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -125,24 +126,27 @@ class Recorder:
 class Selected:
     """Runs the tests that reach a place, and then cheap ones of the same files.
 
-    (Those may see a mistake as well, through a fixture or a cache that another one filled.)
+    (Those may see a mistake as well, through a fixture or a cache that another one filled.) All of
+    them need at most ``most_s`` of processor time, when nothing is wrong.
     """
 
     tests: Sequence[Reached]
     path: str
     within: str
+    most_s: float
 
-    @property
+    @cached_property
     def s(self) -> float:
         """The processor time of all of them."""
-        order = self.order()
+        order = self.order
         return sum(test.s for test in self.tests if test.test in order)
 
     @property
     def files(self) -> list[str]:
         """Where they stand."""
-        return sorted({test.partition("::")[0] for test in self.order()})
+        return sorted({test.partition("::")[0] for test in self.order})
 
+    @cached_property
     def order(self) -> dict[str, tuple[int, bool, float, str, float]]:
         """Each test's rank: those that reach it, of its own file, of cheap files, cheap ones."""
         reaching = [test for test in self.tests if test.reaches(self.path, self.within)]
@@ -155,15 +159,22 @@ class Selected:
                 beside.append(test)
                 spent += test.s
         own = f"test_{Path(self.path).name}"
-        return {
+        ranks = {
             test.test: (late, Path(test.file).name != own, cost[test.file], test.file, test.s)
             for late, tests in enumerate((reaching, beside))
             for test in tests
         }
+        left = self.most_s
+        chosen: dict[str, tuple[int, bool, float, str, float]] = {}
+        for name, rank in sorted(ranks.items(), key=lambda item: item[1]):
+            left -= rank[-1]
+            if left >= 0 or not chosen:
+                chosen[name] = rank
+        return chosen
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         """Put in order; what is not listed is left out."""
-        order = self.order()
+        order = self.order
         items[:] = sorted(
             (item for item in items if item.nodeid in order), key=lambda item: order[item.nodeid]
         )

@@ -40,7 +40,7 @@ Task = TypeVar("Task")
 ROOMS = ("mechanics", "integrate", "exact", "golden", "check", "certify")
 SEED, SAMPLE, ENOUGH = 1, 200, 0.92
 # a mutant may loop for ever: so much processor time, beside three times that of its tests
-LIMIT_S = 60.0
+LIMIT_S = 15.0
 # imported once, before the processes are forked; the package itself is not
 HEAVY = ("heyoka", "numpy", "pandas", "scipy.integrate", "scipy.optimize", "mpmath", "sympy",
          "pytest", "matplotlib.figure", "flint", "hypothesis", "rich.progress")  # fmt: skip
@@ -60,6 +60,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutants",
                         help="results so far, which a second run takes over")  # fmt: skip
     parser.add_argument("--again", action="store_true", help="those that lived are tried again")
+    parser.add_argument("--most-s", type=float, default=60.0,
+                        help="processor time that the tests of a mutant may need")  # fmt: skip
     parser.add_argument("--minutes", type=float, default=float("inf"),
                         help="begin no further one after these; the next run goes on")  # fmt: skip
     given = parser.parse_args(argv)
@@ -83,7 +85,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         ):
             return 2
         reach = [test for tests in mapped(map_).values() for test in tests]
-        shared_out(todo, checkouts, lambda at, one: noted(log, at, one, reach), until)
+        shared_out(todo, checkouts, lambda at, one: noted(log, at, one, reach, given.most_s), until)
     return report(sample, dict(results(log)))
 
 
@@ -158,10 +160,10 @@ def mapped(log: Path) -> dict[str, list[Reached]]:
     }
 
 
-def noted(log: Path, checkout: Path, one: Mutant, reach: Sequence[Reached]) -> bool:
+def noted(log: Path, checkout: Path, one: Mutant, reach: Sequence[Reached], most_s: float) -> bool:
     """Test a mutant, and write down what came of it."""
     begin = time.monotonic()
-    was_killed = killed(checkout, one, reach)
+    was_killed = killed(checkout, one, reach, most_s)
     took = round(time.monotonic() - begin, 1)
     entry = {"key": one.key, "line": one.line, "killed": was_killed, "s": took}
     with log.open("a") as file:  # a line is written at once
@@ -184,14 +186,14 @@ def drawn(rooms: Iterable[str], seed: int, size: int) -> list[Mutant]:
     ]
 
 
-def killed(checkout: Path, one: Mutant, reach: Sequence[Reached]) -> bool:
+def killed(checkout: Path, one: Mutant, reach: Sequence[Reached], most_s: float) -> bool:
     """Whether a test fails with it; also what hangs or does not import is noticed."""
     file = checkout / one.path
     room = f"tests/{file.parent.name}/"
     tests = [test for test in reach if test.test.startswith(room)]
-    selected = Selected(tests, one.path, one.within)
-    if not selected.order():  # executed when it is imported: by all of them
-        selected = Selected(tests, "", "")
+    selected = Selected(tests, one.path, one.within, most_s)
+    if not selected.order:  # executed when it is imported: by all of them
+        selected = Selected(tests, "", "", most_s)
     healthy = file.read_text()
     file.write_text(one.source)
     try:

@@ -116,7 +116,7 @@ def tally(cells: Iterable[tuple[str, arb | None, bool]], zero: Fraction) -> Tall
     return Tally(fewest, entries, correct, wrong, rounded(farthest, ROUND_UP, 2), enclosed)
 
 
-def outward(exact: arb, digits: int = 34) -> tuple[str, str]:
+def outward(exact: arb, digits: int) -> tuple[str, str]:
     """Midpoint and radius of a ball as decimals that enclose it."""
     middle, radius, power = exact.mid_rad_10exp(digits)
     return _decimal(int(middle), int(power)), _upward(int(radius), int(power))

@@ -93,7 +93,7 @@ class TextSource(RowSource):
         def cells(row: int, wanted: Sequence[str]) -> list[str]:
             split = self._split(lines()[row][1], lines()[row][0])
             positions = [self.names.index(name) for name in wanted]
-            return [split[i].strip() if i < len(split) else "" for i in positions]
+            return [split[i].strip() for i in positions]
 
         def place(row: int) -> str:
             return f"line {lines()[row][0]}"
