@@ -17,6 +17,7 @@ from tt_precise.engines.rungs import Rung, States, rungs
 from tt_precise.engines.scoreboard import measure
 
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))
+PATIENCE_S = 1200  # however busy the machine is
 
 
 def test_adapters_are_short_and_there_is_one_for_each_engine() -> None:
@@ -43,7 +44,7 @@ def test_engines_fly(engine: Engine) -> None:
     if engine.version is None:
         pytest.skip(engine.missing)
     (flight,) = (rung for rung in rungs(engine.law) if rung.name == "flight")
-    (found,) = climb(engine.name, engine.command, [flight], STEPS)
+    (found,) = climb(engine.name, engine.command, [flight], STEPS, time_limit=PATIENCE_S)
     # cannon-es leaves out the gyroscopic term, which is what this test is for
     expected = {"cannon-es": {"no order", "floor"}}.get(engine.name, {"converges", "floor"})
     if engine.precision == "single":
@@ -60,7 +61,7 @@ def test_the_scoreboard_is_the_same_when_it_is_measured_again() -> None:
     boards = [
         measure(
             engines, STEPS, chosen=lambda rung: rung.name in ("gliding", "rolling"),
-            time_limit=60, workers=2,
+            time_limit=PATIENCE_S, workers=2,
         )
         for _ in range(2)
     ]  # fmt: skip
@@ -73,7 +74,7 @@ def mujoco_on(name: str) -> tuple[Rung, States]:
     if engine.version is None:
         pytest.skip(engine.missing)
     rung = next(one for one in rungs() if one.name == name)
-    found = run(engine.command, rung.job(STEPS[-1]))
+    found = run(engine.command, rung.job(STEPS[-1]), PATIENCE_S)
     assert found.states is not None, found.message
     return rung, found.states
 

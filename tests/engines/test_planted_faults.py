@@ -29,6 +29,7 @@ from tt_precise.golden.store import home
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GOOD = ("converges", "rounding")
+PATIENCE_S = 1200  # however busy the machine is
 ORDER = 4  # of Runge and Kutta's method, which both have
 FLYING, LAWS = "none", ("none", "viscous", "coulomb")
 # before it writes its header, the engine in C writes the rates at the start, and is done
@@ -167,7 +168,7 @@ def test_a_fault_is_found_where_it_is_isolated(name: str, language: str, tmp_pat
     fault = FAULTS[name]
     command = program(language, getattr(fault, language), tmp_path)
     (rung,) = (one for one in rungs() if one.name == fault.rung)
-    (found,) = climb(name, command, [rung], order=ORDER)
+    (found,) = climb(name, command, [rung], order=ORDER, time_limit=PATIENCE_S)
     assert found.verdict not in GOOD, (found.order, found.floor, found.digits)
 
 
@@ -176,7 +177,7 @@ def test_a_fault_is_found_where_it_is_isolated(name: str, language: str, tmp_pat
 def test_the_healthy_engines_are_not_flagged(name: str, language: str, tmp_path: Path) -> None:
     command = program(language, NOTHING, tmp_path)
     (rung,) = (one for one in rungs() if one.name == name)
-    (found,) = climb("healthy", command, [rung], order=ORDER)
+    (found,) = climb("healthy", command, [rung], order=ORDER, time_limit=PATIENCE_S)
     assert found.verdict == "converges"
     assert found.order == pytest.approx(ORDER, abs=0.1)
 
@@ -190,7 +191,9 @@ def test_no_healthy_engine_is_flagged_in_fifty_seeded_runs(language: str, tmp_pa
     for scene, rung in zip(scenes, itertools.cycle(rungs("viscous")[i] for i in (0, 3, 4))):
         if rung.name == "ice":
             scene = scene.varied(mu="0")
-        (found,) = climb("healthy", command, [replace(rung, scene=scene)], order=ORDER)
+        (found,) = climb(
+            "healthy", command, [replace(rung, scene=scene)], order=ORDER, time_limit=PATIENCE_S
+        )
         if found.verdict not in GOOD:
             flagged[scene.name, rung.name] = found
     assert flagged == {}
