@@ -150,10 +150,6 @@ class _Functions:
         return x.writer.node("sqrt", x.position)
 
     @staticmethod
-    def hypot(x: Scalar, y: Scalar) -> Scalar:
-        return _Functions.sqrt(x * x + y * y)
-
-    @staticmethod
     def undefined(*operands: Scalar) -> Scalar:
         nodes = [one for one in operands if isinstance(one, _Node)]
         return nodes[0].writer.node("undefined", *(one.position for one in nodes))
