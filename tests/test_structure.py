@@ -16,9 +16,7 @@ PACKAGE = Path(tt_precise.__file__).parent
 # The way of the data, from what everything stands on to what a user types. CONTRIBUTING draws it.
 ORDER = (
     "base", "taylor", "body", "mechanics", "scene", "exact", "integrate", "golden", "certify",
-    "base", "taylor", "body", "mechanics", "scene", "exact", "integrate", "golden", "certify",
     "vectors", "check", "sweep", "extremes", "claims", "bench", "engines", "report", "commands",
-    "cli",
     "cli",
 )  # fmt: skip
 # files of the top folder that are no common tools
