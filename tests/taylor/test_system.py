@@ -10,7 +10,7 @@ import pytest
 
 from tt_precise.taylor.crossings import Watch
 from tt_precise.taylor.machine import Machine
-from tt_precise.taylor.numbers import numbers_of
+from tt_precise.taylor.numbers import numbers_of, split
 from tt_precise.taylor.system import StepBlock, System, order_of, orders_of
 
 FN = mpmath.MPContext()
@@ -85,7 +85,7 @@ def pieces(name: str, parts: int, tolerance: float | None = None) -> list[StepBl
 
 
 def at(piece: StepBlock, time: Any) -> tuple[Any, ...]:
-    return numbers_of(piece.at([FN.mpf(time)], FN)[0], FN)
+    return numbers_of(piece.at(numpy.array([split(FN.mpf(time), 4)]))[0], FN)
 
 
 def error(name: str, found: tuple[Any, ...], time: Any) -> Any:

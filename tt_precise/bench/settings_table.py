@@ -30,11 +30,14 @@ TOLERANCES = {
     # half decades: digits that are asked for are met by the first that suffices
     "double": (*(float(f"{m}e-{n}") for n in range(3, 14) for m in (1, 0.3)), 0.0),
     "extended": (1e-15, 1e-16, 1e-17, 0.0),
+    "double-double": tuple(float(f"1e-{n}") for n in range(14, 29)),
+    # golden data say nothing of what is beyond their 34 printed digits
+    "triple-double": tuple(float(f"1e-{n}") for n in range(28, 36)),
     "quad": (1e-18, 1e-24, 1e-30, 0.0),
 }
 # the Euler form costs the same multiple in every arithmetic; quad would take it half an hour
 EULER = ("double", "extended")
-ROUNDS = {"double": 21, "extended": 7, "quad": 1}
+ROUNDS = {"double": 21, "extended": 7, "double-double": 7, "triple-double": 7, "quad": 1}
 TIMED_EVERY = Fraction(1, 100)  # s; rows of a paired run
 TIMED = "reference"  # a scene that stands still, or grazes a pole, says nothing about costs
 
@@ -158,6 +161,7 @@ def _float(value: Scalar) -> float:
 def _costs(found: dict[MeasuredSetting, Trajectory]) -> dict[MeasuredSetting, float]:
     """Processor time of the propagation alone, beside ``BASE``; best of rounds taken in turn."""
     from tt_precise.integrate.paired import Beginning, can_be_paired, propagate_pair
+    from tt_precise.integrate.paired_in_doubles import pair_in_doubles, run_in_doubles
     from tt_precise.integrate.propagate import propagate
 
     best = dict.fromkeys(found, math.inf)
@@ -167,8 +171,10 @@ def _costs(found: dict[MeasuredSetting, Trajectory]) -> dict[MeasuredSetting, fl
             if number < ROUNDS[setting.precision]:
                 begin = time.process_time()
                 setup, start = trajectory.setup, trajectory.start
-                pair = can_be_paired(setup) and propagate_pair(setup, starts[setting], TIMED_EVERY)
-                if not pair:
+                begun = starts[setting]
+                if setup.precision.doubles:
+                    pair_in_doubles(run_in_doubles(setup, start), setup, begun, TIMED_EVERY)
+                elif not (can_be_paired(setup) and propagate_pair(setup, begun, TIMED_EVERY)):
                     propagate(setup, start)
                 best[setting] = min(best[setting], time.process_time() - begin)
     return {setting: seconds / best[BASE] for setting, seconds in best.items()}

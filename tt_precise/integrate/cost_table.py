@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from tt_precise.integrate.precision import DOUBLES
+
 TABLE = Path(__file__).with_name("cost_table.csv")
 DIGITS_PER_BIT = math.log10(2)
 FINER = {"double": "extended", "extended": "quad"}
@@ -67,12 +69,13 @@ def settings(formulation: str | None, available: frozenset[str]) -> tuple[Settin
 def cost_with_estimate(setting: Setting) -> float:
     """What a run and its reference runs cost; inf where the table does not say.
 
-    A coarse run of the Newton form in double has its reference in the same batch: its ``cost`` is
-    that of both.
+    The ``cost`` is that of both where a run has its reference with it: a coarse one of the Newton
+    form in double, in the same batch; and in several doubles, all but the finest.
     """
     newton = setting.formulation == "newton"
     if setting.tolerance and newton:
-        return setting.cost if setting.precision == "double" else 2 * setting.cost
+        together = setting.precision == "double" or setting.precision in DOUBLES
+        return setting.cost if together else 2 * setting.cost
     reference = setting.precision if setting.tolerance else FINER.get(setting.precision)
     full = [
         row.cost

@@ -32,7 +32,9 @@ class StoredPieces:
     """The pieces of a propagation, unless they become too large to be stored."""
 
     def __init__(self, setup: Setup):
-        number = {"double": 8, "mp": setup.precision.bits // 8 + 40}.get(setup.precision.name, 16)
+        number = {"double": 8, "mp": setup.precision.bits // 8 + 40, "triple-double": 24}.get(
+            setup.precision.name, 16
+        )
         entries = len(setup.formulation.columns) + len(setup.record)
         order = setup.precision.bits * 0.35 + 2  # about, of the finest tolerance
         self._bytes_of_a_step = number * entries * order

@@ -29,7 +29,7 @@ from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import MOST_EVENTS, Hit, full_tolerance, terminal_functions
 from tt_precise.progress import Progress
 from tt_precise.taylor.crossings import SignChange, Watch
-from tt_precise.taylor.numbers import number, numbers_of
+from tt_precise.taylor.numbers import number, numbers_of, split
 from tt_precise.taylor.system import StepBlock, System, order_of
 
 
@@ -69,12 +69,15 @@ class ReadPiece:
         self._piece, self._size, self._fn = piece, size, fn
         self.bounds, self.n_steps = (number(piece.begins[0], fn), high), len(piece.begins)
 
-    def at(self, times: Sequence[Scalar]) -> Array:
-        """Rows at guarded times: axes (time, part, entry)."""
-        return self._piece.at(times, self._fn)[:, :, : self._size]
+    def at(self, times: Array) -> Array:
+        """Rows at times in parts: axes (time, part, entry)."""
+        return self._piece.at(times)[:, :, : self._size]
 
     def __call__(self, time: Scalar) -> tuple[Scalar, ...]:
-        return numbers_of(self.at([time])[0], self._fn)
+        import numpy
+
+        # one part more than the run has, so that the time is as good as it is given
+        return numbers_of(self.at(numpy.array([split(time, 4)]))[0], self._fn)
 
 
 def propagate_in_doubles(

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import threading
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import NamedTuple
 
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
-from tt_precise.integrate.in_doubles import propagate_in_doubles
 from tt_precise.integrate.paired import Beginning, Pair, can_be_paired, propagate_pair
+from tt_precise.integrate.paired_in_doubles import PairInDoubles, pair_in_doubles, run_in_doubles
 from tt_precise.integrate.precision import Precision
-from tt_precise.integrate.propagate import Pieces, Propagation, propagate
+from tt_precise.integrate.propagate import propagate
 from tt_precise.integrate.setup import Setup
 from tt_precise.progress import Progress
 from tt_precise.scene import Scene
@@ -23,7 +23,7 @@ class Solution(NamedTuple):
 
     start: InitialState
     output: DenseOutput
-    pair: Pair | None = None
+    pair: Pair | PairInDoubles | None = None
 
 
 def solve(
@@ -43,23 +43,20 @@ def solve(
     precision = setup.precision
     begun = beginning(scene, precision, setup.contact, threading.get_ident())
     start = begun.reference if rounded_otherwise else begun.start
+    if precision.doubles:
+        run = run_in_doubles(setup, start, progress)
+        pair = pair_in_doubles(run, setup, begun, scene.sample_every) if setup.paired else None
+        return Solution(start, run.output, pair)
     if setup.paired and can_be_paired(setup):
-        pair = propagate_pair(setup, begun, scene.sample_every)
-        if pair:
-            return Solution(start, pair.run, pair)
+        lanes = propagate_pair(setup, begun, scene.sample_every)
+        if lanes:
+            return Solution(start, lanes.run, lanes)
     # wider arithmetics take longer, so there the dense output is stored at once, not made again
     stored = None if precision.name == "double" else StoredPieces(setup)
-    own = bool(precision.doubles)
-    run = partial(propagate_in_doubles if own else propagate, setup, start)
-    propagation = run(dense=stored, progress=progress)
-
-    def again(pieces: Pieces, progress: Progress | None) -> Propagation:
-        return run(dense=pieces, progress=progress)
-
-    output = DenseOutput(
-        setup, start, propagation, stored.pieces if stored else None, again if own else None
+    propagation = propagate(setup, start, dense=stored, progress=progress)
+    return Solution(
+        start, DenseOutput(setup, start, propagation, stored.pieces if stored else None)
     )
-    return Solution(start, output)
 
 
 @lru_cache(maxsize=64)

@@ -38,9 +38,12 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     """
     import numpy
 
-    b = polynomials @ _to_bernstein(polynomials.shape[1]).T
-    b[:, 0] = first
-    which = numpy.arange(len(b))
+    # the constant term outweighs the others nearly everywhere, and then there is no zero
+    others = numpy.abs(polynomials[:, 1:]).sum(axis=1)
+    constant = polynomials[:, 0]
+    (which,) = ((numpy.abs(constant) <= 2 * others) | ((first >= 0) != (constant >= 0))).nonzero()
+    b = polynomials[which] @ _to_bernstein(polynomials.shape[1]).T
+    b[:, 0] = first[which]
     low, width = numpy.zeros(len(b)), numpy.ones(len(b))
     found = []
     for _ in range(HALVINGS):
@@ -67,7 +70,8 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
 
 def ends(polynomials: Array) -> Array:
     """Their values at 1, as ``crossings`` sees them."""
-    return polynomials @ _to_bernstein(polynomials.shape[-1])[-1]
+    found: Array = polynomials.sum(axis=-1)
+    return found
 
 
 def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> Array:

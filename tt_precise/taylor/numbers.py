@@ -1,4 +1,4 @@
-"""Numbers of several doubles, in and out of mpmath."""
+"""Numbers of several doubles: in and out of mpmath, and sums of many at once."""
 
 from __future__ import annotations
 
@@ -26,3 +26,33 @@ def number(parts: Sequence[float], fn: Functions) -> Scalar:
 def numbers_of(row: Array, fn: Functions) -> tuple[Scalar, ...]:
     """Those of a row (part, column)."""
     return tuple(number(parts, fn) for parts in row.T.tolist())
+
+
+def multiples(step: Scalar, counts: Array, parts: int) -> Array:
+    """An mpmath number times whole numbers up to 2^22, in parts: axes (count, part)."""
+    terms, left = [], step
+    for _ in range(2 * parts):
+        # 30 bits each, so that the products are exact
+        coarse = float(left)
+        exponent = 30 - math.frexp(coarse)[1]
+        coarse = math.ldexp(math.trunc(math.ldexp(coarse, exponent)), -exponent)
+        terms.append(counts * coarse)
+        left = left - coarse
+    return added(terms, parts)
+
+
+def added(terms: Sequence[Array], parts: int) -> Array:
+    """Arrays of doubles added up in parts: axes (entry, part); Ogita, Rump and Oishi's sums."""
+    import numpy
+
+    left, found = list(terms), []
+    for _ in range(parts):
+        for _ in range(parts):
+            for i in range(1, len(left)):
+                a, b = left[i], left[i - 1]
+                s = a + b
+                t = s - a
+                left[i - 1], left[i] = (a - (s - t)) + (b - t), s
+        found.append(left[-1])
+        left[-1] = numpy.zeros_like(left[-1])
+    return numpy.stack(found, axis=1)

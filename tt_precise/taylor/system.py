@@ -10,7 +10,7 @@ from typing import Any
 from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
 from tt_precise.taylor.machine import Machine, aligned
-from tt_precise.taylor.numbers import number, split
+from tt_precise.taylor.numbers import added, split
 
 STEPS = 128  # of a piece
 FIRST_UNIT = 2.0**-3  # of time; any that 57 powers of do not take out of range
@@ -133,18 +133,14 @@ class StepBlock:
         finite &= numpy.isfinite(self.lengths)
         self.good = taken if finite.all() else int(finite.argmin())
 
-    def at(self, times: Sequence[Scalar], fn: Functions) -> Array:
-        """All columns at these times, mpmath numbers: axes (time, part, column)."""
+    def at(self, times: Array) -> Array:
+        """All columns at these times, given in parts: axes (time, part, column)."""
         import numpy
 
-        floats = [float(time) for time in times]
-        steps = numpy.searchsorted(self.begins[:, 0], floats, side="right") - 1
+        steps = numpy.searchsorted(self.begins[:, 0], times[:, 0], side="right") - 1
         steps = numpy.maximum(steps, 0)
-        taus = [
-            split((time - number(self.begins[k], fn)) / float(self.units[k]), self.system.parts)
-            for time, k in zip(times, steps.tolist(), strict=True)
-        ]
-        return self.rows(steps, taus)
+        taus = added([*times.T, *-self.begins[steps].T], self.system.parts)
+        return self.rows(steps, taus / self.units[steps, None])
 
     def rows(self, steps: Array, taus: Sequence[Sequence[float]]) -> Array:
         """All columns in these steps, taus (in parts, of their units) behind their beginnings.
