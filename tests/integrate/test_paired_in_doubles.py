@@ -1,0 +1,86 @@
+"""Digits of a run in several doubles, against golden data, and what they are made of."""
+
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy
+import pytest
+
+from tt_precise.bench.settings_table import MeasuredSetting, integrated, right_digits
+from tt_precise.integrate.deviation import Deviating
+from tt_precise.integrate.paired_in_doubles import PairInDoubles
+from tt_precise.integrate.precision import precision_named
+from tt_precise.mechanics.formulations import KINDS
+from tt_precise.scene import load_scene
+from tt_precise.taylor.numbers import added, multiples, number
+
+
+@pytest.mark.parametrize(
+    ("precision", "tolerance"),
+    [("double-double", 1e-16), ("double-double", 1e-22), ("triple-double", 1e-33)],
+)
+def test_the_estimate_is_what_is_lost(precision: str, tolerance: float) -> None:
+    scene = load_scene("coulomb-gliding").varied(until="0.25")
+    run = integrated(scene, MeasuredSetting("newton", precision, tolerance), ())
+    assert isinstance(run._pair, PairInDoubles)
+    truth = integrated(scene, MeasuredSetting("newton", "triple-double", 0.0), ())
+    times = scene.sample_times[1:-1]
+    least = 99.0
+    for t in times:
+        ours, theirs = run.at(t).values, truth.at(t).values
+        for kind in (("kx", "ky", "kz"), ("theta_dot", "phi_dot", "omega_3"), ("nu_x", "nu_y")):
+            scale = max(abs(theirs[n]) for n in kind)
+            error = max(abs(ours[n] - theirs[n]) for n in kind)
+            least = min(least, float(-mpmath.log10(error / scale)))
+    assert run.digits_throughout == pytest.approx(least, abs=0.3)
+
+
+def test_a_run_at_its_finest_has_no_reference_beside_it() -> None:
+    scene = load_scene("coulomb-gliding").varied(until="0.1")
+    assert integrated(scene, MeasuredSetting("newton", "double-double", 0.0), ())._pair is None
+
+
+def test_deviations_are_those_of_finite_differences() -> None:
+    x, y = numpy.array([0.3, 1.7]), numpy.array([-0.8, 2.1])
+    dx, dy = numpy.array([1.0, -0.5]), numpy.array([0.25, 3.0])
+
+    def function(a: Any, b: Any) -> Any:
+        root = numpy.sqrt(a * a + 2)
+        turned = numpy.sin(a) * numpy.cos(b) - numpy.arctan2(b, a) / root
+        return -turned + abs(b) * numpy.hypot(a, b) + (1 - a) / b
+
+    found = function(Deviating(x, dx), Deviating(y, dy))
+    h = 1e-6
+    ahead, behind = (function(x + s * h * dx, y + s * h * dy) for s in (1, -1))
+    slope = (ahead - behind) / (2 * h)
+    assert numpy.allclose(found.value, function(x, y), rtol=1e-15)
+    assert numpy.allclose(found.deviation, slope, rtol=1e-8)
+
+
+def test_what_has_no_derivative_is_refused() -> None:
+    one: Any = Deviating(numpy.ones(2), numpy.ones(2))
+    with pytest.raises(TypeError):
+        numpy.floor(one)
+
+
+@pytest.mark.parametrize("parts", [2, 3])
+def test_multiples_and_sums_in_parts(parts: int) -> None:
+    fn = precision_named("mp", 400).context
+    step = fn.mpf(1) / 97
+    counts = numpy.array([0, 1, 12345, 4_000_000])
+    for count, row in zip(counts.tolist(), multiples(step, counts, parts).tolist(), strict=True):
+        assert abs(number(row, fn) - count * step) <= count * step * fn.mpf(2) ** (-52 * parts)
+    terms = [numpy.array([1.0]), numpy.array([2.0**-70]), numpy.array([-1.0]), numpy.array([3e-30])]
+    exact = sum(Fraction(float(term[0])) for term in terms)
+    total = number(added(terms, parts)[0].tolist(), fn)
+    assert total == fn.mpf(exact.numerator) / exact.denominator
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["reference", "phi-dot-195", "rolling", "beside-the-pole"])
+def test_the_estimate_is_what_golden_data_say(scene: str) -> None:
+    for precision, tolerance in (("double-double", 1e-20), ("triple-double", 1e-32)):
+        setting = MeasuredSetting("newton", precision, tolerance)
+        run = integrated(load_scene(scene), setting, ())
+        assert run.digits_throughout == pytest.approx(right_digits(run), abs=0.3)
