@@ -11,6 +11,7 @@ from tt_precise.bench.settings_table import MeasuredSetting, integrated, right_d
 from tt_precise.integrate.deviation import Deviating
 from tt_precise.integrate.paired_in_doubles import PairInDoubles
 from tt_precise.integrate.precision import precision_named
+from tt_precise.mechanics.formulations import KINDS
 from tt_precise.scene import load_scene
 from tt_precise.taylor.numbers import added, multiples, number
 
