@@ -56,12 +56,23 @@ def mutant(path: str, text: str, number: int) -> Mutant:
     return Mutant(path, place.line, place.within, before, after, ast.unparse(tree) + "\n")
 
 
+def keys(path: str, text: str) -> set[Key]:
+    """The names of all mutants of a module."""
+    found = set()
+    for place in list(_places(ast.parse(text))):
+        before = ast.unparse(place.shown)
+        place.change()
+        found.add((path, place.within, before, ast.unparse(place.shown)))
+        place.change()
+    return found
+
+
 @dataclass
 class _Place:
     shown: ast.AST  # the expression or statement that is quoted
     within: str
     line: int
-    change: Callable[[], None]
+    change: Callable[[], None]  # and back, when it is called again
 
 
 def _places(tree: ast.Module) -> Iterator[_Place]:
@@ -121,8 +132,20 @@ def _changes(node: ast.AST) -> Iterator[Callable[[], None]]:
 
 
 def _setting(where: list[ast.cmpop], i: int, value: ast.cmpop) -> Callable[[], None]:
-    return lambda: where.__setitem__(i, value)
+    other = [value]
+
+    def swap() -> None:
+        where[i], other[0] = other[0], where[i]
+
+    return swap
 
 
 def _replacing(node: ast.AST, name: str, value: object) -> Callable[[], None]:
-    return lambda: setattr(node, name, value)
+    other = [value]
+
+    def swap() -> None:
+        now = getattr(node, name)
+        setattr(node, name, other[0])
+        other[0] = now
+
+    return swap
