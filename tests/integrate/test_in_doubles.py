@@ -112,10 +112,23 @@ def test_the_same_bits_again(lost: Trajectory) -> None:
 
 def test_what_a_start_on_the_axis_keeps() -> None:
     for name in sorted(POLES):
-        run = integrate(name, "double-double", events=())
+        run = integrate(name, "double-double", events=["theta_min", "equator", "Lk_equals_Lz"])
         assert run.status == "complete"
+        assert run.event_counts.total() == 0
         assert run.drift["jellett"] < 1e-31
         assert run.state.kx == 0
+
+
+def test_steps_after_a_cut_one_are_as_long_as_ever() -> None:
+    """With events the first step is a tiny one, whose unit of time would be far too short."""
+    with_events, without = (
+        integrate("below-threshold", "triple-double", events=events)
+        for events in (["theta_min", "phi_dot_zero"], ())
+    )
+    assert with_events.events.t.is_monotonic_increasing
+    # the bound on products may cut steps, but not to a multiple of their number
+    assert with_events.steps < 1.5 * without.steps
+    assert abs(with_events.state.kz - without.state.kz) < 1e-40
 
 
 def test_rounded_otherwise_moves_the_last_bits_alone() -> None:

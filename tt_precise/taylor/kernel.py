@@ -29,6 +29,7 @@ from tt_precise.taylor.machine import ROWS, RUN
 
 TOGETHER = {3: 1, 2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
 MOST_PARTS, TIMES = 3, 5
+LONGEST = 8.0  # step in its unit; its powers stay in range where nothing else bounds it
 
 
 def padded(count: int) -> int:
@@ -228,7 +229,7 @@ class _RunWriter:
         for parts, size in self.sizes.items():
             last = e.b.sub(e.order(self.orders, parts), e.i(1))
             checked.append((last, size, 2.0 ** (53 * (parts - 1))))
-        h = e.b.fdiv(self.longest, self.unit)
+        h = e.call("minnum", e.b.fdiv(self.longest, self.unit), e.d(LONGEST))
         for n, size, factor in checked:
             ratio = e.b.fdiv(e.b.fmul(allowed, e.d(factor)), size)
             power = e.b.fdiv(e.d(1.0), e.b.sitofp(n, DOUBLE))

@@ -101,7 +101,9 @@ class System:
                 self, orders, data.reshape(parts, steps + 1, order + 2, -1), times, taken
             )
             yield piece
-            time, row, first = times[taken, :4], piece.end_row, None
+            time, row = times[taken, :4], piece.end_row
+            if first is not None:
+                time[0], first = FIRST_UNIT, None  # a step that was cut says nothing of the next
             if piece.good < taken or not piece.end_time[0] < end:
                 return
 
