@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -18,7 +19,10 @@ from tt_precise.certify.enclosure import enclose
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.problem import problem_of
 from tt_precise.certify.starts import BITS, INVERTS, LOST, UNDECIDED, UPRIGHT, Box, edges, outcome
+from tt_precise.certify.starts_map import MapSide, proved_map
 from tt_precise.errors import InputError
+from tt_precise.golden import proofs, store
+from tt_precise.golden.manifest import scene_sha256
 from tt_precise.scene import Inclination
 
 NARROW = {"theta": Fraction(1, 10**8), "omega_3": Fraction(1, 10**6), "phi_dot": Fraction(1, 10**6)}
@@ -141,3 +145,57 @@ def test_a_set_beside_the_inverted_spin_is_held() -> None:
     assert found.verdict == INVERTS
     assert "inverts, without losing contact" in found.summary
     assert found.as_dict()["within"]["omega_3"] == "0.000001"
+
+
+def test_cells_of_a_map() -> None:
+    # slow tops stay upright; the next row has tops on both sides of the threshold, and faster ones
+    sides = MapSide.parse("phi_dot=0:10:2"), MapSide.parse("omega_3=20:32:3")
+    found = proved_map(tt.load_scene("reference"), *sides)
+    assert found.as_dict()["cells"][::2] == ["gg", "uu"]
+    assert found.proved
+    assert 0.3 < found.shares[UPRIGHT] < 0.7
+
+
+@pytest.mark.parametrize("text", ["theta=0:1:2", "phi_dot=1:0:3", "phi_dot=0:1", "omega_3=a:b:3"])
+def test_a_map_that_is_none(text: str) -> None:
+    with pytest.raises(InputError, match="map: got"):
+        MapSide.parse(text)
+
+
+def committed(name: str) -> dict[str, Any]:
+    return json.loads((store.home() / "reference" / name).read_text("utf-8"))
+
+
+def test_the_committed_box_is_about_the_reference() -> None:
+    found = committed("starts.json")
+    assert found["verdict"] == INVERTS
+    assert found["scene_sha256"] == scene_sha256(tt.load_scene("reference").text)
+    first, last = found["crossings"]["Lk_equals_Lz"]
+    record = proofs.read("reference")
+    assert record is not None
+    exact = float(record.content["inversion"]["B"]["t_init"]["middle"])
+    assert first < exact < last < first + 1e-3
+
+
+@pytest.mark.proofs
+def test_the_committed_sets_come_out_again() -> None:
+    found = committed("starts.json")
+    box = Box(tt.load_scene("reference"), {k: Fraction(w) for k, w in found["within"].items()})
+    again = outcome(box, list(found["crossings"])).as_dict()
+    assert json.loads(json.dumps(again)) == {k: v for k, v in found.items() if k != "schema"}
+    stored = committed("starts-map.json")
+    across, up = (
+        MapSide.parse("{name}={low}:{high}:{count}".format(**one)) for one in stored["sides"]
+    )
+    cells = proved_map(tt.load_scene("reference"), across, up).as_dict()
+    assert cells == {k: v for k, v in stored.items() if k != "schema"}
+    # where all of a cell is proved to go upright, so does its middle in a run
+    x, y = ([float(one) for one in side.middles()] for side in (across, up))
+    for row, letters in enumerate(stored["cells"]):
+        for column, letter in enumerate(letters):
+            if letter == "g":
+                whole = tt.load_scene("reference")
+                middle = replace(whole.start, phi_dot=Fraction(x[column]), omega_3=Fraction(y[row]))
+                run = tt.integrate(replace(whole, start=middle))
+                assert run.status == "complete"
+                assert run.state.theta < 1

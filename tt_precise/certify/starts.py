@@ -84,6 +84,11 @@ class Fate:
     steps: int
 
     @property
+    def proved(self) -> bool:
+        """Whether there is a verdict."""
+        return self.verdict != UNDECIDED
+
+    @property
     def summary(self) -> str:
         """One line for people."""
         if self.verdict == UNDECIDED:
@@ -153,6 +158,14 @@ def outcome(box: Box, events: Sequence[str] = (), bits: int = BITS) -> Fate:
         return _Watch(box, events).outcome(bits)
 
 
+def fate_at_the_start(box: Box, bits: int = BITS) -> str:
+    """The verdict on a box that needs no step."""
+    with flint.ctx.workprec(bits):
+        watch = _Watch(box, ())
+        watch.decided_at_once()
+        return watch.verdict
+
+
 class _Watch:
     """Follows a set, and ends when its outcome is proved."""
 
@@ -180,9 +193,14 @@ class _Watch:
         rounding = [x - x.mid() for x in start]
         return at_middle + errors.shifted(rounding).along(gradient)
 
-    def outcome(self, bits: int) -> Fate:
+    def decided_at_once(self) -> bool:
+        """Whether the fate of all starts is settled at t = 0."""
         hull = [x + y for x, y in zip(self.problem.start(), self.starts.hull, strict=True)]
-        if not self._decided(hull, arb(0)):
+        return self._decided(hull, arb(0))
+
+    def outcome(self, bits: int) -> Fate:
+        """The fate of the set."""
+        if not self.decided_at_once():
             enclosure = enclose(self.problem, bits, ends=self._ends, starts=self.starts)
             if self.verdict == UNDECIDED:
                 self.reason = str(enclosure.failure or "the horizon comes first")

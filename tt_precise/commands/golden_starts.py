@@ -1,4 +1,4 @@
-"""``tt-precise golden starts``: what is proved of every start in a box."""
+"""``tt-precise golden starts``: what is proved of every start in a box, or in cells of a map."""
 
 from __future__ import annotations
 
@@ -19,17 +19,28 @@ UNDECIDED_STATUS = 1
     "--within",
     "reaches",
     multiple=True,
-    required=True,
     metavar="NAME=NUMBER",
     help="An entry of the start and how far it may be from the scene's, SI: theta=1e-7.",
 )
 @click.option(
     "--event", "events", multiple=True, help="Also say when this happens, if it does once."
 )
+@click.option(
+    "--map",
+    "sides",
+    multiple=True,
+    metavar="NAME=FIRST:LAST:COUNT",
+    help="Twice, instead of --within: the cells of a map, each of them a box, at their start.",
+)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write JSON here.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
-    scene: str, reaches: tuple[str, ...], events: tuple[str, ...], out: Path | None, as_json: bool
+    scene: str,
+    reaches: tuple[str, ...],
+    events: tuple[str, ...],
+    sides: tuple[str, ...],
+    out: Path | None,
+    as_json: bool,
 ) -> int:
     """Prove what becomes of every start as near to SCENE's as --within says, in ball arithmetic.
 
@@ -39,7 +50,7 @@ def command(
     from tt_precise.errors import InputError
 
     try:
-        from tt_precise.certify.starts import UNDECIDED, Box, outcome
+        from tt_precise.certify import starts, starts_map
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise
@@ -47,15 +58,24 @@ def command(
             "golden starts: python-flint is not installed; pip install 'tt-precise[certify]'"
         ) from None
     from tt_precise.files import atomic_write
+    from tt_precise.progress import progress_bar
     from tt_precise.scene import load_scene
 
-    box = Box(load_scene(scene), dict(_reach(text) for text in reaches))
-    found = outcome(box, events)
+    known = load_scene(scene)
+    if sides and (reaches or events or len(sides) != 2):
+        raise InputError("golden starts: expected --within, or --map twice and nothing else")
+    found: starts.Fate | starts_map.ProvedMap
+    if sides:
+        x, y = (starts_map.MapSide.parse(text) for text in sides)
+        with progress_bar("proving cells") as progress:
+            found = starts_map.proved_map(known, x, y, progress)
+    else:
+        found = starts.outcome(starts.Box(known, dict(_reach(text) for text in reaches)), events)
     content = {"schema": SCHEMA, **found.as_dict()}
     if out is not None:
         atomic_write(out, json.dumps(content, indent=1) + "\n")
     click.echo(json.dumps(content) if as_json else found.summary)
-    return UNDECIDED_STATUS if found.verdict == UNDECIDED else 0
+    return 0 if found.proved else UNDECIDED_STATUS
 
 
 def _reach(text: str) -> tuple[str, Fraction]:

@@ -1,0 +1,143 @@
+"""Which cells of a map over two entries of the start have a proved fate.
+
+Each cell is a box. One that the energy does not hold at its start, as a whole, is quartered, and
+each part again, until all parts have the same fate or one is too small. What takes time to happen,
+such as inverting, is not proved for boxes as wide as these (``starts``).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from tt_precise.certify.starts import BITS, UNDECIDED, Box, fate_at_the_start
+from tt_precise.errors import InputError
+from tt_precise.golden.manifest import scene_sha256
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.progress import Progress, silent
+from tt_precise.scene import Scene
+from tt_precise.untyped import Json
+
+QUARTERINGS = 4  # a part is at least a sixteenth of its cell along each side
+
+
+@dataclass(frozen=True)
+class ProvedCell:
+    """The middle of a cell in SI, and the fate that all of it is proved to have."""
+
+    x: Fraction
+    y: Fraction
+    verdict: str
+
+
+@dataclass(frozen=True)
+class MapSide:
+    """An entry of the start, from one number to another in so many cells' middles."""
+
+    name: str
+    low: Fraction
+    high: Fraction
+    count: int
+
+    def __post_init__(self) -> None:
+        if self.name not in EulerState._fields[1:] or not self.low < self.high or self.count < 2:
+            raise InputError(
+                f"map: got {self.name}={self.low}:{self.high}:{self.count}, expected "
+                f"NAME=FIRST:LAST:COUNT with one of {', '.join(EulerState._fields[1:])}"
+            )
+
+    @classmethod
+    def parse(cls, text: str) -> MapSide:
+        """From NAME=FIRST:LAST:COUNT."""
+        name, _, numbers = text.partition("=")
+        try:
+            low, high, count = numbers.split(":")
+            return cls(name, Fraction(low), Fraction(high), int(count))
+        except ValueError:
+            raise InputError(f"map: got {text[:60]!r}, expected NAME=FIRST:LAST:COUNT") from None
+
+    @property
+    def half(self) -> Fraction:
+        """Half the width of a cell."""
+        return (self.high - self.low) / (self.count - 1) / 2
+
+    def middles(self) -> Iterator[Fraction]:
+        """The middles of the cells, in order."""
+        return (self.low + 2 * i * self.half for i in range(self.count))
+
+
+@dataclass(frozen=True)
+class ProvedMap:
+    """The cells of a map, row by row."""
+
+    scene: Scene
+    x: MapSide
+    y: MapSide
+    cells: tuple[ProvedCell, ...]
+
+    @property
+    def proved(self) -> bool:
+        """Whether any cell has a proved fate."""
+        return any(cell.verdict != UNDECIDED for cell in self.cells)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """The share of the cells that have each fate."""
+        counts = Counter(cell.verdict for cell in self.cells)
+        return {verdict: count / len(self.cells) for verdict, count in counts.items()}
+
+    @property
+    def summary(self) -> str:
+        """One line for people."""
+        shares = ", ".join(f"{100 * part:.2g} % {verdict}" for verdict, part in self.shares.items())
+        return f"{self.scene.name}: of {len(self.cells)} cells {shares}"
+
+    def as_dict(self) -> dict[str, Json]:
+        """For JSON; rows from below, a cell as the first letter of its verdict."""
+        width = self.x.count
+        letters = "".join(cell.verdict[0] for cell in self.cells)
+        return {
+            "scene": self.scene.name,
+            "scene_sha256": scene_sha256(self.scene.text),
+            "sides": [
+                {"name": one.name, "low": str(one.low), "high": str(one.high), "count": one.count}
+                for one in (self.x, self.y)
+            ],
+            "quarterings": QUARTERINGS,
+            "bits": BITS,
+            "shares": self.shares,
+            "cells": [letters[i : i + width] for i in range(0, len(letters), width)],
+        }
+
+
+def proved_map(scene: Scene, x: MapSide, y: MapSide, progress: Progress = silent) -> ProvedMap:
+    """Prove what can be proved of each cell at its start."""
+    found: list[ProvedCell] = []
+    for down in y.middles():
+        for across in x.middles():
+            reach = {x.name: x.half, y.name: y.half}
+            middle = {x.name: across, y.name: down}
+            found.append(ProvedCell(across, down, _fate(scene, middle, reach, QUARTERINGS)))
+            progress(len(found) / (x.count * y.count))
+    return ProvedMap(scene, x, y, tuple(found))
+
+
+def _fate(
+    scene: Scene, middle: Mapping[str, Fraction], reach: Mapping[str, Fraction], deeper: int
+) -> str:
+    values = {name: getattr(scene.start, name) for name in EulerState._fields[1:]}
+    start = replace(scene.start, **{**values, **middle})
+    verdict = fate_at_the_start(Box(replace(scene, start=start), reach))
+    if verdict != UNDECIDED or not deeper:
+        return verdict
+    (x, across), (y, down) = ((name, width / 2) for name, width in reach.items())
+    verdicts = set()
+    for i in (-1, 1):
+        for j in (-1, 1):
+            part = {x: middle[x] + i * across, y: middle[y] + j * down}
+            verdicts.add(_fate(scene, part, {x: across, y: down}, deeper - 1))
+            if UNDECIDED in verdicts or len(verdicts) > 1:
+                return UNDECIDED
+    return verdicts.pop()
