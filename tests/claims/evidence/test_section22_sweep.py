@@ -60,6 +60,8 @@ def test_rows_are_the_same_when_made_again() -> None:
         plan = Plan(section22_sweep._scene(), STARTS, section22_sweep.RECORD, contact)
         again = compute(plan, mine[list(STARTS)].to_numpy(), 8)
         assert list(again["outcome"]) == list(mine["outcome"])
+        # of the present integration: another form or tolerance takes steps by the hundred more
+        assert abs(again["steps"] - mine["steps"].to_numpy()).max() <= 3
         for name in (*section22_sweep.RECORD, "t_init_A", "t_end_A", "min_g_n"):
             # twelve digits are in the file, of starts rounded to twelve digits too, and the
             # steep parts of t_init and of the extrema enlarge that
