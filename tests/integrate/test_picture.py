@@ -118,3 +118,20 @@ def test_no_mp4_without_ffmpeg(
 def test_equal_runs_make_equal_pictures(half: Scene) -> None:
     first, second = (plotting.svg_text(integrate(half).plot("theta")) for _ in range(2))
     assert first == second
+
+
+def test_estimated_errors_are_columns_and_can_be_drawn(half: Scene) -> None:
+    run = integrate(half, digits=5)
+    frame, errors = run.frame("theta", "error:theta", "digits"), run.error_over_time("theta")
+    assert list(frame.columns) == ["t", "theta", "error:theta", "digits"]
+    assert (frame["error:theta"] == errors["theta"]).all()
+    assert (frame["digits"] == errors["digits"]).all()
+    text = run.table("error:theta", numbers="text")
+    assert [float(x) for x in text["error:theta"]] == list(errors["theta"])
+    angle, digits = run.plot("error:theta", "digits").axes
+    assert (angle.get_yscale(), angle.get_ylabel()) == ("log", r"error of $\theta$ / rad")
+    assert digits.get_ylabel() == "digits / 1"
+    with pytest.raises(InputError, match="expected the samples'"):
+        run.frame("error:theta", times=["0.1"])
+    with pytest.raises(InputError, match="column: got 'nothing'"):
+        run.frame("error:nothing")

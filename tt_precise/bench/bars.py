@@ -73,7 +73,8 @@ def bars(scratch: Path, scenes: int = SCENES) -> list[Bar]:
             )
         )  # fmt: skip
     for name, argv, limit in processes.commands(scratch):
-        turn = processes.turn(argv, first=name.endswith("first run ever"))
+        first = name.endswith("first run ever")
+        turn = processes.turn(argv, scratch / "heyoka", first=first)
         found.append(Bar(name, IMPORT, turn, limit, rounds=5, budget_s=30.0))
     return found
 

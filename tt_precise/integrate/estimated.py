@@ -14,10 +14,18 @@ from tt_precise.integrate.error_over_time import Reference, error_columns
 from tt_precise.integrate.event_errors import digits_of_time, event_errors
 from tt_precise.integrate.propagate import ARRIVED
 from tt_precise.integrate.solution import Solution
+from tt_precise.integrate.tables import Numbers
 from tt_precise.numerals import as_fraction
 
 if TYPE_CHECKING:
     import pandas
+
+ERROR, DIGITS = "error:", "digits"
+
+
+def is_estimate(name: str) -> bool:
+    """Whether a column of ``frame`` is one of estimated errors."""
+    return name == DIGITS or name.startswith(ERROR)
 
 
 class Estimated:
@@ -99,3 +107,18 @@ class Estimated:
             Reference(run._tables, as_fraction(run._dense_output.end), run.status == self.status)
             for run in beside or self.reference_runs
         ]
+
+    def _with_errors(
+        self: Any, table: dict[str, Array], wanted: Sequence[str], numbers: Numbers
+    ) -> dict[str, Array]:
+        named = [name.removeprefix(ERROR) for name in wanted if name.startswith(ERROR)]
+        errors = self._errors(named)
+        found = {"t": table["t"]}
+        for name in wanted:
+            if is_estimate(name):
+                values = errors[name.removeprefix(ERROR)]
+                shown = [None if v != v else repr(v) for v in values.tolist()]
+                found[name] = shown if numbers == "text" else values
+            else:
+                found[name] = table[name]
+        return found

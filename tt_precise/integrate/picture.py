@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from tt_precise import plotting
+from tt_precise.integrate.estimated import DIGITS, ERROR
 from tt_precise.notebook import table
 
 if TYPE_CHECKING:
@@ -74,8 +75,11 @@ def _panel(
     for name in names:
         at = plotting.thinned(samples["t"].to_numpy(), samples[name].to_numpy())
         axes.plot(samples["t"].to_numpy()[at], samples[name].to_numpy()[at], label=_label(name))
-    unit = described(names[0]).unit
+    first = names[0].removeprefix(ERROR)
+    unit = "1" if first == DIGITS else described(first).unit
     unit = SHORT_UNITS.get(unit, unit)
+    if names[0].startswith(ERROR):
+        axes.set_yscale("log")
     axes.set_ylabel((f"{_label(names[0])} / " if len(names) == 1 else "") + unit)
     if len(names) > 1:
         axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
@@ -111,4 +115,6 @@ def _events(axes: Axes, trajectory: Trajectory) -> None:
 
 
 def _label(name: str) -> str:
+    if name.startswith(ERROR):
+        return f"error of {_label(name.removeprefix(ERROR))}"
     return LABELS.get(name, name)

@@ -14,7 +14,7 @@ from tt_precise.body import Dimension
 from tt_precise.errors import InputError
 from tt_precise.integrate.accuracy import End
 from tt_precise.integrate.columns import Columns, State
-from tt_precise.integrate.estimated import Estimated
+from tt_precise.integrate.estimated import Estimated, is_estimate
 from tt_precise.integrate.events import not_alternating
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.integrate.pose import POSE, POSE_NAMES, expanded
@@ -175,7 +175,9 @@ class Trajectory(Estimated):
         names
             State entries (kx, theta, ...), recorded quadratures, or any quantity; by default
             all vector and Euler columns and what was recorded. "pose" stands for the columns of
-            the pose, "pose:xyzw" for them with the scalar of the quaternion last.
+            the pose, "pose:xyzw" for them with the scalar of the quaternion last. "error:" before
+            a name stands for its estimated error, "digits" for those of the state's worst entry
+            (``error_over_time``).
         times
             In s; by default the scene's samples.
         numbers
@@ -211,6 +213,12 @@ class Trajectory(Estimated):
             )
         exact = self.sample_times if times is None else tuple(map(as_fraction, times))
         wanted = expanded(names or self._columns.names)
+        if any(map(is_estimate, wanted)):
+            if times is not None:
+                raise InputError("times: got some beside estimated errors, expected the samples'")
+            plain = [name for name in wanted if not is_estimate(name)]
+            found = self.table(*plain or ["theta"], numbers=numbers, progress=progress)
+            return self._with_errors(found, wanted, numbers)
         missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
         if not missing:
             return self._tables.columns(wanted, exact, numbers, progress)
