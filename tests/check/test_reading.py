@@ -281,3 +281,16 @@ def test_nothing_but_input_errors_come_out_of_a_file(
     path.write_text("\n".join(["t,kx,ky,kz,Lx,Ly,Lz", *(",".join(row) for row in rows)]))
     with numpy.errstate(all="ignore"), suppress(tt.InputError):
         tt.check.conservation(path, "reference")
+
+
+def test_progress_goes_from_block_to_block_to_the_end(
+    healthy: Healthy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pyarrow", reason="needs the extra parquet")
+    healthy().to_parquet(tmp_path / "run.parquet")
+    monkeypatch.setattr(array_sources, "BLOCK_ROWS", 200)
+    seen: list[float] = []
+    with closing(open_source(tmp_path / "run.parquet")) as table:
+        rows = [len(block) for block in table.blocks(("t", "kx"), (), seen.append)]
+    assert rows == [200, 200, 200, 200, 1]
+    assert seen == [sum(rows[: n + 1]) / 801 for n in range(5)]
