@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -206,6 +207,24 @@ def test_the_fresh_computation_agrees(small: Small, fresh: list[Run]) -> None:
     assert judged(small, fresh) == ""
 
 
+def test_a_double_that_lost_more_than_the_scene_does_is_found(
+    small: Small, fresh: list[Run]
+) -> None:
+    """What the scene loses is read off the run between the finest and double."""
+    quad, double = fresh
+    other = replace(quad, label="newton double-double")
+    assert judged(small, [quad, other, double]) == ""
+    table = double.trajectory
+    row, at = list(table.rows[3]), table.columns.index("vy")
+    row[at] = repr(float(row[at]) * (1 + 1e-7))
+    rows = (*table.rows[:3], tuple(row), *table.rows[4:])
+    spoiled = replace(double, trajectory=Table(table.columns, rows))
+    found = judged(small, [quad, other, spoiled])
+    assert "trajectory.csv, line 5, vy: double agrees to 7.6 digits" in found
+    assert "as newton double-double lost" in found
+    assert "as newton quad lost" in judged(small, [quad, spoiled])
+
+
 @pytest.mark.parametrize("column", ["kx", "Lz", "theta", "omega_3"])
 def test_a_wrong_digit_under_right_hashes_is_found(
     small: Small, fresh: list[Run], column: str
@@ -280,12 +299,16 @@ def test_verify_computes_in_worker_processes(small: Small) -> None:
     assert found.digits_found >= FRESH_DIGITS
     assert found.double_digits is not None
     assert found.double_digits > 11
+    assert found.fresh == "newton triple-double"
+    # all that are printed, the last one rounded
+    assert found.digits_found > 33
 
 
 def test_what_quad_is_too_coarse_for_takes_more_bits(
     small: Small, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(verifying, "FRESH_DIGITS", 32.5)
+    monkeypatch.setattr(verifying, "FINE", "quad")
     (found,) = verify(folder=small.folder, workers=1)
     assert found.verdict == "pass"
     assert found.digits_found is not None

@@ -26,7 +26,8 @@ from tt_precise.workers import local_pool
 
 FRESH_DIGITS = 28  # a fresh computation has to find at least so many
 DIGITS_PER_BIT = math.log10(2)
-QUAD_BITS = 113
+# What golden data are compared with: by an integrator that did not make them, where there is one.
+FINE, WITHOUT_LLVM = "triple-double", "quad"
 
 # Digits of a fresh computation count relative to the size of the component at that time, its
 # largest golden entry within so many rows: a zero passed on the way does not decide, and a
@@ -35,9 +36,10 @@ QUAD_BITS = 113
 NEIGHBOURS = 20
 DECAYED = Decimal("1e-10")
 
-# A scene loses the same digits in every arithmetic, its sensitivity. Where double or quad itself
-# shows that quad cannot have 28 left, the scene is computed with as many bits as that takes; no
-# more than golden data are made with.
+# A scene loses the same digits in every arithmetic, its sensitivity. Where double or the fresh
+# computation itself shows that it cannot have 28 left, the scene is computed with as many bits as
+# that takes; no more than golden data are made with. Three doubles have all that are printed left,
+# and do not show what they lost: two doubles do.
 SPARE_BITS = 4
 MOST_BITS = LADDER[0][-1]
 
@@ -91,9 +93,10 @@ def verify(
 ) -> list[Verification]:
     """Verify golden data, by default all there are: hashes, proofs and fresh computations.
 
-    Fresh is a computation in quad, in vector form, of which at least 28 digits of every entry,
-    and every event, have to come out again; a scene too sensitive for that takes as many bits as
-    it needs. A second one is in double. Digits count relative to the component's size at the time.
+    Fresh is a computation in triple-double, in vector form, of which at least 28 digits of every
+    entry, and every event, have to come out again; a scene too sensitive for that takes as many
+    bits as it needs. Others are in double and double-double, which shows what the scene loses.
+    Digits count relative to the component's size at the time.
 
     Raises
     ------
@@ -114,13 +117,14 @@ def verify(
         stored, problems = inspected(name)
         if stored is None:
             return []
-        (run,) = runs
+        run = runs[0]
         if name not in doubles:
             doubles[name] = run
             # what double has in common with damaged data says nothing about the scene
-            rough = None if problems else _worst_in_double(stored, run)
-            return [_fine(stored, rough and bits_needed(rough.digits, run.bits))]
-        found[name] = judge(stored, problems, [run, doubles[name]])
+            rough = None if problems else _worst(stored, run)
+            fine = _fine(stored, rough and bits_needed(rough.digits, run.bits))
+            return [fine, _rough(stored, "double-double")] if fine.precision == FINE else [fine]
+        found[name] = judge(stored, problems, [*runs, doubles[name]])
         digits = found[name].digits_found
         if digits is None or digits >= FRESH_DIGITS:
             return []
@@ -129,7 +133,7 @@ def verify(
 
     # the workers compute while the files are inspected, here
     plans = {
-        name: [_double(stored)]
+        name: [_rough(stored, "double")]
         for name, stored in ((name, _readable(name, located[name])) for name in wanted)
         if stored
     }
@@ -165,8 +169,12 @@ def bits_needed(digits: float, bits: int) -> int | None:
 
 
 def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verification:
-    """The verdict on data with these ``problems`` of their own, by a fine run and a double one."""
-    finer, double = runs
+    """The verdict on data with these ``problems`` of their own.
+
+    ``runs`` are the finest and the one in double; between them one that is coarse enough to show
+    how many digits the scene loses, if the finest is not.
+    """
+    finer, double, telling = runs[0], runs[-1], runs[-2]
     found = list(problems)
     status = stored.manifest.get("status")
     if finer.status != status:
@@ -179,14 +187,15 @@ def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verif
         if one.digits < FRESH_DIGITS
     ]
     digits = min((one.digits for one in worst), default=None)
-    rough = _worst_in_double(stored, double)
-    if digits is not None and rough is not None:
-        lost = finer.bits * DIGITS_PER_BIT - digits
+    rough, shown = _worst(stored, double), _worst(stored, telling)
+    if shown is not None and rough is not None:
+        left = shown.digits if telling is not finer or digits is None else digits
+        lost = telling.bits * DIGITS_PER_BIT - left
         expected = double.bits * DIGITS_PER_BIT - lost - DOUBLE_MARGIN
         if rough.digits < expected:
             found.append(
                 f"{rough}: double agrees to {rough.digits:.1f} digits, expected {expected:.1f}, "
-                f"as {finer.label} lost {lost:.1f}"
+                f"as {telling.label} lost {lost:.1f}"
             )
     claimed = stored.manifest.get("digits")
     return Verification(
@@ -216,20 +225,23 @@ def _proved(name: str, folder: Path) -> int | None:
     return record.digits if record else None
 
 
-def _worst_in_double(stored: Stored, double: Run) -> WorstEntry | None:
-    found = _compared(stored, TRAJECTORY, double.trajectory, [])
+def _worst(stored: Stored, run: Run) -> WorstEntry | None:
+    found = _compared(stored, TRAJECTORY, run.trajectory, [])
     return min(found, key=lambda one: one.digits, default=None)
 
 
 def _fine(stored: Stored, bits: int | None) -> Task:
-    """The fresh computation: in quad, or, where that has too few bits, in ``mp``."""
-    if bits is None or bits <= QUAD_BITS:
-        return Task(stored.name, stored.scene_text, "quad", None, "newton")
+    """The fresh computation: in ``FINE``, or, where that has too few bits, in ``mp``."""
+    from tt_precise.integrate.precision import BITS, is_available
+
+    precision = FINE if is_available(FINE) else WITHOUT_LLVM
+    if bits is None or bits <= BITS[precision]:
+        return Task(stored.name, stored.scene_text, precision, None, "newton")
     return Task(stored.name, stored.scene_text, "mp", bits + SPARE_BITS, "newton")
 
 
-def _double(stored: Stored) -> Task:
-    return Task(stored.name, stored.scene_text, "double", None, "newton", events=False)
+def _rough(stored: Stored, precision: str) -> Task:
+    return Task(stored.name, stored.scene_text, precision, None, "newton", events=False)
 
 
 def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[WorstEntry]:
