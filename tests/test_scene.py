@@ -102,7 +102,7 @@ def test_bare_toml_numbers_stay_exact() -> None:
         (
             'title = "A top"',
             'titel = "A top"',
-            "unknown key titel, expected only: body, friction",
+            "unknown key titel, expected only: body, contact, friction",
         ),
         ('title = "A top"', '"a\\nb" = 1', "unknown key 'a\\nb', expected"),
         ('mu = "0.3"\n', "", "missing key body.mu, expected it to be given"),

@@ -59,9 +59,11 @@ class TippeTop(Parameters):
         I3 <= 2 I1 (no mass distribution has more); mu >= 0.
     """
 
+    words: ClassVar[tuple[str, ...]] = ()  # entries that are no numbers
+
     def __post_init__(self) -> None:
-        for field in fields(self):
-            object.__setattr__(self, field.name, written(getattr(self, field.name), field.name))
+        for name in (field.name for field in fields(self) if field.name not in self.words):
+            object.__setattr__(self, name, written(getattr(self, name), name))
         for name in ("m", "R", "I1", "I3", "g"):
             _require(getattr(self, name) > 0, name, getattr(self, name), "a number above 0")
         _require(0 < self.alpha < 1, "alpha", self.alpha, "a number between 0 and 1, both excluded")
@@ -76,11 +78,11 @@ class TippeTop(Parameters):
     @classmethod
     def from_ratios(cls, **given: str | int | Fraction) -> TippeTop:
         """A body whose I1 and I3 are given in units of m R^2, as in a scene file."""
-        values = {name: written(value, name) for name, value in given.items()}
+        values = {n: written(x, n) for n, x in given.items() if n not in cls.words}
         scale = values["m"] * values["R"] ** 2
         values["I1"] *= scale
         values["I3"] *= scale
-        return cls(**values)
+        return cls(**values, **{name: given[name] for name in cls.words})
 
     def numbers(self, convert: Callable[[Fraction], Scalar]) -> Parameters:
         """These parameters (SI) in another arithmetic; ``convert`` rounds one exact number."""

@@ -21,7 +21,8 @@ class InitialState:
 
     ``vectors`` and ``euler`` are the same state, each made from the exact numbers: beside the
     inverted pole the vectors do not go through theta = pi - offset. ``until`` is the scene's
-    horizon. All in the units ``units``, which are given in SI.
+    horizon. All in the units ``units``, which are given in SI. ``row`` is there where a run goes
+    on from a former piece: the state of its own formulation, and quadratures (scaled) behind it.
     """
 
     model: str
@@ -30,6 +31,7 @@ class InitialState:
     vectors: NewtonState
     euler: EulerState
     until: Scalar
+    row: tuple[Scalar, ...] = ()
 
     @classmethod
     def of(cls, scene: Scene, arithmetic: Arithmetic) -> InitialState:
@@ -58,7 +60,14 @@ class InitialState:
 
     def state(self, form: Formulation) -> tuple[Scalar, ...]:
         """The state as ``form`` has it, in the order of its columns."""
+        if self.row:
+            return self.row[: len(form.columns)]
         return tuple(form.start(self.body, self.vectors, self.euler))
+
+    def first_row(self, form: Formulation, record: tuple[str, ...]) -> tuple[Scalar, ...]:
+        """The state with the quadratures ``record`` behind it, which begin at zero."""
+        zero = self.until * 0
+        return self.row or (*self.state(form), *(zero for _ in record))
 
     def parameters(self, form: Formulation) -> tuple[Scalar, ...]:
         """The body's ``parameters`` that ``form`` leaves open."""
@@ -73,8 +82,9 @@ class InitialState:
         return replace(
             self,
             body=self.body.map(convert),
-            vectors=NewtonState(*map(convert, self.vectors)),
+            vectors=type(self.vectors)(*map(convert, self.vectors)),
             euler=EulerState(*map(convert, self.euler)),
+            row=tuple(map(convert, self.row)),
         )
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.body import TippeTop, require_si
+from tt_precise.compliance import CompliantTop, top_in_contact
 from tt_precise.dry_friction import top_with_friction
 from tt_precise.errors import InputError
 from tt_precise.notebook import table
@@ -47,7 +48,7 @@ class Scene:
     Times in s. ``record`` names quadratures from ``RECORDABLE`` (phi, psi in rad; x, y of the
     centre of mass in m); ``events`` names entries of the event catalogue. ``start`` may be a
     mapping of entries as in a scene file, psi_dot and at_rest too; ``given`` keeps those from
-    which others are computed.
+    which others are computed. ``flies`` says that the top flies on where contact is lost.
 
     Raises
     ------
@@ -65,6 +66,7 @@ class Scene:
     source: str = ""
     record: tuple[str, ...] = ()
     events: tuple[str, ...] = ()
+    flies: bool = False
     text: str = field(default="", repr=False, compare=False)
     given: Mapping[str, Json] = field(default_factory=dict, repr=False, compare=False)
 
@@ -91,6 +93,11 @@ class Scene:
             raise InputError(
                 f"sample_every: got {shown:g}, which makes more than "
                 f"{MOST_SAMPLES} samples; expected a longer interval"
+            )
+        if self.model == "rolling" and isinstance(self.body, CompliantTop):
+            raise InputError(
+                "model: got rolling on an elastic table, expected gliding: rolling is a "
+                "constraint of a rigid contact"
             )
         if self.model == "rolling" and (self.start.nu_x or self.start.nu_y):
             raise InputError("nu_x, nu_y: got a gliding velocity, expected none in a rolling scene")
@@ -178,6 +185,16 @@ class Scene:
             ],
         )
 
+    @property
+    def lifts(self) -> bool:
+        """Whether the lowest point of the top need not be at the table's height."""
+        return self.flies or isinstance(self.body, CompliantTop)
+
+    @property
+    def in_pieces(self) -> bool:
+        """Whether its motion may come in pieces, each under equations of its own."""
+        return self.lifts or (self.body.law == "coulomb" and self.model == "gliding")
+
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
         """Exact sample times in s: multiples of ``sample_every`` from 0, and the end."""
@@ -232,7 +249,7 @@ def parse_scene(text: str, name: str, where: str) -> Scene:
 
 
 def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
-    _keys(table, {"model", "body", "start", "run"}, {"title", "source", "friction"}, "")
+    _keys(table, {"model", "body", "start", "run"}, {"title", "source", "friction", "contact"}, "")
     body, start, run = (_subtable(table, key) for key in ("body", "start", "run"))
     friction = _subtable(table, "friction") if "friction" in table else None
     parameters = {f.name for f in fields(TippeTop)}
@@ -240,7 +257,8 @@ def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
     needed, extra = (parameters, set()) if friction is None else (parameters - {"mu"}, {"mu"})
     _keys(body, needed, extra, "body.")
     _keys(run, {"until"}, {"sample_every", "record", "events"}, "run.")
-    top = _top(body, friction)
+    contact = _subtable(table, "contact") if "contact" in table else {}
+    top, flies = top_in_contact(_top(body, friction), contact)
     require_si(top)
     return Scene(
         name=name,
@@ -253,6 +271,7 @@ def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
         source=_text(table, "source"),
         record=_names(run, "record"),
         events=_names(run, "events"),
+        flies=flies,
         text=text,
     )
 

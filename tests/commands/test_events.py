@@ -7,6 +7,7 @@ import pytest
 
 from tt_precise import cli
 from tt_precise.integrate import EVENTS, TERMINAL, Trajectory, catalogue, integrate
+from tt_precise.integrate.events import JOINING
 
 SCHEMA = "tt_precise.events/1"
 
@@ -23,6 +24,8 @@ def test_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
         assert f"{name:<20} {event.meaning}" in lines
     for of_any in ("extremum:QUANTITY ", "zero:QUANTITY "):
         assert any(line.startswith(of_any) for line in lines)
+    start = lines.index("always recorded where they happen; they join two pieces of a trajectory:")
+    assert [line.split()[0] for line in lines[start + 1 :]][: len(JOINING)] == list(JOINING)
     start = lines.index("always watched; they end a trajectory:")
     assert [line.split()[0] for line in lines[start + 1 :]] == list(TERMINAL)
 
@@ -32,6 +35,7 @@ def test_the_catalogue_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     printed = json.loads(capsys.readouterr().out)
     assert printed["schema"] == SCHEMA
     assert printed["events"] == {name: event.meaning for name, event in EVENTS.items()}
+    assert printed["joining"] == JOINING
     assert printed["terminal"] == TERMINAL
 
 

@@ -10,7 +10,7 @@ from tt_precise.errors import InputError
 from tt_precise.exact import identities
 from tt_precise.exact.identities import IDENTITIES, prove, prove_all
 from tt_precise.exact.proof import POINTS, RATIONAL_POINTS, SYMBOLIC, Identity
-from tt_precise.mechanics import conversion, euler, friction, newton, rolling, turning
+from tt_precise.mechanics import conversion, euler, friction, newton, polar, rolling, turning
 from tt_precise.mechanics.quantities import QUANTITIES
 
 Spoil = Callable[[pytest.MonkeyPatch], None]
@@ -95,7 +95,7 @@ CONTROLS: dict[str, Spoil] = {
     "lambda is constant under any contact force": _entry(newton, "axis_rate", 0),
     "E changes by the power of any contact force": _entry(newton, "swing", 1),
     "dry friction: size, direction and loss": _entry(friction, "coefficient"),
-    "Coulomb's law in polar form": _field(friction, "polar_rates", "ex"),
+    "Coulomb's law in polar form": _field(polar, "rates", "ex"),
     "turning frame = Newton form": _field(turning, "rates", "lx"),
     "rolling meets gliding at the cone": _entry(rolling, "constraint_force", 0),
 }

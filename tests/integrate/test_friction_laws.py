@@ -91,18 +91,6 @@ def test_epsilon_to_zero_is_coulomb_at_order_2_while_the_top_glides() -> None:
     assert orders == pytest.approx([2, 2], abs=0.1)
 
 
-def test_coulomb_ends_where_the_top_sticks() -> None:
-    trajectory = tt.integrate(dry(COULOMB, until="2"))
-    assert trajectory.status == "sticking"
-    assert 0.9 < float(trajectory.t_end) < 0.95
-    assert numpy.hypot(float(trajectory.state.nu_x), float(trajectory.state.nu_y)) < 1e-6
-
-
-def test_coulomb_needs_a_direction() -> None:
-    with pytest.raises(InputError, match=r"got no gliding velocity at t = 0.*nu_x or nu_y"):
-        tt.integrate(dry(COULOMB, nu_y="0"))
-
-
 def test_scene_files() -> None:
     scene = regularised("1e-3")
     assert scene.body.law == "regularised"

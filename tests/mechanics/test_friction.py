@@ -67,16 +67,6 @@ def test_dimensionless_and_si_give_the_same_force(mp: Any, rounded: Any) -> None
             assert mp.almosteq(one, two * si.m * si.g, rel_eps=mp.mpf("1e-55"))
 
 
-def test_polar_rates_are_finite_where_the_gliding_ends() -> None:
-    body = CoulombParameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3)
-    state = friction.PolarState(0.6, 0.0, 0.8, 1.0, 2.0, 3.0, 0.0, 0.6, 0.8, 0.0)
-    rates = friction.polar_rates(body, state)
-    assert numpy.isfinite(rates).all()
-    # at v = 0 only the direction moves, and it stays a unit vector
-    assert [i for i, rate in enumerate(rates) if rate] == [7, 8]
-    assert rates.ex * state.ex + rates.ey * state.ey == pytest.approx(0, abs=1e-16)
-
-
 def test_a_steep_cone_holds_and_a_flat_one_does_not() -> None:
     plain = Parameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3)
     state = NewtonState(0.6, 0.0, 0.8, 0.1, 0.2, 1.0, 0.0, 0.0)

@@ -56,6 +56,11 @@ def problem_of(scene: Scene) -> Problem:
             f"{scene.name}: got {scene.body.law} friction, expected the viscous law: proofs cover "
             "equations without roots"
         )
+    if scene.lifts:
+        raise InputError(
+            f"{scene.name}: got a scene with flight or an elastic table, expected a rigid one that "
+            "ends where contact is lost: proofs cover one set of equations"
+        )
     form = form_of(scene)
 
     def rates(

@@ -80,6 +80,8 @@ def _energy(integral: Integral) -> RowCheck:
     conserved = _integral(integral)
 
     def skipped(setup: CheckSetup, first: Samples) -> str:
+        if setup.scene.lifts:
+            return "needs the height of the lowest point, which no column set has"
         return "" if setup.velocity_known else _no_velocity(setup)
 
     def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:

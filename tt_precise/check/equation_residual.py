@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy
 
 from tt_precise.arithmetic import Array, Scalar
+from tt_precise.body import Parameters
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.shooting import follow
 from tt_precise.mechanics import quantities
@@ -30,7 +31,7 @@ from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.taylor import SeriesFunctions, integral, solution
+from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries, integral, solution
 from tt_precise.mechanics.vectors import cross, dot
 
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval
@@ -176,7 +177,10 @@ class EquationResidual:
         """Values (functions, rows), and Taylor coefficients of their rates, of every row."""
         body, model = self.setup.body, self.setup.scene.model
         width = len(self._form.columns)
-        entries = solution(self._rates, list(state[:width]), order)
+        with numpy.errstate(all="ignore"):
+            entries = solution(self._rates, list(state[:width]), order)
+        if body.law == "coulomb" and model == "gliding":
+            _let_roll(body, state, entries, order)
         full = NewtonState(*entries, *(0,) * (8 - width))
         functions = full[:width] if self.setup.columns.azimuth else _without_azimuth(full, width)
         values = [f.c[0] / size for f, size in zip(functions, self._sizes, strict=False)]
@@ -184,8 +188,34 @@ class EquationResidual:
         q, q_rows = Motion(body, full, SeriesFunctions, model), Motion(body, state, numpy, model)
         values.append(quantities.E(q_rows) / self._energy_size)
         power: Array = 0.0 if model == "rolling" else quantities.E_dot(q).c[:order]
+        if body.law == "coulomb" and model == "gliding":
+            power = numpy.where(q_rows.rolls, 0.0, power)
         slopes.append(power / self._energy_size + numpy.zeros_like(slopes[0]))
         return numpy.array(values), numpy.array(slopes)
+
+
+def _let_roll(
+    body: Parameters, state: NewtonState, entries: Sequence[TaylorSeries], order: int
+) -> None:
+    """Replace, in rows at rest, the series of gliding by those of rolling.
+
+    Coulomb's friction: what such a row belongs to. An interval between a row at rest and one that
+    glides is not smooth, and its quadrature shows no convergence.
+    """
+    rest = (state.vx == 0) & (state.vy == 0)
+    if not rest.any():
+        return
+    roll = formulation("rolling", "newton")
+
+    def rates(parts: tuple[TaylorSeries, ...]) -> Sequence[Scalar]:
+        found: Sequence[Scalar] = roll.rates(body, roll.State(*parts), SeriesFunctions)
+        return found
+
+    rolling = solution(rates, [numpy.asarray(entry)[rest] for entry in state[:6]], order)
+    for whole, part in zip(entries, rolling, strict=False):
+        whole.c[:, rest] = part.c
+    for whole in entries[6:]:
+        whole.c[:, rest] = 0.0
 
 
 def _without_azimuth(state: NewtonState, width: int) -> tuple[Scalar, ...]:

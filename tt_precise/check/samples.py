@@ -52,7 +52,7 @@ class CheckSetup:
     @property
     def own_force(self) -> bool:
         """Whether the contact force follows from the state."""
-        return self.friction == "scene"
+        return self.friction == "scene" and not self.scene.lifts
 
     @property
     def velocity_known(self) -> bool:

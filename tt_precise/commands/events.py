@@ -61,16 +61,20 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
 
 
 def _catalogue(as_json: bool) -> int:
-    from tt_precise.integrate.events import EVENTS, EXTREMUM, TERMINAL, ZERO
+    from tt_precise.integrate.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
 
     if as_json:
         listed = {name: event.meaning for name, event in EVENTS.items()}
-        click.echo(json.dumps({"schema": SCHEMA, "events": listed, "terminal": TERMINAL}))
+        told = {"schema": SCHEMA, "events": listed, "joining": JOINING, "terminal": TERMINAL}
+        click.echo(json.dumps(told))
         return 0
     for name, event in EVENTS.items():
         click.echo(f"{name:<20} {event.meaning}")
     click.echo(f"{EXTREMUM + 'QUANTITY':<20} extremum of any quantity, such as {EXTREMUM}g_n")
     click.echo(f"{ZERO + 'QUANTITY':<20} any quantity changes sign, such as {ZERO}E_dot")
+    click.echo("always recorded where they happen; they join two pieces of a trajectory:")
+    for name, meaning in JOINING.items():
+        click.echo(f"{name:<20} {meaning}")
     click.echo("always watched; they end a trajectory:")
     for name, meaning in TERMINAL.items():
         click.echo(f"{name:<20} {meaning}")

@@ -37,6 +37,14 @@ mu = "0.3"                       # s/m: friction F_f = -mu g_n v_A
 # law = "regularised"            # or "coulomb"
 # mu = "0.3"                     # dimensionless
 # epsilon = "0.001"              # m/s, only for "regularised"
+#
+# Where contact is lost the run ends. To fly on, or for an elastic table:
+# [contact]
+# lost = "fly"                   # with law = "rigid", which is the default
+# law = "compliant"
+# force = "linear"               # or "hunt-crossley"
+# stiffness = "1000"             # N/m, or N/m^(3/2)
+# damping = "0.2"                # N s/m, or s/m
 
 [start]                          # rad, rad/s, m/s; what is left out is 0
 theta = "0.1"                    # inclination of the axis, 0 (upright) to pi

@@ -17,9 +17,9 @@ from tt_precise.body import Parameters
 from tt_precise.dry_friction import CoulombParameters, RegularisedParameters
 from tt_precise.exact.chart import ForceChart
 from tt_precise.exact.proof import RATIONAL_POINTS, circle, identity, positive, signed
-from tt_precise.mechanics import friction, newton, quantities, rolling
-from tt_precise.mechanics.friction import PolarState
+from tt_precise.mechanics import friction, newton, polar, quantities, rolling
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.polar import PolarState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot, subtracted
 
@@ -59,12 +59,13 @@ def _polar(draws: random.Random) -> Iterable[Scalar]:
     _, (body, state, speed) = _gliding(draws)
     e = (state.vx / speed, state.vy / speed)
     plain = newton.rates(friction.viscous_at(body, state.vx, state.vy, Roots), state)
-    polar = friction.polar_rates(body, PolarState(*state[:6], speed, *e, Fraction(0)))
-    yield from (one - speed * other for one, other in zip(polar[:6], plain[:6], strict=True))
-    for direction, turning, rate in zip(e, polar[7:9], plain[6:], strict=True):
-        yield polar.v * direction + speed * turning - speed * rate
-    yield polar.ex * e[0] + polar.ey * e[1]
-    yield polar.t - speed
+    found = polar.rates(body, PolarState(*state[:6], speed, *e, Fraction(0)), Exponential)
+    yield from (one - speed * other for one, other in zip(found[:6], plain[:6], strict=True))
+    for part, turning, rate in zip(e, found[7:9], plain[6:], strict=True):
+        # v' = v (ln v)'
+        yield speed * found.log_v * part + speed * turning - speed * rate
+    yield found.ex * e[0] + found.ey * e[1]
+    yield found.t - speed
 
 
 @identity("rolling meets gliding at the cone", "(1), v_A = 0", RATIONAL_POINTS)
@@ -74,7 +75,7 @@ def _cone(draws: random.Random) -> Iterable[Scalar]:
     force = rolling.constraint_force(body, state)
     largest = body.mu * force[2]
     e = (-force[0] / largest, -force[1] / largest)
-    rates = friction.along_direction(body, PolarState(*state[:6], 0, *e, 0))
+    rates = polar.along_direction(body, NewtonState(*state[:6], *e))
     yield from (rates.vx, rates.vy)
     yield friction.cone_margin(body, state) - largest**2 * (1 - e[0] ** 2 - e[1] ** 2)
 
@@ -89,6 +90,15 @@ class Roots:
         if root * root != value:
             raise ValueError(f"{value} is not the square of a fraction")
         return root
+
+
+class Exponential(Roots):
+    """Fractions in which exp is the identity: what holds for every exp(ln v) holds for every v."""
+
+    @staticmethod
+    def exp(value: Fraction) -> Fraction:
+        """The speed, which stands in the place of its logarithm."""
+        return value
 
 
 def _gliding(

@@ -48,6 +48,7 @@ class Carrier:
 
     def __init__(self, scene: Scene, vectors: Sequence[numpy.ndarray]):
         self._body = scene.body.numbers(float)
+        self._lifts = scene.lifts
         self._form = formulation(scene.model, "newton", scene.body.law)
         self._start = [numpy.asarray(entry, float) for entry in vectors]
 
@@ -110,6 +111,13 @@ class Carrier:
                     + tail[:, None] * self._scales
                     + rounding[part, None] * abs(matrix[1])
                 )
+                if self._lifts:  # where the top is not on the table, the equations are others
+                    bound[part] = numpy.inf
+                if self._form.law == "coulomb":
+                    # smooth only while the gliding cannot come to rest
+                    moved = numpy.hypot(sizes[:, 6], sizes[:, 7])
+                    speed = numpy.hypot(*(entry[rows[part.start]] for entry in self._start[6:]))
+                    bound[part][~(moved < speed)] = numpy.inf
         given = numpy.array([entry[rows] for entry in self._start[:width]]).T
         values = (given + change).T
         bounds = (bound + EPS * (abs(given) + abs(change))).T

@@ -19,12 +19,12 @@ from tt_precise.golden.digits import (
 )
 from tt_precise.golden.runs import DIGITS, ENOUGH, TERMINAL_DIRECTION, Run
 from tt_precise.golden.table import Table
-from tt_precise.integrate.events import EVENTS
+from tt_precise.integrate.events import EVENTS, JOINING, TERMINAL
 from tt_precise.scene import Scene
 
 SAME_TIME = Decimal("1e-30")  # relative; events this close are one instant, listed by name
 UNDEFINED_AT_POLE = ("theta_dot", "phi_dot", "nu_x", "nu_y")
-ORDER = [*EVENTS, "contact_lost", "singular_contact"]
+ORDER = [*EVENTS, *JOINING, *TERMINAL]
 
 
 Agreements = dict[str, dict[str, float]]

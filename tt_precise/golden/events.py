@@ -8,20 +8,18 @@ the function changes sign around it.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.golden.table import Table
-from tt_precise.integrate.events import EVENTS
+from tt_precise.integrate.events import EVENTS, JOINING, not_alternating
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory
 
 # Rounding splits a double root by about eps^(1/2), a triple one by eps^(1/3).
 ROOT_ORDER = 4
-TURNING_POINTS = ("theta_min", "theta_max")
 
 
 def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
@@ -30,7 +28,7 @@ def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
     changes = _Changes(trajectory)
     rows = []
     for _, event in trajectory.events.iterrows():
-        if changes.sign_at(str(event["name"]), event["t"]):
+        if event["name"] in JOINING or changes.sign_at(str(event["name"]), event["t"]):
             values = [event[name] for name in names]
             cells = ["" if value is None else text(context.mpf(value)) for value in values]
             rows.append((str(event["name"]), cells[0], str(int(event["direction"])), *cells[1:]))
@@ -42,15 +40,8 @@ def suspects(events: Table) -> tuple[str, ...]:
 
     Minima and maxima of theta are zeros of one function and count together.
     """
-    directions: dict[str, list[int]] = {}
-    for name, _, direction, *_ in events.rows:
-        key = "turning points" if name in TURNING_POINTS else name
-        directions.setdefault(key, []).append(int(direction))
-    return tuple(
-        name
-        for name, signs in directions.items()
-        if any(a * b != -1 for a, b in itertools.pairwise(signs))
-    )
+    found = ((name, int(direction)) for name, _, direction, *_ in events.rows)
+    return not_alternating(found, EVENTS)
 
 
 class _Changes:

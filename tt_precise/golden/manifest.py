@@ -25,7 +25,7 @@ from tt_precise.golden.runs import DIGITS, Run
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS as CATALOGUE
-from tt_precise.integrate.events import TERMINAL
+from tt_precise.integrate.events import JOINING, TERMINAL
 from tt_precise.mechanics.columns import described
 from tt_precise.scene import Scene
 from tt_precise.untyped import Json
@@ -96,7 +96,7 @@ def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Json]:
         "digits": min(claimed, default=DIGITS),
         "files": files,
         "event_meanings": {
-            name: CATALOGUE[name].meaning if name in CATALOGUE else TERMINAL[name]
+            name: CATALOGUE[name].meaning if name in CATALOGUE else {**TERMINAL, **JOINING}[name]
             for name in dict.fromkeys(events.column("name"))
         },
     }

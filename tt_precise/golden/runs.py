@@ -86,9 +86,10 @@ def tasks(scene: Scene, bits: tuple[int, int]) -> list[Task]:
 
 def columns(scene: Scene) -> tuple[str, ...]:
     """The columns of a golden trajectory: time, vectors, Euler angles, what the scene records."""
-    from tt_precise.integrate.columns import EULER_COLUMNS, VECTOR_COLUMNS
+    from tt_precise.integrate.columns import EULER_COLUMNS, LIFTED_COLUMNS, VECTOR_COLUMNS
 
-    return ("t", *VECTOR_COLUMNS, *EULER_COLUMNS, *scene.record)
+    lifted = LIFTED_COLUMNS if scene.lifts else ()
+    return ("t", *VECTOR_COLUMNS, *EULER_COLUMNS, *lifted, *scene.record)
 
 
 def perform(task: Task) -> Run:

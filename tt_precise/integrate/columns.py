@@ -19,6 +19,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.untyped import Json
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
+LIFTED_COLUMNS = ("height", "rise")  # of the lowest point, which is else on the table
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
 Row = tuple[Scalar, ...]
@@ -81,13 +82,15 @@ class Columns:
 
     def __init__(self, setup: Setup, start: InitialState):
         self.form, self.record, self.precision = setup.formulation, setup.record, setup.precision
-        self.start = start
+        self.start, self.lifts = start, setup.lifts
         self._factors: dict[Hashable, Scalar] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
         """Default columns: vectors where the azimuth is known, Euler state, quadratures."""
-        return (*(VECTOR_COLUMNS if self.has_azimuth else ()), *EULER_COLUMNS, *self.record)
+        lifted = LIFTED_COLUMNS if self.lifts else ()
+        vectors = VECTOR_COLUMNS if self.has_azimuth else ()
+        return (*vectors, *EULER_COLUMNS, *lifted, *self.record)
 
     @property
     def has_azimuth(self) -> bool:
@@ -175,6 +178,8 @@ class Columns:
     def _entry(self, name: str, row: tuple[Scalar, ...], q: Motion) -> Scalar:
         if name in self.record:
             return self._recorded(row)[name]
+        if name in LIFTED_COLUMNS:
+            return getattr(q.state, name, 0 * q.state.kz)
         if name in VECTOR_COLUMNS:
             return getattr(q.state, name)
         if name in POSE_NAMES:

@@ -30,10 +30,10 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
         The top would not stay on the table at t = 0: g_n or its denominator is not positive.
         With ``contact`` "bilateral" g_n may be negative.
     """
-    if start.model == "gliding" and start.body.law == "coulomb" and not any(start.vectors.v):
+    if contact == "bilateral" and start.body.law == "coulomb" and start.model == "gliding":
         raise InputError(
-            f"{name}: got no gliding velocity at t = 0, expected one: Coulomb's friction has no "
-            "direction there; give nu_x or nu_y, or take the law regularised"
+            f"{name}: got contact bilateral with Coulomb's friction, expected unilateral: there is "
+            "no cone where g_n is negative"
         )
     ended = ended_at_start(start, contact, fn)
     if not ended:

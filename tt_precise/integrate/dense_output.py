@@ -93,8 +93,7 @@ class DenseOutput:
     @cached_property
     def start_row(self) -> Row:
         """The row at t = 0, not rounded to heyoka's precision: v = 0 there is exactly 0."""
-        zero = self.precision.context.mpf(0)
-        return (*self.start.state(self.setup.formulation), *(zero for _ in self.setup.record))
+        return self.start.first_row(self.setup.formulation, self.setup.record)
 
     @cached_property
     def end_row(self) -> Row:
@@ -202,8 +201,8 @@ class DenseOutput:
                 entry[chosen] = values
 
         self._read(read, progress)
-        start = self.start.map(number).state(self.setup.formulation)
-        for entry, value in zip(entries, start, strict=False):
+        start = self.start.map(number).first_row(self.setup.formulation, self.setup.record)
+        for entry, value in zip(entries, start, strict=True):
             entry[rounded == 0] = value
         return moved_arrays(self.setup, self.start.body.map(number), tuple(entries), times.delay)
 

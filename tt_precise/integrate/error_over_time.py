@@ -10,7 +10,7 @@ from typing import NamedTuple
 from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.integrate.accuracy import digits_over_rows
 from tt_precise.integrate.tables import Tables
-from tt_precise.integrate.times import has_long_double, long_double
+from tt_precise.integrate.times import long_double
 
 
 class Reference(NamedTuple):
@@ -55,8 +55,8 @@ def _values_and_errors(
     """
     import numpy
 
-    names_of_all = {one.of.precision.name for one in (tables, *(r.tables for r in references))}
-    fast = names_of_all <= {"double", "extended"} and has_long_double()
+    references = list(references)
+    fast = all(one.in_long_double for one in (tables, *(r.tables for r in references)))
     read = _in_long_double if fast else _native
     own = read(tables, names, times)
     found = {name: numpy.zeros(len(times)) for name in names}

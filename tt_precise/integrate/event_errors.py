@@ -16,7 +16,7 @@ from tt_precise.integrate.error_over_time import Reference, distance, floats
 from tt_precise.integrate.events import EXTREMUM, Event, event_named
 from tt_precise.integrate.system import Hit
 from tt_precise.integrate.tables import Tables
-from tt_precise.integrate.times import Times, has_long_double, long_double
+from tt_precise.integrate.times import Times, long_double
 
 
 def event_errors(tables: Tables, references: Sequence[Reference]) -> dict[str, Array]:
@@ -24,10 +24,13 @@ def event_errors(tables: Tables, references: Sequence[Reference]) -> dict[str, A
 
     These are the significant ones of the worst entry of the state there, and of the time beside
     itself, or beside the unit of time where that is longer. An error is the largest of the
-    distances from ``references``, infinite where one of them has ended before.
+    distances from ``references``, infinite where one of them has ended before. In a motion of
+    several pieces they are the events that join the pieces.
     """
     import numpy
 
+    if tables.joints is not None:
+        return _errors_of_joints(tables.joints, tables, references)
     hits = sorted(tables.dense_output.propagation.hits, key=lambda hit: hit.time)
     unit = float(tables.of.start.units.time)
     times = numpy.array([float(hit.time) for hit in hits]) * unit
@@ -51,6 +54,29 @@ def digits_of_time(error: Array, time: Array, unit: float) -> Array:
 
     with numpy.errstate(divide="ignore"):
         return numpy.maximum(-numpy.log10(error / numpy.maximum(time, unit)), 0.0)
+
+
+def _errors_of_joints(
+    joints: Sequence[tuple[str, Scalar]], tables: Tables, references: Sequence[Reference]
+) -> dict[str, Array]:
+    import numpy
+
+    names, times = [name for name, _ in joints], [time for _, time in joints]
+    errors = numpy.zeros(len(names))
+    for reference in references:
+        others = reference.tables.joints or ()
+        alike = [name for name, _ in others] == names
+        apart = (
+            [float(abs(t - u)) for t, (_, u) in zip(times, others, strict=True)]
+            if alike
+            else math.inf
+        )
+        errors = numpy.maximum(errors, apart)
+    t = numpy.array([float(time) for time in times])
+    digits = digits_of_time(errors, t, float(tables.of.start.units.time))
+    most = tables.of.precision.bits * math.log10(2)
+    return {"name": numpy.array(names, dtype=object), "t": t, "error": errors,
+            "digits": numpy.minimum(digits, most)}  # fmt: skip
 
 
 def _beside(
@@ -147,7 +173,7 @@ def _columns(
 
 
 def _in_arrays(tables: Tables) -> bool:
-    return tables.of.precision.name in ("double", "extended") and has_long_double()
+    return tables.in_long_double
 
 
 def _number(tables: Tables, value: Scalar) -> Scalar:

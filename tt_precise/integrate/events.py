@@ -106,14 +106,28 @@ EVENTS = {event.name: event for event in _ALL}
 TERMINAL = {
     "contact_lost": "g_n reaches 0: the top leaves the table and the model ends",
     "singular_contact": "the denominator of g_n reaches 0: the solution blows up",
-    "sticking": "v_A reaches 0 under Coulomb's friction, where its equations are singular",
+    "landed": "a top that flew after contact was lost comes down; a rigid impact has no law here",
     "pole": "theta reaches 0 or pi, where Euler angles end (Euler form only)",
+}
+
+JOINING = {
+    "stick": "Coulomb's friction: v_A reaches 0 and the top rolls on",
+    "slip": "Coulomb's friction: the force of rolling reaches the cone and the top glides on",
+    "lift_off": "g_n reaches 0 in a scene that flies on from there",
+    "separation": "elastic table: the normal force reaches 0",
+    "landing": "elastic table: the lowest point comes down to the table",
 }
 
 
 def catalogue(model: str) -> tuple[str, ...]:
     """Names of all events that ``model`` can have, those of any quantity apart."""
     return tuple(name for name, event in EVENTS.items() if model == "gliding" or not event.gliding)
+
+
+def existing(names: Iterable[str], model: str) -> tuple[str, ...]:
+    """Those events of ``names`` that ``model`` can have."""
+    gliding = {name for name, event in EVENTS.items() if event.gliding}
+    return tuple(name for name in names if model == "gliding" or name not in gliding)
 
 
 def event_named(name: str, model: str) -> Event:
@@ -124,9 +138,13 @@ def event_named(name: str, model: str) -> Event:
     InputError
         There is no such event, or not in this model.
     """
+    if name in JOINING:
+        raise InputError(
+            f"event: got {name}, expected no such name: it is recorded wherever it happens"
+        )
     if name in EVENTS:
         event = EVENTS[name]
-        if event.gliding and model != "gliding":
+        if event.gliding and model in ("rolling", "flight"):
             raise InputError(f"event: got {name} in a {model} scene, expected no gliding event")
         return event
     quantity = QUANTITIES.get(name.partition(":")[2])
@@ -150,14 +168,20 @@ def not_alternating(found: Iterable[tuple[str, int]], recorded: Iterable[str]) -
     Minima and maxima of theta alternate with each other, where both are ``recorded``.
     """
     turning = "turning points"
-    directions: dict[str, list[int]] = {}
+    directions: dict[tuple[str, int], list[int]] = {}
+    joined = 0
     for name, direction in found:
         kind = turning if name in ("theta_min", "theta_max") else name
-        directions.setdefault(kind, []).append(int(direction))
+        joined += name in JOINING
+        # what gliding after a rest begins with does not follow on what was before
+        part = joined if kind in EVENTS and EVENTS[kind].gliding else 0
+        if name not in JOINING:
+            directions.setdefault((kind, part), []).append(int(direction))
     if not {"theta_min", "theta_max"} <= set(recorded):
-        directions.pop(turning, None)
-    return tuple(
+        directions.pop((turning, 0), None)
+    missed = (
         name
-        for name, signs in directions.items()
+        for (name, _), signs in directions.items()
         if any(a * b != -1 for a, b in itertools.pairwise(signs))
     )
+    return tuple(dict.fromkeys(missed))

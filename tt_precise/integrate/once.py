@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from tt_precise.compliance import CompliantTop
 from tt_precise.errors import InputError
 from tt_precise.integrate.contact import CONTACTS
 from tt_precise.integrate.events import event_named
@@ -12,7 +13,7 @@ from tt_precise.integrate.precision import Precision, precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import full_tolerance
 from tt_precise.integrate.trajectory import Trajectory
-from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.formulations import Formulation, elastic, integrated
 from tt_precise.progress import Progress
 from tt_precise.scene import RECORDABLE, Scene
 
@@ -39,11 +40,16 @@ def integrate_once(
         The scene or an argument cannot be used.
     """
     working = precision_named(precision, bits)
-    form = integrated(scene.model, formulation, scene.body.law)
+    form = _formulation(scene, formulation)
     if formulation == "euler":
         _require_euler_angles(scene, working)
     if contact not in CONTACTS:
         raise InputError(f"contact: got {contact!r}, expected one of: {', '.join(CONTACTS)}")
+    if contact == "bilateral" and scene.lifts:
+        raise InputError(
+            f"{scene.name}: got contact bilateral for a scene with flight or an elastic table, "
+            "expected unilateral"
+        )
     finest = full_tolerance(working)
     if tolerance != 0 and not finest <= tolerance < 1:
         raise InputError(
@@ -59,8 +65,16 @@ def integrate_once(
         options=tuple(sorted((options or {}).items())),
         contact=contact,
         paired=paired,
+        lifts=scene.lifts,
     )
     return Trajectory(scene, setup, progress)
+
+
+def _formulation(scene: Scene, coordinates: str) -> Formulation:
+    rigid = integrated(scene.model, coordinates, scene.body.law)
+    if not isinstance(scene.body, CompliantTop):
+        return rigid
+    return elastic(scene.body.spring, coordinates, scene.body.law)
 
 
 def _require_euler_angles(scene: Scene, precision: Precision) -> None:

@@ -142,6 +142,7 @@ def can_be_paired(setup: Setup) -> bool:
         and setup.tolerance >= RATIO * full_tolerance(setup.precision)
         and form.State is CentreState
         and form.law == "viscous"
+        and not setup.lifts
         and setup.contact == "unilateral"
         and not (setup.events or setup.record or setup.options)
     )

@@ -23,15 +23,19 @@ from tt_precise.progress import Progress
 from tt_precise.untyped import Adaptive, ContinuousOutput
 
 Status = Literal[
-    "complete", "contact_ignored", "contact_lost", "singular_contact", "sticking", "pole", "failed"
-]
+    "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",
+    # ends of pieces, at which another one begins
+    "slow", "fast", "stick", "slip", "landing", "sinking", "separation", "release",
+]  # fmt: skip
 ARRIVED: tuple[Status, ...] = ("complete", "contact_ignored")  # at the scene's horizon
 
 STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}  # 0.2 s or more
 
 # Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
-# other roots of its Taylor step from heyoka; so with events the first step is a tiny one.
+# other roots of its Taylor step from heyoka; so with events the first step is a tiny one. A flight
+# from the table has a triple root, of its height, there.
 FIRST_STEP = 2.0**-20
+LONGEST_OWN_TIME = 2.0**40  # where the state ends the propagation
 
 
 class Pieces(Protocol):
@@ -86,9 +90,14 @@ def propagate(
     horizon = number(start.until) if until is None else until
     with integrator(setup) as made:
         made.begin(setup, start)
-        first = number(setup.precision.context.mpf(FIRST_STEP)) if setup.events else horizon
+        if setup.formulation.own_time and until is None:
+            horizon = number(setup.precision.context.mpf(LONGEST_OWN_TIME))
+        rooted = setup.events or setup.formulation.model == "flight"
+        first = number(setup.precision.context.mpf(FIRST_STEP)) if rooted else horizon
         goals = [first, horizon] if first < horizon else [horizon]
-        longest = longest_step(start.body, start.vectors, made.adaptive.order, setup.precision)
+        longest = longest_step(
+            start.body, start.vectors, made.adaptive.order, setup.precision, setup.formulation
+        )
         limits = {} if longest is None else {"max_delta_t": number(longest)}
         outcome, steps = _advance(made, goals, dense, progress, setup.precision, limits)
         status = status_of(outcome, made.terminal)

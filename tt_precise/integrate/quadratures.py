@@ -27,7 +27,11 @@ def extended_rates(
     rates = list(form.rates(body, form.State(*state[:size]), fn))
     if record:
         q = motion(form, record, body, state, fn)
-        rates += [QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in record]
+        found = [QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in record]
+        if form.clock:
+            clock = form.clock(form.State(*state[:size]), fn)
+            found = [clock * rate for rate in found]
+        rates += found
     return rates
 
 

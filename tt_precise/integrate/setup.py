@@ -16,6 +16,7 @@ class Setup:
     ``events`` and ``record`` are names of the catalogue and of quadratures. ``tolerance`` is
     heyoka's, 0 for the full accuracy of the precision. ``options`` are further keyword arguments
     of ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral".
+    ``lifts`` says that the lowest point need not be at the table's height.
     ``paired`` runs are made together with their reference run where ``paired`` can do that.
     """
 
@@ -27,6 +28,7 @@ class Setup:
     options: tuple[tuple[str, Any], ...] = ()
     contact: str = "unilateral"
     paired: bool = False
+    lifts: bool = False
 
     def but(self, **changes: Any) -> Setup:
         """The same setup with some of its fields replaced."""

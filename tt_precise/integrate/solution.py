@@ -6,14 +6,20 @@ import threading
 from functools import lru_cache
 from typing import NamedTuple
 
+from tt_precise.compliance import CompliantTop
+from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
+from tt_precise.integrate.continuing import propagated
 from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
+from tt_precise.integrate.lifting import bouncing, flying_on
 from tt_precise.integrate.paired import Beginning, Pair, can_be_paired, propagate_pair
 from tt_precise.integrate.paired_in_doubles import PairInDoubles, pair_in_doubles, run_in_doubles
+from tt_precise.integrate.pieces import MotionPiece, joined
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import propagate
 from tt_precise.integrate.setup import Setup
+from tt_precise.integrate.stick_slip import pieces_of
 from tt_precise.progress import Progress
 from tt_precise.scene import Scene
 
@@ -43,6 +49,11 @@ def solve(
     precision = setup.precision
     begun = beginning(scene, precision, setup.contact, threading.get_ident())
     start = begun.reference if rounded_otherwise else begun.start
+    if precision.doubles and scene.in_pieces:
+        raise InputError(
+            f"{scene.name}: got {precision.name}, expected double, extended, quad or mp for a "
+            "motion that may come in pieces"
+        )
     if precision.doubles:
         run = run_in_doubles(setup, start, progress)
         pair = pair_in_doubles(run, setup, begun, scene.sample_every) if setup.paired else None
@@ -51,6 +62,9 @@ def solve(
         lanes = propagate_pair(setup, begun, scene.sample_every)
         if lanes:
             return Solution(start, lanes.run, lanes)
+    pieces = _pieces(scene, setup, start, progress)
+    if pieces:
+        return Solution(start, joined(pieces, setup, start))
     # wider arithmetics take longer, so there the dense output is stored at once, not made again
     stored = None if precision.name == "double" else StoredPieces(setup)
     propagation = propagate(setup, start, dense=stored, progress=progress)
@@ -65,3 +79,17 @@ def beginning(scene: Scene, precision: Precision, contact: str, thread: int) -> 
     start = InitialState.of(scene, precision.arithmetic)
     require_contact(scene.name, start, precision.context, contact)
     return Beginning(start, precision)
+
+
+def _pieces(
+    scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
+) -> list[MotionPiece]:
+    """The pieces of a motion that has some; none where one set of equations holds throughout."""
+    if isinstance(scene.body, CompliantTop):
+        return bouncing(scene.name, setup, start, progress)
+    found: list[MotionPiece] = []
+    if scene.body.law == "coulomb" and scene.model == "gliding":
+        found = pieces_of(scene.name, setup, start, progress)
+    elif scene.flies:
+        found = [MotionPiece(start.until * 0, propagated(setup, start), "")]
+    return flying_on(found, setup, start) if scene.flies else found

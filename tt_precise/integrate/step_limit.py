@@ -5,6 +5,8 @@ from __future__ import annotations
 from tt_precise.arithmetic import Scalar
 from tt_precise.body import Parameters
 from tt_precise.integrate.precision import Precision
+from tt_precise.integrate.system import SLOW_SPEED
+from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.friction import largest_coefficient
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import dot
@@ -14,11 +16,16 @@ LARGE_TILT = 2.0**-7
 
 
 def longest_step(
-    body: Parameters, vectors: NewtonState, order: int, precision: Precision
+    body: Parameters,
+    vectors: NewtonState,
+    order: int,
+    precision: Precision,
+    form: Formulation | None = None,
 ) -> Scalar | None:
     """Longest Taylor step that keeps the digits of a tilt beside a pole; None for other starts.
 
-    ``body`` and ``vectors`` are the dimensionless start.
+    ``body`` and ``vectors`` are the dimensionless start; ``form`` counts where it has a time of
+    its own.
 
     heyoka keeps the truncation error below eps of the largest entry. A tilt of 1e-20 rad is not
     seen in that: its steps would become so long that it is off by a factor. As the tilt obeys
@@ -33,10 +40,13 @@ def longest_step(
         return None
     height = 1 + body.alpha
     # nutation, the pendulum's frequency, and the decay of gliding, none of them underestimated
-    frequency = (
-        spin / body.I1
-        + context.sqrt(body.alpha / body.I1)
-        + largest_coefficient(body, context.hypot(*vectors.v[:2])) * (1 + height * height / body.I1)
-    )
+    frequency = spin / body.I1 + context.sqrt(body.alpha / body.I1)
+    decay = 1 + height * height / body.I1
+    if (
+        form and form.own_time
+    ):  # in which a rate is v times as large, at most at the highest v there
+        frequency = 2 * SLOW_SPEED * frequency + body.mu * decay
+    elif body.law != "coulomb" or any(vectors.v):
+        frequency += largest_coefficient(body, context.hypot(*vectors.v[:2])) * decay
     first_left_out = precision.eps * context.factorial(order + 1)
     return context.root(first_left_out, order + 1) / frequency

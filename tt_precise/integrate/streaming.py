@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy
 
 from tt_precise.arithmetic import Array
+from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.contact import require_contact
@@ -49,6 +50,16 @@ class Stream:
 
     def __init__(self, scene: str | Scene, *names: str, block: int = BLOCK):
         self.scene = load_scene(scene)
+        if self.scene.body.law == "coulomb" and self.scene.model == "gliding":
+            raise InputError(
+                f"{self.scene.name}: got Coulomb's friction, expected another law: its pieces "
+                "are joined by integrate(), not streamed"
+            )
+        if self.scene.lifts:
+            raise InputError(
+                f"{self.scene.name}: got a scene with flight or an elastic table, expected another "
+                "one: its pieces are joined by integrate(), not streamed"
+            )
         self.status: Status | None = None
         precision = precision_named("double")
         self._setup = Setup(

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.arithmetic import Scalar
+from tt_precise.compliance import SPRINGS
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
@@ -17,7 +18,7 @@ from tt_precise.integrate.events import EXTREMUM, ZERO, Event, event_named
 from tt_precise.integrate.idle import Idle
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.setup import Setup
-from tt_precise.mechanics import newton
+from tt_precise.mechanics import compliant, friction, newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.untyped import Adaptive
@@ -25,7 +26,9 @@ from tt_precise.untyped import Adaptive
 if TYPE_CHECKING:
     from types import ModuleType
 
-STICKING_SPEED = 2.0**-20  # in units of sqrt(g R); Coulomb's law is singular at v_A = 0
+# in units of sqrt(g R): below it Coulomb's law is integrated in polar form, until twice as much
+SLOW_SPEED = 2.0**-4
+REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
 SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
 
 
@@ -55,10 +58,10 @@ class Integrator:
         """Go to ``start``, at time zero, and forget earlier events."""
         form, number = setup.formulation, setup.precision.number
         zero = number(setup.precision.context.mpf(0))
-        state = [*map(number, start.state(form)), *(zero for _ in setup.record)]
-        for i, value in enumerate(state):
+        for i, value in enumerate(map(number, start.first_row(form, setup.record))):
             self.adaptive.state[i] = value
-        for i, value in enumerate(start.parameters(form)):
+        horizon = (start.until,) if form.own_time else ()
+        for i, value in enumerate((*start.parameters(form), *horizon)):
             self.adaptive.pars[i] = number(value)
         self.adaptive.time = zero
         self.adaptive.reset_cooldowns()
@@ -79,6 +82,8 @@ def build(setup: Setup) -> Integrator:
     equations = Equations.of(form, setup.record)
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
     events = {name: event_named(name, form.model) for name in setup.events}
+    if form.own_time:
+        terminal |= _ends_in_own_time(setup, equations, heyoka.par[len(form.parameters)])
     hits: list[Hit] = []
     losses: list[Scalar] = []
     noted = []
@@ -89,11 +94,13 @@ def build(setup: Setup) -> Integrator:
     made = heyoka.taylor_adaptive(
         equations.system,
         [number(zero) for _ in equations.variables],
-        pars=[number(zero + 1) for _ in form.parameters],
+        pars=[number(zero + 1) for _ in range(len(form.parameters) + form.own_time)],
         fp_type=fp_type,
         t_events=[
-            heyoka.t_event(ex, fp_type=fp_type, direction=heyoka_direction(-1))
-            for ex in terminal.values()
+            heyoka.t_event(
+                ex, fp_type=fp_type, direction=heyoka_direction(-1), **_condition(form, name)
+            )
+            for name, ex in terminal.items()
         ],
         nt_events=[
             *(_event(heyoka, event, equations, fp_type, hits) for event in events.values()),
@@ -114,18 +121,60 @@ def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
 
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
     """Functions that are positive where the model holds; it ends where one falls to zero."""
-    if form.model == "rolling":
+    if form.model == "flight":
+        found = {"landing": q.state.height}
+        if form.law in SPRINGS:
+            found["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
+    elif form.model in SPRINGS:
+        found = {} if form.own_time else {"separation": q.force[2]}
+    elif form.model == "rolling":
         found = {"contact_lost": q.force[2]}
     else:
         numerator, denominator = newton.contact_terms(q.viscous, q.state)
         margin = SINGULAR_DENOMINATOR * q.body.I1
         found = {"contact_lost": numerator, "singular_contact": denominator - margin}
-    if form.law == "coulomb":
+    if form.law == "coulomb" and form.model == "rolling":
+        found["slip"] = friction.cone_margin(q.body, q.state)
+    elif form.law == "coulomb" and not form.own_time:
         square = q.state.vx * q.state.vx + q.state.vy * q.state.vy
-        found["sticking"] = square - STICKING_SPEED * STICKING_SPEED
+        found["slow"] = square - SLOW_SPEED * SLOW_SPEED
     if form.coordinates == "euler":
         found["pole"] = q.fn.sin(theta)
     return found
+
+
+GRAZING = 2.0**-20  # in units of sqrt(g R): nothing lands as slowly as this, but it may take off
+
+
+def _condition(form: Formulation, name: str) -> dict[str, Any]:
+    """When the end of a flight is one: a callback that lets the others pass."""
+    if form.model != "flight" or name not in ("landing", "sinking"):
+        return {}
+    height, rise = form.columns.index("height"), form.columns.index("rise")
+
+    def goes_on(adaptive: Any, sign: int) -> bool:
+        if name == "landing":
+            return bool(adaptive.state[rise] > -GRAZING)
+        return bool(adaptive.state[height] >= 0)
+
+    return {"callback": goes_on}
+
+
+def _ends_in_own_time(setup: Setup, equations: Equations, horizon: Any) -> dict[str, Any]:
+    state = dict(zip(setup.formulation.columns, equations.variables, strict=False))
+    if "zeta" in state:
+        damping = getattr(equations.motion.body, "damping")  # noqa: B009
+        pressing = 1 - damping * state["rise"]
+        return {
+            "separation": state["zeta"], "release": pressing, "complete": horizon - state["t"],
+        }  # fmt: skip
+    number, context = setup.precision.number, setup.precision.context
+    rest = context.log(REST_SPEED * setup.precision.eps)
+    return {
+        "stick": state["log_v"] - number(rest),
+        "fast": number(context.log(2 * SLOW_SPEED)) - state["log_v"],
+        "complete": horizon - state["t"],
+    }
 
 
 def numeric_options(setup: Setup) -> dict[str, Any]:
@@ -134,7 +183,11 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     # compact_mode compiles wide types in under a second instead of 26 s, and runs as fast; double
     # then takes twice as long, but the slopes of some quantities compile for minutes without
     slopes = any(name.startswith((EXTREMUM, ZERO)) for name in setup.events)
-    options: dict[str, Any] = {"compact_mode": slopes or setup.precision.name != "double"}
+    # and what is integrated for short
+    form = setup.formulation
+    brief = form.own_time or form.model in ("flight", *SPRINGS)
+    brief = brief or (form.model == "rolling" and form.law == "coulomb")
+    options: dict[str, Any] = {"compact_mode": brief or slopes or setup.precision.name != "double"}
     tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
     options["tol"] = number(tolerance)
     return options | dict(setup.options)

@@ -13,17 +13,18 @@ from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Dimension
 from tt_precise.errors import InputError
 from tt_precise.integrate.accuracy import End
-from tt_precise.integrate.columns import Columns, State
+from tt_precise.integrate.columns import State
 from tt_precise.integrate.estimated import Estimated, is_estimate
 from tt_precise.integrate.events import not_alternating
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.integrate.pieces import MotionPart, parts, reading
 from tt_precise.integrate.pose import POSE, POSE_NAMES, expanded
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import ARRIVED, Status
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.solution import Solution, solve
 from tt_precise.integrate.system import full_tolerance
-from tt_precise.integrate.tables import Numbers, Tables
+from tt_precise.integrate.tables import Numbers
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.numerals import as_fraction
@@ -51,8 +52,7 @@ class Trajectory(Estimated):
     Attributes
     ----------
     status
-        "complete", "contact_ignored", "contact_lost", "singular_contact", "sticking", "pole" or
-        "failed".
+        "complete", "contact_ignored", "contact_lost", "singular_contact", "pole" or "failed".
     t_end
         Where the solution ends, in s.
     steps, order
@@ -75,8 +75,7 @@ class Trajectory(Estimated):
         self.scene, self.setup, self.start = scene, setup, solution.start
         self._rounded_otherwise = rounded_otherwise
         self._pair, self._dense_output = solution.pair, solution.output
-        self._columns = Columns(setup, solution.start)
-        self._tables = Tables(solution.output, self._columns)
+        self._columns, self._tables = reading(solution.output)
         self.status: Status = propagation.status
         self.steps, self.order = propagation.steps, propagation.order
 
@@ -114,6 +113,11 @@ class Trajectory(Estimated):
     def tolerance(self) -> Scalar:
         """heyoka's relative tolerance that was integrated with, an mpmath number."""
         return self.precision.context.mpf(self.setup.tolerance) or full_tolerance(self.precision)
+
+    @property
+    def pieces(self) -> tuple[MotionPart, ...]:
+        """Stretches of gliding and rolling, under Coulomb's friction; else one, the whole."""
+        return parts(self._dense_output, self._columns.leaving)
 
     @cached_property
     def t_end(self) -> Scalar:

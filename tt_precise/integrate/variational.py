@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from tt_precise.arithmetic import Array, Scalar
+from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.integration import integrate
@@ -135,6 +136,11 @@ def sensitivity(scene: str | Scene, times: Sequence[Scalar] | None = None) -> Se
 
     heyoka.set_logger_level_critical()
     scene = load_scene(scene)
+    if scene.lifts or scene.body.law == "coulomb":
+        raise InputError(
+            f"{scene.name}: got a scene whose motion comes in pieces, expected one set of smooth "
+            "equations: derivatives jump where pieces join"
+        )
     form = formulation(scene.model, "newton", scene.body.law)
     start = InitialState.of(scene, precision_named("double").arithmetic)
     end = float(integrate(scene, events=(), record=()).t_end)

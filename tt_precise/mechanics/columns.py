@@ -28,6 +28,8 @@ DESCRIPTIONS = {
     "Lz": Description("kg m^2/s", "angular momentum about the centre of mass, along Z"),
     "vx": Description("m/s", "velocity of the contact point of the body, along X"),
     "vy": Description("m/s", "velocity of the contact point of the body, along Y"),
+    "height": Description("m", "height of the lowest point above the table"),
+    "rise": Description("m/s", "rate of that height: vertical velocity of the lowest point"),
     "phi": Description("rad", "azimuth of the axis, counted from its start at 0"),
     "psi": Description("rad", "angle of rotation about the axis, from 0"),
     "x": Description("m", "centre of mass along X, from 0"),

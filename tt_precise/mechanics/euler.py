@@ -52,13 +52,19 @@ def normal_force(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
     return numerator / denominator
 
 
-def rates(body: Parameters, state: EulerState, fn: Functions) -> EulerState:
-    """Time derivative of the state; eqs (2) to (6)."""
+def rates(
+    body: Parameters, state: EulerState, fn: Functions, g_n: Scalar | None = None
+) -> EulerState:
+    """Time derivative of the state; eqs (2) to (6).
+
+    The normal force is that of eq (7), which keeps the contact, or the one that is given.
+    """
     m, R, alpha, I1, I3, mu = body.m, body.R, body.alpha, body.I1, body.I3, body.mu
     theta_dot, phi_dot, omega_3 = state.theta_dot, state.phi_dot, state.omega_3
     nu_x, nu_y = state.nu_x, state.nu_y
     s, c = fn.sin(state.theta), fn.cos(state.theta)
-    g_n = normal_force(body, state, fn)
+    if g_n is None:
+        g_n = normal_force(body, state, fn)
     friction = mu * g_n
     height = 1 - alpha * c
     theta_ddot = (

@@ -9,12 +9,16 @@ from typing import Any
 
 from tt_precise.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.body import Dimension, Parameters
+from tt_precise.compliance import SPRINGS, CompliantParameters
 from tt_precise.errors import InputError
-from tt_precise.mechanics import centre, euler, friction, newton, rolling
+from tt_precise.mechanics import centre, compliant, euler, friction, lifted, newton, polar, rolling
 from tt_precise.mechanics.centre import CentreState
+from tt_precise.mechanics.compliant import DeepEulerState, DeepState
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.lifted import LiftedEulerState, LiftedState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.polar import PolarEulerState, PolarState
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 
@@ -25,7 +29,8 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
     **dict.fromkeys(("Lx", "Ly", "Lz"), ANGULAR_MOMENTUM),
     **dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), RATE),
     **dict.fromkeys(("vx", "vy", "s_dot_x", "s_dot_y", "nu_x", "nu_y"), SPEED),
-    **dict.fromkeys(("x", "y"), Dimension(0, 1, 0)),
+    **dict.fromkeys(("x", "y", "height"), Dimension(0, 1, 0)),
+    "rise": SPEED,
 }
 
 # Entries are compared with the largest of their kind, so that one that happens to pass through
@@ -40,6 +45,8 @@ KINDS = (
     ("phi",),
     ("psi",),
     ("x", "y"),
+    ("height",),
+    ("rise",),
 )
 
 
@@ -48,6 +55,8 @@ class Formulation:
     """State, equations of motion, and the way to vectors, of one model in one set of coordinates.
 
     ``rates(body, state, fn)`` is the time derivative of a ``State``. ``law`` is that of friction.
+    Where it runs in a time of its own, of which the ``rates`` then are, the time t is an entry of
+    its state and ``clock(state, fn)`` the rate of t.
     """
 
     model: str
@@ -55,6 +64,14 @@ class Formulation:
     State: Any
     rates: Callable[..., StateOfAny]
     law: str = "viscous"
+    clock: Callable[[Any, Functions], Scalar] | None = None
+
+    def __reduce__(self) -> Any:
+        # the rates of a law are made here, and not to be found by name
+        if self.law == "viscous" or self.model in (*SPRINGS, "flight"):
+            parts = (self.model, self.coordinates, self.State, self.rates, self.law, self.clock)
+            return Formulation, parts
+        return _known, (self.model, self.State, self.law)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -62,16 +79,29 @@ class Formulation:
         return tuple(self.State._fields)
 
     @property
+    def own_time(self) -> bool:
+        """Whether it runs in a time of its own."""
+        return self.clock is not None
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         """Which parameters of a dimensionless body its equations contain."""
-        if self.model == "rolling":
+        if self.model == "flight" and self.law in SPRINGS:
+            return ("alpha", "I1", "I3", "stiffness", "damping")
+        if self.model == "flight" or (self.model == "rolling" and self.law == "viscous"):
             return ("alpha", "I1", "I3")
+        if self.model in SPRINGS:
+            return ("alpha", "I1", "I3", "mu", "epsilon", "stiffness", "damping")
         gliding = ("alpha", "I1", "I3", "mu")
         return (*gliding, "epsilon") if self.law == "regularised" else gliding
 
     def body(self, values: Sequence[Scalar]) -> Parameters:
         """The dimensionless body whose ``parameters`` have these values."""
         given = dict(zip(self.parameters, values, strict=True))
+        if self.model in SPRINGS or self.law in SPRINGS:
+            spring = self.model if self.model in SPRINGS else self.law
+            known = {"m": 1, "R": 1, "g": 1, "mu": 0, "epsilon": 0}
+            return CompliantParameters(**{**known, **given, "law": self.law, "spring": spring})
         return friction.PARAMETERS[self.law](**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
 
     def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
@@ -80,12 +110,31 @@ class Formulation:
             state = CentreState(*state)
             vectors, s_dot = centre.to_vectors(body, state), centre.velocity(body, state)
             return Motion(body, vectors, fn, self.model, s_dot=s_dot)
+        if "rise" in self.columns:
+            return self._lifted_motion(body, state, fn, phi)
+        if self.own_time:
+            polar_state = self.State(*state)
+            length = self.columns.index("log_v")
+            state = (*state[:length], *polar.gliding_velocity(polar_state, fn))
         if self.coordinates == "newton":
             vectors = NewtonState(*state, *(0,) * (8 - len(state)))
             return Motion(body, vectors, fn, self.model)
         full = EulerState(*state, *(0,) * (6 - len(state)))
         vectors = vectors_from_euler(body, full, fn, phi)
         return Motion(body, vectors, fn, self.model, euler=full)
+
+    def _lifted_motion(
+        self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar
+    ) -> Motion:
+        inner = dict(zip(self.columns, state, strict=False))
+        height = -(inner["zeta"] * inner["zeta"]) if self.own_time else inner["height"]
+        euler = None
+        turning = state[:8]
+        if self.coordinates == "euler":
+            euler = EulerState(*state[:6])
+            turning = vectors_from_euler(body, euler, fn, phi)
+        lifted_state = LiftedState(*(*turning, height, inner["rise"]))
+        return Motion(body, lifted_state, fn, self.model, euler=euler)
 
     def start(self, body: Parameters, vectors: NewtonState, euler: EulerState) -> StateOfAny:
         """The state that both ``vectors`` and ``euler`` describe."""
@@ -106,6 +155,50 @@ FORMULATIONS = {(f.model, f.coordinates): f for f in _ALL}
 # where another state costs less to integrate than the one that is published
 INTEGRATED = {("gliding", "newton"): Formulation("gliding", "newton", CentreState, centre.rates)}
 
+# Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone
+SLOW = {
+    "newton": Formulation("gliding", "newton", PolarState, polar.rates, "coulomb", polar.speed),
+    "euler": Formulation(
+        "gliding", "euler", PolarEulerState, polar.euler_rates, "coulomb", polar.speed
+    ),
+}
+STICKING = {
+    coordinates: replace(FORMULATIONS["rolling", coordinates], law="coulomb")
+    for coordinates in COORDINATES
+}
+
+# in the air, and on an elastic table
+FLIGHT = {
+    "newton": Formulation("flight", "newton", LiftedState, lifted.flight_rates),
+    "euler": Formulation("flight", "euler", LiftedEulerState, lifted.flight_euler_rates),
+}
+_deep = compliant.root_of_depth
+ELASTIC = {
+    form_.model + " " + form_.coordinates: form_
+    for form_ in (
+        Formulation("linear", "newton", LiftedState, compliant.linear_rates),
+        Formulation("linear", "euler", LiftedEulerState, compliant.linear_euler_rates),
+        Formulation(
+            "hunt-crossley", "newton", DeepState, compliant.hunt_crossley_rates, clock=_deep
+        ),
+        Formulation(
+            "hunt-crossley", "euler", DeepEulerState, compliant.hunt_crossley_euler_rates,
+            clock=_deep,
+        ),
+    )
+}  # fmt: skip
+
+
+def flight_over(spring: str, coordinates: str) -> Formulation:
+    """The formulation of flight above an elastic table, or out of reach of its force."""
+    return replace(FLIGHT[coordinates], law=spring)
+
+
+def elastic(spring: str, coordinates: str, law: str) -> Formulation:
+    """The formulation of contact with an elastic table, under that law of friction."""
+    return replace(ELASTIC[f"{spring} {coordinates}"], law=law)
+
+
 _GLIDING_VELOCITY: dict[
     type[StateOfAny], Callable[[Parameters, StateOfAny], tuple[Scalar, Scalar]]
 ] = {
@@ -115,9 +208,16 @@ _GLIDING_VELOCITY: dict[
 }
 
 
+def _known(model: str, state: Any, law: str) -> Formulation:
+    """The formulation of ``model`` with this class of state, under that law."""
+    every = (*SLOW.values(), *STICKING.values(), *INTEGRATED.values(), *_ALL)
+    found = (form for form in every if (form.model, form.State) == (model, state))
+    return _with_law(next(form for form in found if form.law in (law, "viscous")), law)
+
+
 def _with_law(form: Formulation, law: str) -> Formulation:
     """``form`` under the friction ``law``: itself where it is viscous or does not glide."""
-    if law == "viscous" or form.model == "rolling":
+    if law == form.law or form.model == "rolling":
         return form
     return replace(form, law=law, rates=_rates_of_law(form.State, form.rates))
 
@@ -158,7 +258,7 @@ def contact_terms(
     model: str, body: Parameters, vectors: NewtonState, fn: Functions
 ) -> tuple[Scalar, Scalar]:
     """Numerator and denominator of g_n; rolling has no denominator that could vanish."""
-    if model == "rolling":
+    if model == "rolling" or (body.law == "coulomb" and not any(vectors.v)):
         return rolling.constraint_force(body, vectors)[2], 1
     viscous = friction.viscous_at(body, vectors.vx, vectors.vy, fn)
     return newton.contact_terms(viscous, vectors)

@@ -9,20 +9,17 @@ Every law here has F_f = -c g_n v_A with a coefficient c (s/m) that may depend o
 Eqs (1) to (7) are algebraic in mu, so with c for mu they are the equations of motion of each law:
 no formula is written twice. What differentiates mu g_n v_A (``newton.normal_force_slope``) is not.
 
-Coulomb's law is singular where v_A = 0. With v_A = v e, |e| = 1, and a time tau with
-d tau = dt/v, the equations of ``polar_rates`` are regular there; v = 0 is reached as tau -> oo,
-exponentially.
+Coulomb's law is singular where v_A = 0: ``polar`` goes through small speeds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 from tt_precise.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.body import Parameters
 from tt_precise.dry_friction import CoulombParameters, RegularisedParameters
-from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics import rolling
 from tt_precise.mechanics.newton import NewtonState
 
 
@@ -47,46 +44,6 @@ def viscous_at(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Param
     return Parameters(
         body.m, body.R, body.alpha, body.I1, body.I3, body.g, coefficient(body, vx, vy, fn)
     )
-
-
-class PolarState(NamedTuple):
-    """Axis k, angular momentum L about CM, gliding speed v, its unit direction e, and the time.
-
-    The state of a top with Coulomb's friction, along tau with d tau = dt/v.
-    """
-
-    kx: Scalar
-    ky: Scalar
-    kz: Scalar
-    Lx: Scalar
-    Ly: Scalar
-    Lz: Scalar
-    v: Scalar
-    ex: Scalar
-    ey: Scalar
-    t: Scalar
-
-
-def along_direction(body: Parameters, state: PolarState) -> NewtonState:
-    """Rates (d/dt) under the force g_n (z - mu e): ``newton.rates`` with e in the place of v_A.
-
-    Neither g_n nor the accelerations contain v_A other than in the force, so they are finite
-    where v vanishes.
-    """
-    return newton.rates(body, NewtonState(*state[:6], state.ex, state.ey))
-
-
-def polar_rates(body: Parameters, state: PolarState, fn: Functions = None) -> PolarState:
-    """d/d tau of the state, d tau = dt/v: polynomial but for the one division in g_n.
-
-    v_A_dot = v_dot e + v e_dot gives v' = v (e.v_A_dot) and e' = (n.v_A_dot) n, n = z x e.
-    """
-    rate = along_direction(body, state)
-    ex, ey, v = state.ex, state.ey, state.v
-    along = ex * rate.vx + ey * rate.vy
-    across = ex * rate.vy - ey * rate.vx
-    body_rates = (v * one for one in rate[:6])
-    return PolarState(*(*body_rates, v * along, -(across * ey), across * ex, v))
 
 
 def cone_margin(body: Parameters, state: NewtonState) -> Scalar:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, dot
 
@@ -62,6 +63,8 @@ def pose(q: Motion, s: Scalar, phi: Scalar, psi: Scalar, x: Scalar, y: Scalar) -
     cosine, sine = half_angles(fn, q.k, s)
     total, difference = (phi + psi) / 2, (phi - psi) / 2
     height = body.R * (1 - body.alpha * q.k[2])  # eq (1): (s + a).z = 0
+    if isinstance(q.state, LiftedState):
+        height = height + q.state.height
     qw, qz = cosine * fn.cos(total), cosine * fn.sin(total)
     qx, qy = -sine * fn.sin(difference), sine * fn.cos(difference)
     # the body's first two axes: the columns of the quaternion's matrix

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Dimension, Parameters
 from tt_precise.docstrings import docstring
-from tt_precise.mechanics import friction, newton, rolling
-from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_length
-from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
+from tt_precise.mechanics.conversion import horizontal_length
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.motion import Motion as Motion
+from tt_precise.mechanics.vectors import dot
 
 ANGLE, RATE, ACCELERATION = Dimension(), Dimension(0, 0, -1), Dimension(0, 0, -2)
 SPEED = Dimension(0, 1, -1)
@@ -26,91 +24,6 @@ FORCE, TORQUE, ENERGY, POWER = (
     Dimension(1, 1, -2), Dimension(1, 2, -2), Dimension(1, 2, -2), Dimension(1, 2, -3),
 )  # fmt: skip
 ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
-
-
-class Motion:
-    """A body in a state, in one arithmetic: what quantities are functions of.
-
-    ``state`` holds vectors (a rolling one has vx = vy = 0); ``model`` says which force acts at
-    the contact. Everything is computed when first asked for.
-    """
-
-    def __init__(
-        self,
-        body: Parameters,
-        state: NewtonState,
-        fn: Functions,
-        model: str = "gliding",
-        euler: EulerState | None = None,
-        s_dot: Vector | None = None,
-    ):
-        self.body, self.state, self.fn, self.model = body, state, fn, model
-        # what is known already is not derived from the vectors
-        if euler is not None:
-            self.__dict__["euler"] = euler
-        if s_dot is not None:
-            self.__dict__["s_dot"] = s_dot
-
-    @cached_property
-    def k(self) -> Vector:
-        """Symmetry axis."""
-        return self.state.k
-
-    @cached_property
-    def a(self) -> Vector:
-        """From the centre of mass to the contact point."""
-        return newton.arm(self.body, self.k)
-
-    @cached_property
-    def omega(self) -> Vector:
-        """Angular velocity."""
-        return newton.angular_velocity(self.body, self.state)
-
-    @cached_property
-    def omega_cross_a(self) -> Vector:
-        """Velocity of the contact point relative to the centre of mass."""
-        return newton.swing(self.body, self.state)
-
-    @cached_property
-    def s_dot(self) -> Vector:
-        """Velocity of the centre of mass, v_A - omega x a."""
-        return subtracted(self.state.v, self.omega_cross_a)
-
-    @cached_property
-    def viscous(self) -> Parameters:
-        """The body whose viscous friction is the body's own law's at this velocity."""
-        return friction.viscous_at(self.body, self.state.vx, self.state.vy, self.fn)
-
-    @cached_property
-    def force(self) -> Vector:
-        """Force at the contact point."""
-        if self.model == "rolling":
-            return rolling.constraint_force(self.body, self.state)
-        return newton.contact_force(self.viscous, self.state)
-
-    @cached_property
-    def torque(self) -> Vector:
-        """Torque a x F about the centre of mass."""
-        return cross(self.a, self.force)
-
-    @cached_property
-    def v_dot(self) -> Vector:
-        """Acceleration of the contact velocity; zero when rolling."""
-        if self.model == "rolling":
-            return (0, 0, 0)
-        rate = newton.rates(self.viscous, self.state)
-        return (rate.vx, rate.vy, 0)
-
-    @cached_property
-    def x_hat(self) -> Vector:
-        """x-hat: the horizontal direction towards which the axis is tilted."""
-        s = horizontal_length(self.fn, self.state.kx, self.state.ky)
-        return (self.state.kx / s, self.state.ky / s, 0)
-
-    @cached_property
-    def euler(self) -> EulerState:
-        """The Euler state."""
-        return euler_from_vectors(self.body, self.state, self.fn)
 
 
 @dataclass(frozen=True)
@@ -196,7 +109,10 @@ def E_rot(q: Motion) -> Scalar:
 @quantity(ENERGY)
 def E_pot(q: Motion) -> Scalar:
     """Potential energy m g R (1 - alpha cos theta); eq (22)."""
-    return q.body.m * q.body.g * q.body.R * (1 - q.body.alpha * q.state.kz)
+    above_lowest = q.body.m * q.body.g * q.body.R * (1 - q.body.alpha * q.state.kz)
+    if isinstance(q.state, LiftedState):
+        return above_lowest + q.body.m * q.body.g * q.state.height
+    return above_lowest
 
 
 @quantity(ENERGY)

@@ -91,7 +91,7 @@ class SeriesFunctions:
         return value.sqrt()
 
 
-class _Growing:
+class Growing:
     """A series that gets its coefficients one after the other, each from those of its parts.
 
     ``step(c, k)`` gives coefficient k; all parts stand before it on the tape.
@@ -100,74 +100,78 @@ class _Growing:
     __slots__ = ("c", "step", "tape")
     __array_ufunc__ = None
 
-    def __init__(self, tape: _Tape, step: Callable[[numpy.ndarray, int], Array]):
-        self.c = numpy.zeros(tape.shape)
+    def __init__(self, tape: SeriesTape, step: Callable[[numpy.ndarray, int], Array]):
+        self.c = numpy.zeros(tape.shape, tape.kind)
         self.tape, self.step = tape, step
         tape.nodes.append(self)
 
-    def __add__(self, other: Scalar) -> _Growing:
+    def __add__(self, other: Scalar) -> Growing:
         a = self.c
-        if isinstance(other, _Growing):
+        if isinstance(other, Growing):
             b = other.c
-            return _Growing(self.tape, lambda c, k: a[k] + b[k])
-        return _Growing(self.tape, lambda c, k: a[k] + other if k == 0 else a[k])
+            return Growing(self.tape, lambda c, k: a[k] + b[k])
+        return Growing(self.tape, lambda c, k: a[k] + other if k == 0 else a[k])
 
     __radd__ = __add__
 
-    def __neg__(self) -> _Growing:
+    def __neg__(self) -> Growing:
         a = self.c
-        return _Growing(self.tape, lambda c, k: -a[k])
+        return Growing(self.tape, lambda c, k: -a[k])
 
-    def __sub__(self, other: Scalar) -> _Growing:
+    def __sub__(self, other: Scalar) -> Growing:
         a = self.c
-        if isinstance(other, _Growing):
+        if isinstance(other, Growing):
             b = other.c
-            return _Growing(self.tape, lambda c, k: a[k] - b[k])
+            return Growing(self.tape, lambda c, k: a[k] - b[k])
         return self + -other
 
-    def __rsub__(self, other: Scalar) -> _Growing:
+    def __rsub__(self, other: Scalar) -> Growing:
         return -self + other
 
-    def __mul__(self, other: Scalar) -> _Growing:
+    def __mul__(self, other: Scalar) -> Growing:
         a = self.c
-        if not isinstance(other, _Growing):
-            return _Growing(self.tape, lambda c, k: a[k] * other)
-        b = other.c
-        return _Growing(self.tape, lambda c, k: _product(a[: k + 1], b[k::-1]))
+        if not isinstance(other, Growing):
+            return Growing(self.tape, lambda c, k: a[k] * other)
+        b, product = other.c, self.tape.product
+        return Growing(self.tape, lambda c, k: product(a[: k + 1], b[k::-1]))
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Scalar) -> _Growing:
+    def __truediv__(self, other: Scalar) -> Growing:
         a = self.c
-        if not isinstance(other, _Growing):
-            return _Growing(self.tape, lambda c, k: a[k] / other)
-        b = other.c
-        return _Growing(self.tape, lambda c, k: (a[k] - _product(c[:k], b[k:0:-1])) / b[0])
+        if not isinstance(other, Growing):
+            return Growing(self.tape, lambda c, k: a[k] / other)
+        b, product = other.c, self.tape.product
+        return Growing(self.tape, lambda c, k: (a[k] - product(c[:k], b[k:0:-1])) / b[0])
 
-    def __rtruediv__(self, other: Scalar) -> _Growing:
-        b = self.c
-        return _Growing(
+    def __rtruediv__(self, other: Scalar) -> Growing:
+        b, product = self.c, self.tape.product
+        return Growing(
             self.tape,
-            lambda c, k: ((other if k == 0 else 0.0) - _product(c[:k], b[k:0:-1])) / b[0],
+            lambda c, k: ((other if k == 0 else 0.0) - product(c[:k], b[k:0:-1])) / b[0],
         )
 
-    def sqrt(self) -> _Growing:
+    def sqrt(self) -> Growing:
         """The positive root; its first coefficient is not zero."""
-        a = self.c
-        return _Growing(
+        a, product = self.c, self.tape.product
+        return Growing(
             self.tape,
             lambda c, k: (
-                (a[k] - _product(c[1:k], c[k - 1 : 0 : -1])) / (2 * c[0]) if k else numpy.sqrt(a[0])
+                (a[k] - product(c[1:k], c[k - 1 : 0 : -1])) / (2 * c[0]) if k else numpy.sqrt(a[0])
             ),
         )
 
 
-class _Tape:
-    """Series in the order in which their coefficients can be computed."""
+class SeriesTape:
+    """Series in the order in which their coefficients can be computed.
 
-    def __init__(self, terms: int, rows: int):
-        self.shape = (terms + 1, rows)
-        self.nodes: list[_Growing] = []
+    ``dot`` is the scalar product of one row of numbers that are objects, such as mpmath's.
+    """
+
+    def __init__(self, terms: int, rows: int, dot: Callable[[Array, Array], Scalar] | None = None):
+        self.shape, self.kind = (terms + 1, rows), object if dot else float
+        self.product = (lambda a, b: dot(a[:, 0], b[:, 0])) if dot else _product
+        self.nodes: list[Growing] = []
 
 
 def _product(a: numpy.ndarray, b: numpy.ndarray) -> numpy.ndarray:
@@ -192,8 +196,8 @@ def solution(
     c = numpy.empty((len(start), terms + 1, rows))
     for first in range(0, rows, PIECE):
         piece = slice(first, min(first + PIECE, rows))
-        tape = _Tape(terms, piece.stop - piece.start)
-        entries = [_Growing(tape, lambda c, k: c[k]) for _ in start]
+        tape = SeriesTape(terms, piece.stop - piece.start)
+        entries = [Growing(tape, lambda c, k: c[k]) for _ in start]
         slopes = rates(tuple(entries))
         for entry, value in zip(entries, start, strict=True):
             entry.c[0] = value[piece]
@@ -202,7 +206,7 @@ def solution(
             for node in operations:
                 node.c[k] = node.step(node.c, k)
             for entry, slope in zip(entries, slopes, strict=True):
-                if isinstance(slope, _Growing):
+                if isinstance(slope, Growing):
                     entry.c[k + 1] = slope.c[k] / (k + 1)
                 else:
                     entry.c[1] = slope

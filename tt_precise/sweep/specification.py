@@ -150,6 +150,11 @@ class Specification:
                 f"{self.scene.name}: got {self.scene.body.law} friction, expected the viscous law "
                 "in a sweep; integrate such scenes one at a time"
             )
+        if self.scene.lifts:
+            raise InputError(
+                f"{self.scene.name}: got a scene with flight or an elastic table, expected a rigid "
+                "one that ends where contact is lost; integrate such scenes one at a time"
+            )
         for value, allowed, what in (
             (self.sampler, SAMPLERS, "sampler"),
             (self.contact, CONTACTS, "contact"),

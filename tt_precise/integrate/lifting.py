@@ -1,0 +1,94 @@
+"""Flight: of a rigid top that has lost contact, and between contacts with an elastic table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from tt_precise.arithmetic import Functions
+from tt_precise.errors import InputError
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.contact import contact_terms
+from tt_precise.integrate.continuing import after, entering, propagated
+from tt_precise.integrate.events import existing
+from tt_precise.integrate.pieces import MotionPiece
+from tt_precise.integrate.setup import Setup
+from tt_precise.mechanics import compliant
+from tt_precise.mechanics.formulations import FLIGHT, flight_over
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.progress import Progress
+
+MOST_BOUNCES = 10_000
+
+
+def flying_on(
+    pieces: Sequence[MotionPiece], setup: Setup, start: InitialState
+) -> list[MotionPiece]:
+    """``pieces``, and the flight where the last one has lost contact, until the top comes down."""
+    *former, last = pieces
+    if last.output.propagation.status != "contact_lost":
+        return list(pieces)
+    fn = setup.precision.context
+    rest = start.until - last.begin
+    here = after(last.output, replace(last.output.start, until=rest))
+    form = FLIGHT[setup.formulation.coordinates]
+    flight = setup.but(formulation=form, events=existing(setup.events, "flight"))
+    output = propagated(flight, entering(here, form, fn))
+    status = "landed" if output.propagation.status == "landing" else output.propagation.status
+    output.propagation = replace(output.propagation, status=status)
+    begin = last.begin + last.output.end_time
+    return [*former, replace(last, ended="lift_off"), MotionPiece(begin, output, "")]
+
+
+def bouncing(
+    name: str, setup: Setup, start: InitialState, progress: Progress | None = None
+) -> list[MotionPiece]:
+    """The pieces of the motion on an elastic table: in contact, and in flight, in turn.
+
+    It begins where a table at rest carries what the rigid one would. A damped table lets go before
+    it has come up, and takes the top again where its force would push once more.
+
+    Raises
+    ------
+    InputError
+        Too many of them.
+    """
+    fn, contact = setup.precision.context, setup.formulation
+    here = _resting(start, setup, fn)
+    found: list[MotionPiece] = []
+    begin, flies = start.until * 0, False
+    while True:
+        form = flight_over(contact.model, contact.coordinates) if flies else contact
+        events = existing(setup.events, "flight") if flies else setup.events
+        output = propagated(setup.but(formulation=form, events=events), entering(here, form, fn))
+        status = output.propagation.status
+        joint = {"release": "separation", "sinking": "landing"}.get(status, status)
+        found.append(
+            MotionPiece(begin, output, joint if joint in ("separation", "landing") else "")
+        )
+        if joint not in ("separation", "landing"):
+            return found
+        if len(found) == MOST_BOUNCES:
+            raise InputError(
+                f"{name}: got more than {MOST_BOUNCES} changes of contact, expected fewer: ask "
+                "for a shorter time"
+            )
+        begin = begin + output.end_time
+        here, flies = after(output, here), joint == "separation"
+        if status == "landing" or (contact.own_time and status == "separation"):
+            here = replace(here, vectors=_on_the_surface(here.vectors, fn))
+        if progress:
+            progress(float(begin / start.until))
+
+
+def _on_the_surface(vectors: Any, fn: Functions) -> Any:
+    return vectors._replace(height=fn.mpf(0))
+
+
+def _resting(start: InitialState, setup: Setup, fn: Functions) -> InitialState:
+    numerator, denominator = contact_terms("gliding", start.body, start.vectors, fn)
+    height = compliant.resting_height(start.body, numerator / denominator, fn)
+    vectors: Any = LiftedState(*start.vectors, height, fn.mpf(0))
+    zeros = tuple(fn.mpf(0) for _ in setup.record)
+    return replace(start, vectors=vectors, row=zeros)

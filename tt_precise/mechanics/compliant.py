@@ -1,0 +1,122 @@
+"""A top on an elastic table: the normal force follows from how deep it is pressed in.
+
+Hunt and Crossley's force has depth^(3/2), which is not smooth where contact begins and ends. With
+depth = zeta^2 and a time sigma, d sigma = dt/zeta, the equations are polynomial in zeta and go
+through zeta = 0. The linear force needs neither.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.mechanics import friction, lifted
+from tt_precise.mechanics.lifted import LiftedEulerState, LiftedState
+from tt_precise.mechanics.vectors import Vector
+
+
+class DeepState(NamedTuple):
+    """As ``LiftedState`` with the root zeta of the depth for the height, and the time."""
+
+    kx: Scalar
+    ky: Scalar
+    kz: Scalar
+    Lx: Scalar
+    Ly: Scalar
+    Lz: Scalar
+    vx: Scalar
+    vy: Scalar
+    zeta: Scalar
+    rise: Scalar
+    t: Scalar
+
+
+class DeepEulerState(NamedTuple):
+    """As ``LiftedEulerState`` with the root zeta of the depth for the height, and the time."""
+
+    theta: Scalar
+    theta_dot: Scalar
+    phi_dot: Scalar
+    omega_3: Scalar
+    nu_x: Scalar
+    nu_y: Scalar
+    zeta: Scalar
+    rise: Scalar
+    t: Scalar
+
+
+def linear_force(body: Any, height: Scalar, rise: Scalar) -> Scalar:
+    """Normal force of a spring and a damper at a depth of -height."""
+    return -(body.stiffness * height) - body.damping * rise
+
+
+def hunt_crossley_force(body: Any, zeta: Scalar, rise: Scalar) -> Scalar:
+    """Hunt and Crossley's normal force at the depth zeta^2."""
+    return body.stiffness * zeta * zeta * zeta * (1 - body.damping * rise)
+
+
+def reach(body: Any, height: Scalar, rise: Scalar) -> Scalar:
+    """Positive where the table's force would pull, negative where it pushes if height < 0."""
+    if body.spring == "linear":
+        return -linear_force(body, height, rise)
+    return body.damping * rise - 1
+
+
+def normal_force(body: Any, state: LiftedState, fn: Functions) -> Scalar:
+    """Normal force at a state that is in contact."""
+    if body.spring == "linear":
+        return linear_force(body, state.height, state.rise)
+    return hunt_crossley_force(body, fn.sqrt(-state.height), state.rise)
+
+
+def contact_force(body: Any, state: LiftedState, g_n: Scalar, fn: Functions) -> Vector:
+    """Force g_n (z - c v_A) with the coefficient c of the body's own law of friction."""
+    c = friction.coefficient(body, state.vx, state.vy, fn)
+    return (-(c * g_n * state.vx), -(c * g_n * state.vy), g_n)
+
+
+def linear_rates(body: Any, state: LiftedState, fn: Functions) -> LiftedState:
+    """Time derivative in contact with a linear table."""
+    g_n = linear_force(body, state.height, state.rise)
+    return lifted.rates(body, state, contact_force(body, state, g_n, fn))
+
+
+def linear_euler_rates(body: Any, state: LiftedEulerState, fn: Functions) -> LiftedEulerState:
+    """The same in Euler angles."""
+    g_n = linear_force(body, state.height, state.rise)
+    viscous = friction.viscous_at(body, state.nu_x, state.nu_y, fn)
+    return lifted.euler_rates(viscous, state, g_n, fn)
+
+
+def root_of_depth(state: DeepState | DeepEulerState, fn: Functions) -> Scalar:
+    """zeta, the rate of t along sigma."""
+    return state.zeta
+
+
+def hunt_crossley_rates(body: Any, state: DeepState, fn: Functions) -> DeepState:
+    """d/d sigma of the state; zeta_dot = -rise/(2 zeta)."""
+    zeta = state.zeta
+    here = LiftedState(*state[:8], -(zeta * zeta), state.rise)
+    g_n = hunt_crossley_force(body, zeta, state.rise)
+    rate = lifted.rates(body, here, contact_force(body, here, g_n, fn))
+    moving = (zeta * one for one in rate[:8])
+    return DeepState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
+
+
+def hunt_crossley_euler_rates(body: Any, state: DeepEulerState, fn: Functions) -> DeepEulerState:
+    """The same in Euler angles."""
+    zeta = state.zeta
+    here = LiftedEulerState(*state[:6], -(zeta * zeta), state.rise)
+    g_n = hunt_crossley_force(body, zeta, state.rise)
+    viscous = friction.viscous_at(body, state.nu_x, state.nu_y, fn)
+    rate = lifted.euler_rates(viscous, here, g_n, fn)
+    moving = (zeta * one for one in rate[:6])
+    return DeepEulerState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
+
+
+def resting_height(body: Any, g_n: Scalar, fn: Functions) -> Scalar:
+    """The height, below zero, at which a table at rest carries ``g_n``."""
+    if body.spring == "linear":
+        return -(g_n / body.stiffness)
+    zeta = fn.cbrt(g_n / body.stiffness)
+    return -(zeta * zeta)
