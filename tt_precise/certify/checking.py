@@ -1,9 +1,11 @@
 """``check``: golden tables against the solution that a certificate proves, by the second checker.
 
-Each printed number of trajectory.csv and events.csv has to be the correctly rounded one. Events are
-all zeros of the events' functions, each of them proved to exist and to be the only one in its
-part: what is printed twice, left out or made up is refused. (Zeros in the first ``EARLY`` part of
-the first piece, some 1e-12 s, are not looked for.)
+Each printed number of trajectory.csv and each time of events.csv has to be the correctly rounded
+one, and so has each other number at an event, or it is right to 1e-38 of its column's largest
+(there is no better enclosure here of what is thousands of times smaller). Events are all zeros of
+the events' functions, each of them proved to exist and to be the only one in its part: what is
+printed twice, left out or made up is refused. (Zeros in the first ``EARLY`` part of the first
+piece, some 1e-12 s, are not looked for.)
 """
 
 from __future__ import annotations
@@ -53,6 +55,9 @@ def _checked(stored: Stored, content: dict[str, Json], progress: Progress) -> Ac
     return tables.finished(len(pieces))
 
 
+FINEST = 38  # digits of a column's largest number to which those at events are verified
+
+
 class _Tables:
     """The printed rows and events that were not reached yet, and how many numbers were verified."""
 
@@ -93,7 +98,7 @@ class _Tables:
                     raise Refused(f"{name} at t = {float(t):.12g} is not printed")
                 cells = printed.popleft()
                 self._number("t", cells, t, Decimal(0))
-                self._numbers(cells, self.checker.motion(self.checker.state(time)))
+                self._numbers(cells, self.checker.motion(self.checker.state(time)), FINEST)
                 self.happened += 1
 
     def finished(self, pieces: int) -> Accepted:
@@ -107,14 +112,22 @@ class _Tables:
                 raise Refused(f"{name} is not proved to happen at t = {printed[0]['t']}")
         return Accepted(self.stored.name, pieces, self.numbers, self.happened)
 
-    def _numbers(self, cells: Mapping[str, str], motion: Motion) -> None:
+    def _numbers(self, cells: Mapping[str, str], motion: Motion, finest: int | None = None) -> None:
         for name, x in {**motion.state._asdict(), **motion.euler._asdict()}.items():
             number = arb(x) * self.checker.start.units.of_dimension(STATE_DIMENSIONS[name])
-            self._number(name, cells, number, self.scales[name])
+            least = self.scales[name].scaleb(-finest) if finest else Decimal(0)
+            self._number(name, cells, number, self.scales[name], least)
 
-    def _number(self, name: str, cells: Mapping[str, str], number: arb, scale: Decimal) -> None:
+    def _number(
+        self,
+        name: str,
+        cells: Mapping[str, str],
+        number: arb,
+        scale: Decimal,
+        least: Decimal = Decimal(0),
+    ) -> None:
         text = cells[name]
-        half = Decimal(5).scaleb(last_place(text or "0", scale) - 1)
+        half = max(least, Decimal(5).scaleb(last_place(text or "0", scale) - 1))
         half = scale.scaleb(-DIGITS) if text == "0" else half
         apart = abs(number - ball(Fraction(text or 0)))
         if bool(text) != bool(number.is_finite()) or (text and not apart <= ball(Fraction(half))):
