@@ -203,6 +203,8 @@ def test_a_fresh_solution_is_compared_at_the_rows_own_times(healthy: Healthy) ->
     assert found.reason.startswith("60 rows computed afresh in ")
     assert set(found.parts) == set(frame.columns) - {"t"}
     assert all(digits == round(digits, 2) for digits in found.parts.values())
+    reported = tt.check.conservation(frame, scene, fresh=True, until=0.77)["golden"]
+    assert (reported.verdict, reported.limit, reported.parts) == ("pass", None, found.parts)
     spoiled = frame.assign(vx=frame["vx"] * (1 + 1e-8))
     bad = tt.check.conservation(spoiled, scene, digits=10, fresh=True, until=0.77)["golden"]
     assert bad.verdict == "fail"
