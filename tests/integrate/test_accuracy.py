@@ -122,7 +122,7 @@ def test_entries_that_vanish_altogether_are_compared_with_their_unit(reference: 
 
 @pytest.mark.parametrize(
     ("wanted", "expected"),
-    [(3, "double"), (11, "double"), (15, "extended"), (28, "quad"), (40, "mp")],
+    [(3, "double"), (11, "double"), (15, "double-double"), (28, "triple-double"), (40, "mp")],
 )
 def test_wanted_digits_are_delivered_by_the_cheapest_arithmetic(
     short: Scene, truth: Trajectory, wanted: int, expected: str
@@ -145,10 +145,11 @@ def test_a_rung_that_does_not_deliver_is_passed(
     assert true_digits(trajectory, truth) >= 20
 
 
-def test_a_machine_without_80_bit_floats_goes_on_to_quad(
+def test_a_machine_without_80_bit_floats_and_llvmlite_goes_on_to_quad(
     short: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tt_precise.integrate.precision._has_80_bit_floats", lambda: False)
+    monkeypatch.setattr("tt_precise.integrate.precision.find_spec", lambda name: None)
     assert integrate(short, digits=15).precision.name == "quad"
 
 

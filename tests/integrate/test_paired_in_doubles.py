@@ -36,6 +36,12 @@ def test_the_estimate_is_what_is_lost(precision: str, tolerance: float) -> None:
     assert run.digits_throughout == pytest.approx(least, abs=0.3)
 
 
+def test_what_does_not_deviate_has_all_its_digits() -> None:
+    scene = load_scene("rolling").varied(until="0.1")
+    run = integrated(scene, MeasuredSetting("newton", "double-double", 1e-18), ())
+    assert 14 < run.digits_throughout < 20
+
+
 def test_a_run_at_its_finest_has_no_reference_beside_it() -> None:
     scene = load_scene("coulomb-gliding").varied(until="0.1")
     assert integrated(scene, MeasuredSetting("newton", "double-double", 0.0), ())._pair is None

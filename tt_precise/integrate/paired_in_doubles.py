@@ -69,9 +69,10 @@ class PairInDoubles:
         entries = tuple(map(Deviating, self.rows.sum(axis=1).T, apart.T))
         columns = Columns(self.setup, self.beginning.start)
         found = columns.of_arrays(columns.names, entries, float)
+        same = numpy.zeros(len(self.rows))  # what is the same number in both, as v_A in rolling
         return digits_over_rows(
-            {name: one.value for name, one in found.items()},
-            {name: numpy.abs(one.deviation) for name, one in found.items()},
+            {name: getattr(one, "value", one) for name, one in found.items()},
+            {name: numpy.abs(getattr(one, "deviation", same)) for name, one in found.items()},
             columns.start.units,
             columns.precision.bits,
         )
