@@ -234,7 +234,9 @@ def _fine(stored: Stored, bits: int | None) -> Task:
     """The fresh computation: in ``FINE``, or, where that has too few bits, in ``mp``."""
     from tt_precise.integrate.precision import BITS, is_available
 
-    precision = FINE if is_available(FINE) else WITHOUT_LLVM
+    # what comes in pieces is heyoka's alone
+    ours = is_available(FINE) and not stored.scene.in_pieces
+    precision = FINE if ours else WITHOUT_LLVM
     if bits is None or bits <= BITS[precision]:
         return Task(stored.name, stored.scene_text, precision, None, "newton")
     return Task(stored.name, stored.scene_text, "mp", bits + SPARE_BITS, "newton")
