@@ -106,6 +106,23 @@ def test_lines_that_are_none_are_left_out(
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
 
 
+def test_a_flipped_bit_in_a_line_of_the_ledger_makes_it_none(
+    finished: Path, tmp_path: Path, rows: pandas.DataFrame
+) -> None:
+    """Also where it is still JSON: in a column's name, or in a digit of a statistic."""
+    whole = (finished / "ledger.jsonl").read_text()
+    name = whole.index("min_g_n")
+    digit = next(at for at in range(name, len(whole)) if whole[at].isdigit())
+    for at in (name, digit):
+        out = copied(finished, tmp_path / str(at))
+        text = f"{whole[:at]}{chr(ord(whole[at]) ^ 1)}{whole[at + 1 :]}"
+        (out / "ledger.jsonl").write_text(text)
+        found = sweep(SPEC, out=out, one_in=0).summary
+        assert found["rows"] == 12
+        assert found["columns"] == json.loads((finished / "summary.json").read_text())["columns"]
+        pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
+
+
 def test_two_sweeps_do_not_share_a_folder(finished: Path, tmp_path: Path) -> None:
     out = copied(finished, tmp_path)
     with locked(out, "sweep"), pytest.raises(InputError, match="another sweep is at work"):

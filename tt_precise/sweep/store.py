@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from tt_precise import json_file
 from tt_precise._version import __version__
+from tt_precise.cache import fingerprint
 from tt_precise.errors import InputError
 from tt_precise.files import locked, replacing
 from tt_precise.sweep.chunk_file import (
@@ -44,6 +45,7 @@ MANIFEST, LEDGER, RECHECK, QUARANTINE, SUMMARY, ROWS = (
 )  # fmt: skip
 # above it the chunks stay as they are: a copy of all would take longer than anybody waits for it
 GATHERED_AT_MOST = 20_000_000  # rows
+SEAL = "line"  # the hash of a line of a log, in the line itself
 LEDGER_EVERY_S = 1.0  # what is computed within it is computed again if the power goes
 
 
@@ -155,7 +157,7 @@ class Files:
             about = {**written(self.place, number, frame), **about}
         line = {"chunk": number, **about}
         self.parts[number] = line
-        self._pending.append(json.dumps(line) + "\n")
+        self._pending.append(_sealed(line))
         if time.monotonic() - self._flushed > LEDGER_EVERY_S:
             self._flush()
 
@@ -169,12 +171,12 @@ class Files:
     def quarantine(self, number: int, error: str) -> None:
         """Note a chunk that could not be computed; the next run tries it again."""
         self.quarantined[number] = error
-        self.place.append(QUARANTINE, json.dumps({"chunk": number, "error": error}) + "\n")
+        self.place.append(QUARANTINE, _sealed({"chunk": number, "error": error}))
 
     def check(self, index: int, found: dict[str, Json]) -> None:
         """Note what recomputing a row came to."""
         self.checked[index] = found
-        self.place.append(RECHECK, json.dumps({"index": index, "found": found}) + "\n")
+        self.place.append(RECHECK, _sealed({"index": index, "found": found}))
 
     def frames(self) -> Iterator[pandas.DataFrame]:
         """The rows, in order, some at a time."""
@@ -218,7 +220,7 @@ class Files:
                 writer.close()
             checksum = _digest_of_file(temporary)
         line = {"gathered": ROWS, "rows": self.spec.rows, "sha256": checksum}
-        self.place.append(LEDGER, json.dumps(line) + "\n")
+        self.place.append(LEDGER, _sealed(line))
 
     def _rows_file_is_whole(self) -> bool:
         lines = list(self._lines(LEDGER, {"gathered": str, "rows": int, "sha256": str}))
@@ -281,10 +283,20 @@ class Files:
                 line = json_file.parse(text)
             except ValueError:
                 continue  # the line that was being written when the power went
-            if isinstance(line, dict) and all(
-                type(line.get(name)) is kind for name, kind in kinds.items()
-            ):
+            if not isinstance(line, dict) or line.pop(SEAL, None) != _seal(line):
+                continue  # damaged
+            if all(type(line.get(name)) is kind for name, kind in kinds.items()):
                 yield line
+
+
+def _seal(line: Mapping[str, Json]) -> str:
+    return fingerprint(line)[:16]
+
+
+def _sealed(line: Mapping[str, Json]) -> str:
+    """A line of a log with its own hash, so that one that was damaged is none."""
+    plain = json_file.parse(json.dumps(line))  # as it is read again
+    return json.dumps({**plain, SEAL: _seal(plain)}) + "\n"
 
 
 def default_chunk(rows: int) -> int:
