@@ -37,7 +37,8 @@ UNFINISHED = 1
 @click.option("--events", help="Events to record: names separated by commas, or all.")
 @click.option("--record", help="Quadratures: any of phi,psi,x,y, separated by commas.")
 @click.option(
-    "--columns", help="Columns of the CSV, separated by commas: any quantity; pose, pose:xyzw."
+    "--columns",
+    help="Columns of the CSV, by commas: any quantity; pose, pose:xyzw; error:NAME, digits.",
 )
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the trajectory (CSV, SI).")
 @click.option("--plot", type=click.Path(dir_okay=False), help="Draw it (.svg, .png or .pdf).")
@@ -208,13 +209,14 @@ def _split(names: str | None) -> tuple[str, ...]:
 
 def _require_columns(names: tuple[str, ...]) -> bool:
     """Refuse unknown columns; whether the pose is among them."""
+    from tt_precise.integrate.estimated import DIGITS, ERROR
     from tt_precise.integrate.pose import POSE_COLUMNS
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.mechanics.quantities import QUANTITIES
 
     known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS])
     for name in names:
-        if name not in known:
+        if name.removeprefix(ERROR) not in known and name != DIGITS:
             raise InputError(f"--columns: got {name[:60]!r}, expected any of: {', '.join(known)}")
     return bool(POSE_COLUMNS.keys() & set(names))
 
