@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
@@ -46,6 +47,8 @@ def long_double(value: Scalar) -> Scalar:
     import numpy
 
     high = float(value)
+    if math.isinf(high):  # ln v at rest
+        return numpy.longdouble(high)
     return numpy.longdouble(high) + numpy.longdouble(float(value - high))
 
 
