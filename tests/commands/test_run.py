@@ -68,7 +68,7 @@ def test_numbers_are_those_of_the_trajectory(printed: Printed) -> None:
 
 def test_digits_choose_the_precision(printed: Printed) -> None:
     found = printed(*SHORT, "--digits", "25")
-    assert (found["precision"], found["formulation"]) == ("quad", "newton")
+    assert (found["precision"], found["formulation"]) == ("double-double", "newton")
     assert 1e-34 < float(found["tolerance"]) < 1e-20
     assert found["digits"] >= 25
 

@@ -21,7 +21,7 @@ from tt_precise.taylor.numbers import added, multiples, number
     [("double-double", 1e-16), ("double-double", 1e-22), ("triple-double", 1e-33)],
 )
 def test_the_estimate_is_what_is_lost(precision: str, tolerance: float) -> None:
-    scene = load_scene("coulomb-gliding").varied(until="0.25")
+    scene = load_scene("reference").varied(until="0.25")
     run = integrated(scene, MeasuredSetting("newton", precision, tolerance), ())
     assert isinstance(run._pair, PairInDoubles)
     truth = integrated(scene, MeasuredSetting("newton", "triple-double", 0.0), ())
@@ -43,7 +43,7 @@ def test_what_does_not_deviate_has_all_its_digits() -> None:
 
 
 def test_a_run_at_its_finest_has_no_reference_beside_it() -> None:
-    scene = load_scene("coulomb-gliding").varied(until="0.1")
+    scene = load_scene("reference").varied(until="0.1")
     assert integrated(scene, MeasuredSetting("newton", "double-double", 0.0), ())._pair is None
 
 

@@ -116,8 +116,25 @@ class EquationResidual:
                 better = (finer_bound <= bound[open_]) | numpy.isnan(bound[open_])
                 mismatch[:, open_[better]] = finer[:, better]
                 bound[open_[better]] = finer_bound[better]
-        bound = numpy.where(numpy.isfinite(mismatch).all(axis=0), bound, numpy.inf)
+        usable = numpy.isfinite(mismatch).all(axis=0)
+        if self.setup.scene.in_pieces:
+            usable &= ~self._joined(samples, steps)
+        bound = numpy.where(usable, bound, numpy.inf)
         return Residuals(mismatch[:-1], mismatch[-1], bound, ends, steps)
+
+    def _joined(self, samples: Samples, steps: Array) -> Array:
+        """Intervals in which the contact point may have come to rest or have left it.
+
+        It has not where it rests at both ends, and cannot have where, from either end, twice the
+        rate of v_A would not have brought it to 0.
+        """
+        with numpy.errstate(all="ignore"):
+            values, rates = self._functions(samples.state, 1)
+        speed = numpy.hypot(*values[-3:-1])
+        change = 2 * numpy.hypot(*rates[-3:-1, 0])
+        glides = (speed[:-1] > change[:-1] * steps) & (speed[1:] > change[1:] * steps)
+        rests = (speed[:-1] == 0) & (speed[1:] == 0)
+        return ~(glides | rests)
 
     def _wanted(self, steps: numpy.ndarray) -> numpy.ndarray:
         return numpy.maximum(self._resolved * steps / (HORIZON * self._time), 4 * EPS)
@@ -126,7 +143,8 @@ class EquationResidual:
         """The balance with the solution followed through what the quadrature left open."""
         steps = numpy.diff(samples.t)
         open_ = numpy.flatnonzero(~(found.bound <= self._wanted(steps)))
-        if not len(open_):
+        # what joins two pieces is no solution of either's equations
+        if not len(open_) or self.setup.scene.in_pieces:
             return found
         width = len(self._form.columns)
         start = numpy.array([entry[open_] for entry in samples.state])

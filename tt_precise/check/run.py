@@ -127,7 +127,7 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
                 [_Running(check, setup, read, request.limits) for check in CHECKS],
                 read,
             )
-            if setup.own_force:
+            if setup.friction == "scene":
                 # golden data are read once the rows have turned out to be some
                 distance = GoldenDistance(
                     setup, table.names, request.digits, request.fresh, request.folder
