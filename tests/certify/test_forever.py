@@ -120,17 +120,26 @@ def test_upright_the_other_way() -> None:
     assert {one.as_dict()["theta_tends_to"] for one in found.values()} == {"0"}
 
 
-def test_committed_proofs_say_the_same() -> None:
-    for name in store.scenes():
-        record = proofs.read(name)
-        if record is None:
-            continue
-        enclosures, stated = record.enclosures(store.read(name)), record.content["forever"]
-        if "lost_at_s" in record.content["contact"]:
-            assert stated == {"failure": "not proved (F3): contact is lost"}
-        elif "failure" in stated:
-            with pytest.raises(NotProved):
-                forever(tt.load_scene(name), enclosures)
-        else:
-            found = forever(tt.load_scene(name), enclosures)
-            assert {key: one.as_dict() for key, one in found.items()} == stated
+ONE_OF_EACH_KIND = ("reference", "tippetopsim", "contact-lost", "frictionless")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name in ONE_OF_EACH_KIND else pytest.mark.slow)
+        for name in store.scenes()
+        if proofs.read(name) is not None
+    ],
+)
+def test_committed_proofs_say_the_same(name: str) -> None:
+    record = proofs.read(name)
+    assert record is not None
+    enclosures, stated = record.enclosures(store.read(name)), record.content["forever"]
+    if "lost_at_s" in record.content["contact"]:
+        assert stated == {"failure": "not proved (F3): contact is lost"}
+    elif "failure" in stated:
+        with pytest.raises(NotProved):
+            forever(tt.load_scene(name), enclosures)
+    else:
+        found = forever(tt.load_scene(name), enclosures)
+        assert {key: one.as_dict() for key, one in found.items()} == stated

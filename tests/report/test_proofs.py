@@ -19,6 +19,12 @@ def _tables(one: Section) -> list[PageTable]:
     return [block for block in one.blocks if isinstance(block, PageTable)]
 
 
+@pytest.fixture(scope="module")
+def whole() -> Section:
+    """The section on the committed proofs."""
+    return section()
+
+
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of two scenes' golden data, which the section reads instead."""
@@ -29,27 +35,24 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_every_golden_scene_has_a_row() -> None:
-    found = section()
-    digits, *_ = _tables(found)
+def test_every_golden_scene_has_a_row(whole: Section) -> None:
+    digits, *_ = _tables(whole)
     assert [row[0] for row in digits.rows] == store.scenes()
-    assert set(found.results) == set(store.scenes())
+    assert set(whole.results) == set(store.scenes())
 
 
-def test_times_are_those_of_the_proof() -> None:
-    found = section()
-    _, times, _ = _tables(found)
+def test_times_are_those_of_the_proof(whole: Section) -> None:
+    _, times, _ = _tables(whole)
     (row,) = (row for row in times.rows if row[:2] == ("reference", "B"))
-    proved = found.results["reference"]["inversion"]["B"]
+    proved = whole.results["reference"]["inversion"]["B"]
     for cell, which in zip(row[2:4], ("t_init", "t_end"), strict=True):
         exact = Decimal(proved[which]["middle"])
         assert abs(Decimal(cell) - exact) <= Decimal("5e-25")
     assert int(row[4]) >= 25
 
 
-def test_the_theorem_for_ever_has_its_constants() -> None:
-    found = section()
-    _, _, ends = _tables(found)
+def test_the_theorem_for_ever_has_its_constants(whole: Section) -> None:
+    _, _, ends = _tables(whole)
     held, entered, final = (row for row in ends.rows if row[0] == "reference")
     assert held[1] == entered[1] == final[1] == "pi"
     assert held[4] == "-"
