@@ -43,6 +43,10 @@ SLOW = {
         # it proves that contact is kept, so that it has to refuse where contact is lost
         ("golden certify contact-lost --folder {copied} --check", 1)
     ],
+    "golden-starts": [("golden starts reference --within theta=1e-3", 1)],
+    "golden-starts-map": [
+        ("golden starts reference --map phi_dot=-40:-20:2 --map omega_3=20:26:2", 0)
+    ],
     "extremes": [("extremes --quick --topic contact", 0)],
     "bench": [("bench --only drift", 0)],
     "tradeoff": [("tradeoff --quick", 0)],
@@ -50,6 +54,8 @@ SLOW = {
 STORED = {
     "golden-manifest": "reference_data/*/manifest.json",
     "golden-proof": "reference_data/*/proof.json",
+    "golden-starts": "reference_data/*/starts.json",
+    "golden-starts-map": "reference_data/*/starts-map.json",
     "extremes": "reports/extremes.json",
     "engines": "reports/engines.json",
     "index": "reference_data/index.json",
