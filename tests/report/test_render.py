@@ -96,6 +96,16 @@ def test_letters_are_drawn_once(small_report: Report) -> None:
     assert page.count('href="#DejaVuSans-63"') == 2
 
 
+def test_styles_of_figures_are_written_once(small_report: Report) -> None:
+    part, alone = '<path style="fill: none; stroke: #123456"/>', '<path style="fill: #654321"/>'
+    classed = '<path class="own" style="fill: none; stroke: #123456"/>'
+    section = Section("s", "S", [Figure("f", "A.", f"<svg>{4 * part}{alone}{classed}</svg>", "a")])
+    page = render.html(replace(small_report, sections=[section]))
+    (rule,) = re.findall(r"^svg \.(\w+)\.\1\{fill: none; stroke: #123456\}$", page, re.MULTILINE)
+    assert page.count(f'<path class="{rule}"/>') == 4
+    assert page.count(alone) == page.count(classed) == 1
+
+
 def test_markdown_is_a_twin(small_report: Report) -> None:
     text = render.markdown(small_report)
     assert "![a circle to be seen](figures/circle.svg)" in text

@@ -45,7 +45,7 @@ def html(report: Report) -> str:
         report=report, paper_sections=SECTIONS, marks=MARKS, citation=_citation(report)
     )
     # lines that held nothing but template
-    return _shared_letters(re.sub(r"\n\s*\n+", "\n", text))
+    return _shared_styles(_shared_letters(re.sub(r"\n\s*\n+", "\n", text)))
 
 
 def markdown(report: Report) -> str:
@@ -148,6 +148,29 @@ def _shared_letters(page: str) -> str:
         f'<svg class="letters" width="0" height="0" aria-hidden="true"><defs>{drawn}</defs></svg>'
     )
     return page.replace("<main>", f"{shared}\n<main>", 1) if letters else page
+
+
+_FIGURE = re.compile(r'<svg role="img" aria-label=.*?</svg>', re.DOTALL)
+FEW = 3  # of these a class would save nothing
+_STYLED = re.compile(r'<(?![^<>]* class=)([^<>]*?) style="([^"]*)"')
+
+
+def _shared_styles(page: str) -> str:
+    """The page with each style of a figure's parts once, as a class, where every part has its own.
+
+    Twice the class in the rule: it outranks the style sheet's words on figures, as a style does.
+    """
+    styles = Counter(style for svg in _FIGURE.findall(page) for _, style in _STYLED.findall(svg))
+    often = [style for style, count in styles.most_common() if count > FEW]
+    classes = {style: f"f{number}" for number, style in enumerate(often)}
+
+    def part(found: re.Match[str]) -> str:
+        name = classes.get(found[2])
+        return f'<{found[1]} class="{name}"' if name else found[0]
+
+    page = _FIGURE.sub(lambda found: _STYLED.sub(part, found[0]), page)
+    rules = "".join(f"svg .{name}.{name}{{{style}}}\n" for style, name in classes.items())
+    return page.replace("</style>", f"{rules}</style>", 1)
 
 
 def _compact(value: Mapping[str, Json]) -> Markup:
