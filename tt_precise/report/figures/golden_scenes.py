@@ -9,8 +9,8 @@ from tt_precise.golden import store
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
 
-COLUMNS = 4
-HEIGHT = 0.72  # inches of a row
+COLUMNS = 5
+HEIGHT = 0.6  # inches of a row
 BINS = 90  # of time in each small graph
 
 
@@ -51,13 +51,13 @@ def proved_digits(digits: Sequence[tuple[str, int, int]]) -> Figure | None:
     """(scene, claimed, proved) digits as bars; None if nothing is proved."""
     if not digits:
         return None
-    with style.panels([0.19 * len(digits) + 0.5]) as (drawing, (panel,)):
+    with style.panels([0.155 * len(digits) + 0.5]) as (drawing, (panel,)):
         places = range(len(digits))
         panel.barh(places, [proved for _, _, proved in digits], color=style.BLUE, height=0.62)
         for place, (_, claimed, _) in zip(places, digits, strict=True):
             panel.plot([claimed, claimed], [place - 0.42, place + 0.42], color=style.RED,
                        linewidth=2)  # fmt: skip
-        panel.set_yticks(list(places), [name for name, _, _ in digits], fontsize=8)
+        panel.set_yticks(list(places), [name for name, _, _ in digits], fontsize=7.5)
         panel.invert_yaxis()
         panel.grid(visible=False, axis="y")
         panel.set_xlabel("significant digits, worst column")
