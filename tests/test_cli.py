@@ -1,6 +1,7 @@
 """The command line: exit statuses, one line for what cannot be used, interruption."""
 
 import os
+import py_compile
 import re
 import signal
 import subprocess
@@ -153,20 +154,43 @@ def test_what_is_reported_is_always_one_line(
 
 @pytest.mark.parametrize(
     "error",
-    [ValueError("a bug"), KeyError("x"), AssertionError(), RuntimeError("no"), IndexError()],
+    [
+        ValueError("a bug"),
+        KeyError("x"),
+        AssertionError(),
+        RuntimeError("no"),
+        IndexError(),
+        EOFError("no more"),  # click alone would call it an interruption
+    ],
 )
 def test_a_bug_is_neither_bad_input_nor_a_failed_check(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
-    def fail(*_: object, **__: object) -> None:
+    def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr(cli.group, "main", fail)
-    assert cli.main([]) == 70
+    monkeypatch.setattr(click.Group, "invoke", fail)
+    assert cli.main(["columns"]) == 70
     *trace, line = capsys.readouterr().err.splitlines()
     assert trace[0].startswith("Traceback")
     assert f"this is a bug in tt-precise {tt_precise.__version__}" in line
     assert type(error).__name__ in line
+
+
+def test_a_module_that_a_full_disk_cut_off_is_one_line(tmp_path: Path) -> None:
+    source = Path(cli.__file__).with_name("check") / "columns.py"
+    name = source.relative_to("/").with_suffix(f".{sys.implementation.cache_tag}.pyc")
+    compiled = Path(py_compile.compile(str(source), str(tmp_path / name), doraise=True) or "")
+    places = {"PYTHONPYCACHEPREFIX": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
+    for length, status in ((None, 0), (1000, 2)):
+        compiled.write_bytes(compiled.read_bytes()[:length])
+        run = subprocess.run(
+            [sys.executable, "-m", "tt_precise.cli", "columns"],
+            env={**os.environ, **places}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert run.returncode == status, run.stderr
+    assert run.stderr.startswith("tt-precise: a compiled module is cut off (")
+    assert run.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+from typing import Any
 
 import click
 
@@ -41,7 +42,18 @@ INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT,
 LEAVING_S = 2.0
 
 
+class _EndOfFile(Exception):
+    def __init__(self, error: EOFError):
+        self.error = error
+
+
 class _Lazy(click.Group):
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except EOFError as error:  # click would report an interruption
+            raise _EndOfFile(error) from error
+
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
 
@@ -76,6 +88,8 @@ def _main(argv: list[str] | None) -> int:
         return left.exit_code
     except click.exceptions.Abort:
         return _complain("interrupted", INTERRUPTED)
+    except _EndOfFile as ended:
+        return _cut_off(ended.error)
     except Terminated:
         return _complain("terminated", TERMINATED)
     except click.exceptions.NoArgsIsHelpError as help_text:
@@ -111,6 +125,19 @@ def _main(argv: list[str] | None) -> int:
 def _complain(message: object, status: int) -> int:
     click.echo(f"tt-precise: {' '.join(str(message).split())}", err=True)
     return status
+
+
+def _cut_off(error: EOFError) -> int:
+    import traceback
+
+    # where Python imports what it compiled while the disk was full
+    if traceback.extract_tb(error.__traceback__)[-1].name == "_compile_bytecode":
+        return _complain(
+            f"a compiled module is cut off ({error}); expected whole ones: remove the folders "
+            f"__pycache__ under {os.path.dirname(os.path.abspath(__file__))}",
+            BAD_INPUT,
+        )
+    return _bug(error)
 
 
 def _bug(error: BaseException) -> int:

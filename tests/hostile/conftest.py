@@ -70,6 +70,9 @@ class Commands:
                 "MPLCONFIGDIR": str(FONTS),
                 **os.environ,
                 "XDG_CACHE_HOME": str(self._cache),
+                # Python does not notice when a full disk cuts off a compiled module, and every
+                # later process would stumble over it
+                "PYTHONDONTWRITEBYTECODE": "1",
             },
             stdout=stdout,
             stderr=subprocess.PIPE,
