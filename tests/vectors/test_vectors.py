@@ -140,6 +140,10 @@ def test_a_wrong_term_is_not_published(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_index_is_that_of_the_files() -> None:
     assert list(index.stale(home())) == [], "tt-precise golden vectors --build --index-only"
     listed = json.loads((home() / "index.json").read_text("utf-8"))
+    for entry in listed["files"]:
+        if entry["path"].endswith(".json"):
+            own = json.loads((home() / entry["path"]).read_text("utf-8"))["schema"]
+            assert entry["schema"] == own, entry["path"]
     assert {"path", "sha256", "licence", "kind", "content", "schema", "digits", "scene"} == set(
         listed["files"][0]
     )

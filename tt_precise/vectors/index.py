@@ -148,7 +148,7 @@ def entries(folder: Path) -> Iterator[dict[str, Json]]:
                 kind, content = KINDS[file.name]
                 yield _entry(folder, file) | {
                     "kind": kind, "content": content, "scene": name,
-                    "schema": f"tt_precise.{kind}/1", "digits": manifest["digits"],
+                    "schema": _schema(file, kind), "digits": manifest["digits"],
                 }  # fmt: skip
     for name in ("states.json", "steps.json"):
         file = folder / VECTORS / name
@@ -157,6 +157,13 @@ def entries(folder: Path) -> Iterator[dict[str, Json]]:
                 "kind": "vectors", "content": "inputs and expected values, decimal strings",
                 "scene": None, "schema": SCHEMAS[name], "digits": states.DIGITS,
             }  # fmt: skip
+
+
+def _schema(file: Path, kind: str) -> str:
+    """The schema that a JSON file names; a table has none in it."""
+    if file.suffix != ".json":
+        return f"tt_precise.{kind}/1"
+    return str(json_file.read(file, "a file of the reference data")["schema"])
 
 
 def _entry(folder: Path, file: Path) -> dict[str, Json]:
