@@ -156,7 +156,10 @@ def test_cells_of_a_map() -> None:
     assert 0.3 < found.shares[UPRIGHT] < 0.7
 
 
-@pytest.mark.parametrize("text", ["theta=0:1:2", "phi_dot=1:0:3", "phi_dot=0:1", "omega_3=a:b:3"])
+@pytest.mark.parametrize(
+    "text",
+    ["theta=0:1:2", "phi_dot=1:0:3", "phi_dot=0:1", "omega_3=a:b:3", "phi_dot=0:1:99999999"],
+)
 def test_a_map_that_is_none(text: str) -> None:
     with pytest.raises(InputError, match="map: got"):
         MapSide.parse(text)

@@ -57,8 +57,8 @@ class Box:
         wrong = sorted(set(self.reach) - set(EulerState._fields))
         if wrong or not self.reach or any(not w > 0 for w in self.reach.values()):
             raise InputError(
-                f"box: got {dict(self.reach)}, expected positive half-widths of some of "
-                f"{', '.join(EulerState._fields)}"
+                f"box: got {', '.join(f'{n}={w}' for n, w in self.reach.items()) or 'nothing'}, "
+                f"expected positive half-widths of some of {', '.join(EulerState._fields)}"
             )
         if self.scene.model != "gliding" or self.scene.record:
             raise InputError(f"box: got {self.scene.name}, expected a gliding top, no quadratures")

@@ -21,6 +21,7 @@ from tt_precise.scene import Scene
 from tt_precise.untyped import Json
 
 QUARTERINGS = 4  # a part is at least a sixteenth of its cell along each side
+MOST_CELLS = 1000  # along each side
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,12 @@ class MapSide:
     count: int
 
     def __post_init__(self) -> None:
-        if self.name not in EulerState._fields[1:] or not self.low < self.high or self.count < 2:
+        known = self.name in EulerState._fields[1:]
+        if not known or not self.low < self.high or not 2 <= self.count <= MOST_CELLS:
             raise InputError(
                 f"map: got {self.name}={self.low}:{self.high}:{self.count}, expected "
-                f"NAME=FIRST:LAST:COUNT with one of {', '.join(EulerState._fields[1:])}"
+                f"NAME=FIRST:LAST:COUNT with one of {', '.join(EulerState._fields[1:])}, and "
+                f"2 to {MOST_CELLS} cells"
             )
 
     @classmethod
