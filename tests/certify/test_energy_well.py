@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
@@ -19,7 +19,6 @@ from tt_precise.body import Parameters
 from tt_precise.certify import NotProved
 from tt_precise.certify.energy_well import held
 from tt_precise.certify.forever import BITS
-from tt_precise.golden import proofs, store
 from tt_precise.golden.enclosures import Enclosures
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
@@ -29,12 +28,6 @@ from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_square
 def precision() -> Iterator[None]:
     with flint.ctx.workprec(BITS):
         yield
-
-
-def enclosures_of(name: str) -> Enclosures:
-    record = proofs.read(name)
-    assert record is not None
-    return record.enclosures(store.read(name))
 
 
 def row_at(enclosures: Enclosures, t: str) -> int:
@@ -73,7 +66,9 @@ def test_no_state_has_less_than_the_least_energy() -> None:
     assert frame["E"].iloc[-1] / least.iloc[-1] < 1.001
 
 
-def test_strong_friction_is_held_long_before_it_contracts() -> None:
+def test_strong_friction_is_held_long_before_it_contracts(
+    enclosures_of: Callable[[str], Enclosures],
+) -> None:
     scene, known = tt.load_scene("tippetopsim"), enclosures_of("tippetopsim")
     found = held(scene, known, row_at(known, "1.5"))
     assert found.rate is None
@@ -94,7 +89,9 @@ def test_strong_friction_is_held_long_before_it_contracts() -> None:
         ("contact-lost", "1", "W"),
     ],
 )
-def test_what_is_not_held(name: str, t: str, why: str) -> None:
+def test_what_is_not_held(
+    name: str, t: str, why: str, enclosures_of: Callable[[str], Enclosures]
+) -> None:
     known = enclosures_of(name)
     with pytest.raises(NotProved, match=why):
         held(tt.load_scene(name), known, row_at(known, t))
@@ -110,7 +107,7 @@ def moved(known: Enclosures, t: str, column: str, by: str) -> Enclosures:
     return replace(known, stored=replace(known.stored, trajectory=Table(table.columns, rows)))
 
 
-def test_more_energy_than_there_is_is_noticed() -> None:
+def test_more_energy_than_there_is_is_noticed(enclosures_of: Callable[[str], Enclosures]) -> None:
     # the same row with the contact point gliding at 0.5 m/s
     known, scene = enclosures_of("reference"), tt.load_scene("reference")
     row = row_at(known, "7")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 
@@ -31,14 +31,8 @@ def precision() -> Iterator[None]:
         yield
 
 
-def enclosures_of(name: str) -> Enclosures:
-    record = proofs.read(name)
-    assert record is not None
-    return record.enclosures(store.read(name))
-
-
 @pytest.fixture(scope="module")
-def enclosures() -> Enclosures:
+def enclosures(enclosures_of: Callable[[str], Enclosures]) -> Enclosures:
     return enclosures_of("reference")
 
 
@@ -114,7 +108,7 @@ def test_what_tends_nowhere(name: str, enclosures: Enclosures) -> None:
         forever(tt.load_scene(name), enclosures)
 
 
-def test_upright_the_other_way() -> None:
+def test_upright_the_other_way(enclosures_of: Callable[[str], Enclosures]) -> None:
     found = forever(tt.load_scene("stays-upright"), enclosures_of("stays-upright"))
     assert found["held"].since_s == "0"
     assert {one.as_dict()["theta_tends_to"] for one in found.values()} == {"0"}
@@ -131,10 +125,12 @@ ONE_OF_EACH_KIND = ("reference", "tippetopsim", "contact-lost", "frictionless")
         if proofs.read(name) is not None
     ],
 )
-def test_committed_proofs_say_the_same(name: str) -> None:
+def test_committed_proofs_say_the_same(
+    name: str, enclosures_of: Callable[[str], Enclosures]
+) -> None:
     record = proofs.read(name)
     assert record is not None
-    enclosures, stated = record.enclosures(store.read(name)), record.content["forever"]
+    enclosures, stated = enclosures_of(name), record.content["forever"]
     if "lost_at_s" in record.content["contact"]:
         assert stated == {"failure": "not proved (F3): contact is lost"}
     elif "failure" in stated:
