@@ -6,17 +6,15 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
-from tt_precise.arithmetic import Array, Scalar
+from tt_precise.arithmetic import Scalar
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Row
-from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.events import EXTREMUM, event_named
-from tt_precise.integrate.own_time import arrays_of_rows
+from tt_precise.integrate.own_time import RowwiseOutput
 from tt_precise.integrate.propagate import Propagation
 from tt_precise.integrate.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import Hit
-from tt_precise.integrate.times import Times
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.onset import OnsetSeries
@@ -32,7 +30,7 @@ def terms_for(bits: int) -> int:
     return int(TERMS_OF_MP * bits) + 2
 
 
-class OnsetOutput(DenseOutput):
+class OnsetOutput(RowwiseOutput):
     """Rows of an ``OnsetSeries`` over its time; its states are those of the polar ``setup``."""
 
     def __init__(self, setup: Setup, start: InitialState, onset: OnsetSeries, quadratures: Row):
@@ -70,15 +68,6 @@ class OnsetOutput(DenseOutput):
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at guarded dimensionless ``times``."""
         return [self._row(time) for time in times]
-
-    def arrays(
-        self,
-        times: Times,
-        number: Callable[[Scalar], Any] = float,
-        progress: Progress | None = None,
-    ) -> tuple[Array, ...]:
-        """The rows at all ``times``: an array for each entry."""
-        return arrays_of_rows(self, times, number)
 
     def _row(self, time: Scalar) -> Row:
         return (*self._state(time), *self._recorded(time))

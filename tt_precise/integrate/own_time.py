@@ -16,7 +16,30 @@ from tt_precise.progress import Progress
 NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are taken
 
 
-class OwnTimeOutput(DenseOutput):
+class RowwiseOutput(DenseOutput):
+    """Dense output that is read row by row in guarded numbers, and never in arrays."""
+
+    def arrays(
+        self,
+        times: Times,
+        number: Callable[[Scalar], Any] = float,
+        progress: Progress | None = None,
+    ) -> tuple[Array, ...]:
+        """The rows at all ``times``: an array for each entry."""
+        import numpy
+
+        mpf = self.precision.context.mpf
+        pairs = zip(times.rounded.tolist(), times.delay.tolist(), strict=True)
+        rows = self.rows([mpf(a) + mpf(b) for a, b in pairs])
+        kind = type(number(mpf(0)))
+        if not rows:
+            return tuple(numpy.zeros(0, dtype=kind) for _ in self.start_row)
+        return tuple(
+            numpy.array([number(x) for x in entry], dtype=kind) for entry in zip(*rows, strict=True)
+        )
+
+
+class OwnTimeOutput(RowwiseOutput):
     """Rows of a propagation whose state has the time t as an entry, over that time.
 
     ``propagation.time`` is its own time's; ``end_time`` and everything that is asked for is t.
@@ -39,15 +62,6 @@ class OwnTimeOutput(DenseOutput):
             else:
                 found.append(self._row_at(time))
         return found
-
-    def arrays(
-        self,
-        times: Times,
-        number: Callable[[Scalar], Any] = float,
-        progress: Progress | None = None,
-    ) -> tuple[Array, ...]:
-        """The rows at all ``times``: an array for each entry."""
-        return arrays_of_rows(self, times, number)
 
     @cached_property
     def _knots(self) -> list[tuple[Scalar, Any, Any]]:
@@ -89,20 +103,3 @@ class OwnTimeOutput(DenseOutput):
     def _moved(self, row: Row, delay: Scalar) -> Row:
         # the delay is one of t, and rates are those along the own time
         return super()._moved(row, delay / self._clock(row) if delay and row[self._t] else 0)
-
-
-def arrays_of_rows(output: Any, times: Times, number: Callable[[Scalar], Any]) -> tuple[Array, ...]:
-    """``output.rows`` at all ``times`` as an array for each entry."""
-    import numpy
-
-    mpf = output.precision.context.mpf
-    exact = [
-        mpf(a) + mpf(b) for a, b in zip(times.rounded.tolist(), times.delay.tolist(), strict=True)
-    ]
-    rows = output.rows(exact)
-    kind = type(number(mpf(0)))
-    if not rows:
-        return tuple(numpy.zeros(0, dtype=kind) for _ in output.start_row)
-    return tuple(
-        numpy.array([number(x) for x in entry], dtype=kind) for entry in zip(*rows, strict=True)
-    )
