@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from tt_precise.check.reading import open_source
 from tt_precise.check.samples import CheckSetup
 from tt_precise.engines.job import Friction, job
 from tt_precise.engines.program import COLUMNS
+from tt_precise.mechanics.newton import NewtonState
 
 ENGINE = Path(__file__).parents[2] / "examples/engine.py"
 Healthy = Callable[..., pandas.DataFrame]
@@ -134,3 +136,18 @@ def test_a_rolling_top_has_no_power_and_no_velocity_of_its_own(
     assert len(found.state) == (6 if columns == "vectors" else 4)
     assert abs(found.energy).max() < 1e-12
     assert (abs(found.state).max(axis=0) <= found.bound + 1e-12).all()
+
+
+def test_between_sticking_and_slipping_other_equations_are_found() -> None:
+    scene = tt.load_scene("coulomb-stick-slip")
+    frame = pandas.DataFrame(tt.golden.load(scene.name))[["t", *NewtonState._fields]]
+    healthy = tt.check.conservation(frame, scene)["equations"]
+    # the joints are no question of the spacing
+    assert "intervals hold a stick or slip, or are too wide" in healthy.reason
+    assert "apart would do" not in healthy.reason
+    for body in (
+        {"mu": scene.body.mu * Fraction("1.001")},
+        {"I3": scene.body.I3 * Fraction("1.001")},
+    ):
+        other = replace(scene, body=replace(scene.body, **body))
+        assert tt.check.conservation(frame, other)["equations"].verdict == "fail", body

@@ -104,9 +104,16 @@ def _energy(integral: Integral) -> RowCheck:
     )
 
 
+# whether it is for want of the height
+_NO_FORCE = {
+    False: "the force of another friction law does not follow from the state",
+    True: "the contact force needs the height of the lowest point, which no column set has",
+}
+
+
 def _contact_skipped(setup: CheckSetup, first: Samples) -> str:
     if not setup.own_force:
-        return "the normal force of another friction law does not follow from the state"
+        return _NO_FORCE[setup.scene.lifts and setup.friction == "scene"]
     return "" if setup.velocity_known else _no_velocity(setup)
 
 
@@ -148,7 +155,7 @@ def _quaternion(setup: CheckSetup, first: Samples, limit: float) -> Watch:
 
 def _evolution_skipped(setup: CheckSetup, first: Samples) -> str:
     if not setup.own_force:
-        return "the force of another friction law does not follow from the state"
+        return _NO_FORCE[setup.scene.lifts and setup.friction == "scene"]
     return "" if setup.velocity_known else _no_velocity(setup)
 
 

@@ -51,7 +51,8 @@ class Residuals:
 
     ``state`` has shape (entries, intervals), ``energy`` (intervals,), both in units of their size
     at the start; ``bound`` (intervals,) is that of the error of these numbers. ``ends`` are the
-    rows where the intervals end; ``within`` (s, intervals) is how far the solution was followed.
+    rows where the intervals end; ``within`` (s, intervals) is how far the solution was followed, 0
+    where no spacing of the rows would help.
     """
 
     state: numpy.ndarray
@@ -118,7 +119,8 @@ class EquationResidual:
                 bound[open_[better]] = finer_bound[better]
         usable = numpy.isfinite(mismatch).all(axis=0)
         if self.setup.scene.in_pieces:
-            usable &= ~self._joined(samples, steps)
+            joined = self._joined(samples, steps)
+            usable, steps = usable & ~joined, numpy.where(joined, 0.0, steps)
         bound = numpy.where(usable, bound, numpy.inf)
         return Residuals(mismatch[:-1], mismatch[-1], bound, ends, steps)
 
@@ -250,6 +252,7 @@ class SummedResidual:
 
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
+        self._joins = residual.setup.scene.in_pieces
         self._sum: Array = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self._worst = 0.0
@@ -285,7 +288,8 @@ class SummedResidual:
         """What was not resolved, and from which spacing of the rows on it would be."""
         said = f"error bound {self.error_bound:.0e}"
         if self.unresolved:
-            said += f"; {self.unresolved} of {self.intervals} intervals too wide"
+            what = "hold a stick or slip, or are too wide" if self._joins else "too wide"
+            said += f"; {self.unresolved} of {self.intervals} intervals {what}"
             if self._within > 0:
                 said += f"; rows {_rounded_down(self._within):g} s apart would do"
         if self._part == "state" and self._worst > self._limit:
