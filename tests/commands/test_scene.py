@@ -94,5 +94,14 @@ def test_shipped_scenes_can_be_listed_and_shown(capsys: pytest.CaptureFixture[st
     assert [one["name"] for one in listed] == shipped()
     lines = shown(capsys, "list")
     assert all(name in lines for name in shipped())
-    for name in ("reference", "rolling", "upright", "coulomb-gliding"):
-        assert printed(capsys, name)["scene"] == name
+
+
+SOME = ("reference", "rolling", "upright", "coulomb-gliding", "elastic-linear")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[] if name in SOME else pytest.mark.slow) for name in shipped()],
+)
+def test_a_shipped_scene_is_shown(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert printed(capsys, name)["scene"] == name
