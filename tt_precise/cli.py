@@ -42,7 +42,7 @@ INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT,
 LEAVING_S = 2.0
 
 
-class _EndOfFile(Exception):
+class _EndOfFileError(Exception):
     def __init__(self, error: EOFError):
         self.error = error
 
@@ -52,7 +52,7 @@ class _Lazy(click.Group):
         try:
             return super().invoke(ctx)
         except EOFError as error:  # click would report an interruption
-            raise _EndOfFile(error) from error
+            raise _EndOfFileError(error) from error
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -88,7 +88,7 @@ def _main(argv: list[str] | None) -> int:
         return left.exit_code
     except click.exceptions.Abort:
         return _complain("interrupted", INTERRUPTED)
-    except _EndOfFile as ended:
+    except _EndOfFileError as ended:
         return _cut_off(ended.error)
     except Terminated:
         return _complain("terminated", TERMINATED)
