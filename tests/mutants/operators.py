@@ -56,13 +56,13 @@ def mutant(path: str, text: str, number: int) -> Mutant:
     return Mutant(path, place.line, place.within, before, after, ast.unparse(tree) + "\n")
 
 
-def keys(path: str, text: str) -> set[Key]:
-    """The names of all mutants of a module."""
-    found = set()
+def keys(path: str, text: str) -> list[Key]:
+    """The names of all mutants of a module, by their numbers."""
+    found = []
     for place in list(_places(ast.parse(text))):
         before = ast.unparse(place.shown)
         place.change()
-        found.add((path, place.within, before, ast.unparse(place.shown)))
+        found.append((path, place.within, before, ast.unparse(place.shown)))
         place.change()
     return found
 

@@ -15,9 +15,10 @@ from __future__ import annotations
 import argparse
 import compileall
 import gc
+import hashlib
+import heapq
 import json
 import os
-import random
 import resource
 import shutil
 import sys
@@ -33,7 +34,7 @@ ROOT = HERE.parents[1]
 if __name__ == "__main__":
     sys.path.insert(0, str(HERE))
 
-from operators import Key, Mutant, count, mutant  # type: ignore[import-not-found]  # noqa: E402
+from operators import Key, Mutant, keys, mutant  # type: ignore[import-not-found]  # noqa: E402
 from reach import Reached, Recorder, Selected, instrument  # type: ignore[import-not-found]  # noqa: E402
 
 Task = TypeVar("Task")
@@ -173,17 +174,26 @@ def noted(log: Path, checkout: Path, one: Mutant, reach: Sequence[Reached], most
 
 
 def drawn(rooms: Iterable[str], seed: int, size: int) -> list[Mutant]:
-    """A sample of all mutants of the rooms."""
-    every = [
-        (file, number)
-        for room in rooms
-        for file in sorted((ROOT / "tt_precise" / room).glob("*.py"))
-        for number in range(count(file.read_text()))
-    ]
-    chosen = random.Random(seed).sample(every, min(size, len(every)))
+    """A sample of all mutants of the rooms.
+
+    Those whose names have the smallest hashes: whoever edits one place changes the sample there
+    alone, and the results of all others stay.
+    """
+    every: dict[Key, tuple[Path, int]] = {}
+    for room in rooms:
+        for file in sorted((ROOT / "tt_precise" / room).glob("*.py")):
+            path = str(file.relative_to(ROOT))
+            for number, key in enumerate(keys(path, file.read_text())):
+                every.setdefault(key, (file, number))
+    chosen = heapq.nsmallest(size, every, key=lambda key: _hash(seed, key))
     return [
-        mutant(str(file.relative_to(ROOT)), file.read_text(), number) for file, number in chosen
+        mutant(key[0], file.read_text(), number)
+        for key, (file, number) in ((key, every[key]) for key in chosen)
     ]
+
+
+def _hash(seed: int, key: Key) -> bytes:
+    return hashlib.sha256("\0".join((str(seed), *key)).encode()).digest()
 
 
 def killed(checkout: Path, one: Mutant, reach: Sequence[Reached], most_s: float) -> bool:
