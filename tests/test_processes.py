@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import pytest
 from tt_precise.processes import Processes, TimeLimitError, WorkerDiedError
 
 PARENT = """
-import os, sys, time
+import os, signal, sys, time
 from concurrent.futures import ProcessPoolExecutor
 from tt_precise.processes import Processes
 
@@ -27,7 +27,10 @@ def work():
 if __name__ == "__main__":
     kind, end = sys.argv[1:]
     pool = Processes(1) if kind == "own" else ProcessPoolExecutor(1)
-    print(pool.submit(os.getpid).result(), flush=True)
+    worker = pool.submit(os.getpid).result()
+    if end == "wait":
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    print(worker, flush=True)
     if end == "dismiss":
         pool.submit(time.sleep, 60)
         begin = time.monotonic()
@@ -38,10 +41,7 @@ if __name__ == "__main__":
         pool.shutdown(wait=False)
         os._exit(0)
     else:
-        try:
-            time.sleep(60)
-        except KeyboardInterrupt:
-            time.sleep(60)
+        time.sleep(600)
 """
 
 
@@ -76,6 +76,14 @@ def runs(pid: int, within_s: float) -> bool:
             return False
         time.sleep(0.05)
     return True
+
+
+def wait_until(reached: Callable[[], bool]) -> None:
+    """Look again and again, for a minute."""
+    until = time.monotonic() + 60
+    while not reached():
+        assert time.monotonic() < until
+        time.sleep(0.01)
 
 
 # what a worker evaluates: it need not find this file, which is no part of an installed package
@@ -174,21 +182,28 @@ def test_a_process_is_replaced_after_some_tasks() -> None:
     assert [pids.count(pid) for pid in dict.fromkeys(pids)] == [3, 3, 1]
 
 
-def test_shutdown_finishes_or_cancels_what_waits() -> None:
+def test_shutdown_finishes_what_waits() -> None:
     executor = Processes(1)
     futures = [executor.submit(pow, 2, n) for n in range(5)]
     executor.shutdown()
     assert [one.result(0) for one in futures] == [2**n for n in range(5)]
     with pytest.raises(RuntimeError, match="after shutdown"):
         executor.submit(pow, 2, 2)
+
+
+def test_shutdown_cancels_what_waits_and_not_what_runs(tmp_path: Path) -> None:
     executor = Processes(1)
-    running = executor.submit(time.sleep, 0.5)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    running = executor.submit(pipe.read_text)  # until somebody writes
     rest = [executor.submit(pow, 2, n) for n in range(5)]
-    while not running.running():
-        time.sleep(0.01)
-    executor.shutdown(cancel_futures=True)
-    assert running.result(0) is None
-    assert all(one.cancelled() for one in rest)
+    wait_until(running.running)
+    closing = threading.Thread(target=executor.shutdown, kwargs={"cancel_futures": True})
+    closing.start()
+    wait_until(lambda: all(one.cancelled() for one in rest))
+    pipe.write_text("done")
+    closing.join()
+    assert running.result(0) == "done"
 
 
 def test_too_many_threads_leave_none_behind(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -66,7 +66,9 @@ def test_a_terminal_sees_each_step(monkeypatch: pytest.MonkeyPatch) -> None:
     with progress_bars("claims judged", 2) as (progress, announce):
         for step in ("Golden data", "Proofs"):
             announce(step)
-            time.sleep(0.15)  # the bars are drawn ten times a second
+            until = time.monotonic() + 60
+            while step not in terminal.getvalue() and time.monotonic() < until:
+                time.sleep(0.01)  # the bars are drawn ten times a second
         progress(0.5)
     shown = terminal.getvalue()
     assert all(word in shown for word in ("claims judged", "Golden data", "Proofs"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import io
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -65,9 +66,7 @@ class Commands:
         """The command in a process group of its own; ``before`` is called in it, first of all."""
         process = subprocess.Popen(
             [sys.executable, "-c", code, *argv],
-            # matplotlib's list of fonts is no matter of this package, and takes seconds to make
             env={
-                "MPLCONFIGDIR": str(FONTS),
                 **os.environ,
                 "XDG_CACHE_HOME": str(self._cache),
                 # Python does not notice when a full disk cuts off a compiled module, and every
@@ -100,7 +99,10 @@ class Commands:
 @pytest.fixture
 def commands(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """A ``Commands``; what it started and is still running after the test is killed."""
-    running = Commands(tmp_path_factory.mktemp("cache"))
+    cache = tmp_path_factory.mktemp("cache")
+    if FONTS.is_dir():  # takes seconds to make; a copy, as who writes it may be killed
+        shutil.copytree(FONTS, cache / "matplotlib")
+    running = Commands(cache)
     yield running
     running.end()
 

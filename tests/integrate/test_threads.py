@@ -69,7 +69,8 @@ def test_everything_can_be_asked_for_by_threads_at_once(half: Scene) -> None:
 
 
 def test_each_thread_computes_in_a_context_of_its_own(double: Trajectory) -> None:
-    contexts = together(lambda _: threading.Event().wait(0.05) or double.precision.context)
+    barrier = threading.Barrier(THREADS)  # or one thread could serve two
+    contexts = together(lambda _: (barrier.wait(), double.precision.context)[1])
     assert len({id(context) for context in contexts}) == THREADS
 
 

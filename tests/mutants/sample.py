@@ -72,6 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     log, map_ = given.folder / "results.jsonl", given.folder / "reach.jsonl"
     _import_what_is_heavy()
     with tempfile.TemporaryDirectory() as place:
+        os.environ["XDG_CACHE_HOME"] = f"{place}/cache"  # killed mutants may leave half a file
         checkouts = [Path(place) / str(number) for number in range(given.workers)]
         for checkout in checkouts:
             shutil.copytree(ROOT, checkout, ignore=LEFT_OUT)
