@@ -58,6 +58,10 @@ def test_a_verdict_that_is_edited_later_is_noticed(
     )
     with pytest.raises(InputError, match=r"not those that were written.*--again"):
         committed(file)
+    unsealed = {name: part for name, part in results.items() if name != "sha256"}
+    file.write_text(json.dumps({"claims": unsealed}), "utf-8")
+    with pytest.raises(InputError, match=r"expected verdicts.*--again"):
+        committed(file)
 
 
 def test_the_verdict_counts_readings_apart(judgements: list[Judgement]) -> None:
