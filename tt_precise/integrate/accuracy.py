@@ -79,12 +79,12 @@ def digits_over_rows(
             present = [name for name in kind if name in errors]
             if not present:
                 continue
-            scale = numpy.max([numpy.abs(columns[name]) for name in present], axis=0)
-            unit = float(units.of_dimension(STATE_DIMENSIONS[present[0]]))
-            scale = numpy.where(scale > 0, scale, unit)
+            unit = {n: float(units.of_dimension(STATE_DIMENSIONS[n])) for n in present}
+            scale = numpy.max([numpy.abs(columns[name]) / unit[name] for name in present], axis=0)
+            scale = numpy.where(scale > 0, scale, 1.0)
             for name in present:
                 # what is undefined in both, at a pole, has no error either
-                found = -numpy.log10(errors[name] / scale)
+                found = -numpy.log10(errors[name] / (unit[name] * scale))
                 digits = numpy.fmin(digits, found)
     return numpy.maximum(digits, 0.0)
 
@@ -92,16 +92,17 @@ def digits_over_rows(
 def worst_digits(state: State, errors: Mapping[str, Scalar], units: Units) -> float:
     """Significant digits of the worst entry of ``state`` with these errors (SI).
 
-    Each is compared with the largest entry of its kind, and a kind that is zero altogether with
-    its unit among ``units``. Never more than the precision holds, never less than 0.
+    Each is compared with the largest entry of its kind, both in their ``units``, and a kind that
+    is zero altogether with 1. Never more than the precision holds, never less than 0.
     """
     values, context = state.values, state.precision.context
     most = float(state.precision.bits * context.log10(2))
     found = [most]
     for kind in KINDS:
         present = [name for name in kind if name in errors]
-        scale = max((abs(context.mpf(values[name])) for name in present), default=0)
-        if not scale and present:
-            scale = units.of_dimension(STATE_DIMENSIONS[present[0]])
-        found += [float(-context.log10(errors[name] / scale)) for name in present if errors[name]]
+        unit = {name: units.of_dimension(STATE_DIMENSIONS[name]) for name in present}
+        scale = max((abs(context.mpf(values[n])) / unit[n] for n in present), default=0) or 1
+        found += [
+            float(-context.log10(errors[n] / (unit[n] * scale))) for n in present if errors[n]
+        ]
     return max(0.0, min(found))

@@ -8,7 +8,7 @@ from typing import Any
 from tt_precise.errors import InputError
 from tt_precise.integrate.cost_table import Setting
 from tt_precise.integrate.once import integrate_once
-from tt_precise.integrate.precision import BITS, DOUBLES
+from tt_precise.integrate.precision import DOUBLES, NAMES
 from tt_precise.integrate.to_digits import expected_gain, integrate_to_digits
 from tt_precise.integrate.trajectory import Trajectory
 from tt_precise.progress import Progress
@@ -91,13 +91,10 @@ def integrate(
         raise InputError("digits: got a precision too, expected one of digits and precision")
 
     def run(setting: Setting) -> Trajectory:
-        name, bits = setting.precision, setting.bits or None
-        if name in DOUBLES and loaded.in_pieces:  # which heyoka's arithmetics integrate alone
-            name, bits = "mp", BITS[name]
         return integrate_once(
             loaded,
-            name,
-            bits=bits,
+            setting.precision,
+            bits=setting.bits or None,
             formulation=setting.formulation,
             tolerance=setting.tolerance,
             options=None,
@@ -105,4 +102,6 @@ def integrate(
             **asked,
         )
 
-    return integrate_to_digits(digits, formulation, run, expected_gain(loaded))
+    pieces = loaded.in_pieces  # which heyoka's arithmetics integrate alone
+    precisions = [name for name in NAMES if not (pieces and name in DOUBLES)]
+    return integrate_to_digits(digits, formulation, run, expected_gain(loaded), precisions)

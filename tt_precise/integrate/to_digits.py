@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from tt_precise.errors import InputError
 from tt_precise.integrate.cost_table import Setting, cost_with_estimate, settings, wide
@@ -29,13 +29,14 @@ def integrate_to_digits(
     formulation: str | None,
     run: Callable[[Setting], Trajectory],
     gain: float = 0.0,
+    precisions: Iterable[str] = NAMES,
 ) -> Trajectory:
     """What ``run`` makes of the cheapest setting that leaves ``wanted`` digits all along.
 
     By the error estimate of that very run, in every entry at every sample. The settings are those
-    of the measured table, of one formulation if it is given. What a scene loses beyond the median
-    one is known after its first run, and the next setting is chosen with that; before, it is
-    expected to have ``gain`` digits more than the table says.
+    of the measured table, of these ``precisions``, and of one formulation if it is given. What a
+    scene loses beyond the median one is known after its first run, and the next setting is chosen
+    with that; before, it is expected to have ``gain`` digits more than the table says.
 
     Raises
     ------
@@ -45,7 +46,7 @@ def integrate_to_digits(
     whole = isinstance(wanted, int) and not isinstance(wanted, bool)
     if not whole or not 1 <= wanted <= MOST_DIGITS:
         raise InputError(f"digits: got {wanted}, expected a whole number from 1 to {MOST_DIGITS}")
-    every = settings(formulation, frozenset(filter(is_available, NAMES)))
+    every = settings(formulation, frozenset(filter(is_available, precisions)))
     expected = wanted + SPARE - gain
     rest = [one for one in every if one.digits >= expected]
     tries = _hopeful(every, rest[0], expected) if rest else []

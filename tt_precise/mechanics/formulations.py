@@ -34,7 +34,8 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
 }
 
 # Entries are compared with the largest of their kind, so that one that happens to pass through
-# zero does not decide: an error of 1e-16 in kx = 1e-5 is 16 good digits of the axis.
+# zero does not decide: an error of 1e-16 in kx = 1e-5 is 16 good digits of the axis. Dimensionless,
+# a height and its rate are of one kind: where a flight ends, the height is zero.
 KINDS = (
     ("kx", "ky", "kz"),
     ("Lx", "Ly", "Lz"),
@@ -45,8 +46,7 @@ KINDS = (
     ("phi",),
     ("psi",),
     ("x", "y"),
-    ("height",),
-    ("rise",),
+    ("height", "rise"),
 )
 
 
