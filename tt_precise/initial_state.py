@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.body import Parameters, Units
@@ -62,7 +63,13 @@ class InitialState:
         """The state as ``form`` has it, in the order of its columns."""
         if self.row:
             return self.row[: len(form.columns)]
-        return tuple(form.start(self.body, self.vectors, self.euler))
+        if form.State not in self._states:
+            self._states[form.State] = tuple(form.start(self.body, self.vectors, self.euler))
+        return self._states[form.State]
+
+    @cached_property
+    def _states(self) -> dict[type, tuple[Scalar, ...]]:
+        return {}
 
     def first_row(self, form: Formulation, record: tuple[str, ...]) -> tuple[Scalar, ...]:
         """The state with the quadratures ``record`` behind it, which begin at zero."""

@@ -11,7 +11,14 @@ import numpy
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate import Trajectory, dense_output, integrate, propagate
+from tt_precise.integrate import (
+    Trajectory,
+    dense_output,
+    integrate,
+    paired,
+    propagate,
+    solution,
+)
 from tt_precise.integrate.columns import EULER_COLUMNS, VECTOR_COLUMNS
 from tt_precise.numerals import as_fraction
 from tt_precise.scene import Scene
@@ -285,3 +292,38 @@ def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
     assert found == expected
     assert len(done) > 5
     assert done[-1] == 1
+
+
+@pytest.mark.parametrize("events", [(), ("theta_min",)])
+def test_samples_taken_on_the_way_are_those_of_the_series(half: Scene, events: Any) -> None:
+    run = integrate(half, events=events)
+    taken = run.frame("kx", "E", "theta")
+    assert run._dense_output._pieces is None
+    assert run._dense_output.propagation.samples is not None
+    # one time less, and all are read from the series
+    read = run.frame("kx", "E", "theta", times=run.sample_times[:-1])
+    assert run._dense_output._pieces is not None
+    assert taken[:-1].equals(read)
+    assert taken["kx"].iloc[-1] == run.state.kx
+    other = integrate(half, tolerance=1e-6)
+    assert not other.frame("kx", "E", "theta")[:-1].equals(read)
+
+
+def test_samples_of_a_run_that_ends_early_are_read_from_the_series() -> None:
+    run = integrate("contact-lost")
+    assert run._dense_output.propagation.samples is None
+    frame = run.frame("kx", "theta")
+    assert frame["t"].iloc[-1] == run.t_end
+    assert frame["kx"].iloc[-1] == run.state.kx
+
+
+def test_not_more_samples_are_kept_than_are_worth_it(
+    half: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = integrate(half).frame("kx")
+    monkeypatch.setattr(paired, "MOST_SAMPLES", 10)
+    solution.beginning.cache_clear()
+    run = integrate(half)
+    assert run._dense_output.propagation.samples is None
+    assert run.frame("kx").equals(expected)
+    solution.beginning.cache_clear()

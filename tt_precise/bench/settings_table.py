@@ -165,7 +165,7 @@ def _costs(found: dict[MeasuredSetting, Trajectory]) -> dict[MeasuredSetting, fl
     from tt_precise.integrate.propagate import propagate
 
     best = dict.fromkeys(found, math.inf)
-    starts = {one: Beginning(run.start, run.precision) for one, run in found.items()}
+    starts = {one: Beginning(run.start, run.precision, run.scene) for one, run in found.items()}
     for number in range(max(ROUNDS.values())):
         for setting, trajectory in found.items():
             if number < ROUNDS[setting.precision]:

@@ -24,7 +24,6 @@ from tt_precise.errors import InputError
 from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
-from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import QUANTITIES, jellett
 from tt_precise.numerals import exact
 from tt_precise.progress import Progress, silent
@@ -183,8 +182,6 @@ class Proof:
         NotProved
             An event that they depend on is undecided.
         """
-        import pandas
-
         rows = []
         climbs = any(zero.direction < 0 for zero in self.all_events["equator"].zeros)
         for name in NEEDED if climbs else ("equator",):
@@ -197,7 +194,8 @@ class Proof:
         rows.sort(key=lambda row: float(row["t"]))
         with flint.ctx.workprec(self.enclosure.working_bits):
             _require_certainty(rows)
-            table = pandas.DataFrame(rows, columns=["name", "t", "direction", *EulerState._fields])
+            names = ("name", "t", "direction", "theta", "phi_dot")
+            table = {name: [row[name] for row in rows] for name in names}
             return from_events(table, arb.pi(), mirrored=climbs and self._spins_backwards)
 
     @property

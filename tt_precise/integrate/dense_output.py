@@ -19,7 +19,7 @@ from tt_precise.integrate.columns import Row
 from tt_precise.integrate.propagate import ARRIVED, Pieces, Propagation, propagate
 from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.times import Times
+from tt_precise.integrate.times import SampleTimes, Times
 from tt_precise.numerals import as_fraction, to_mpmath
 from tt_precise.progress import Progress
 from tt_precise.untyped import ContinuousOutput
@@ -61,7 +61,8 @@ class DenseOutput:
 
     The series of all steps are made by a second propagation when they are first needed, and stored;
     those of a run that is too long for that (``MOST_BYTES``) are made again for every call, and
-    read piece by piece. May be used by several threads at once.
+    read piece by piece. The states at ``samples`` were taken on the way, to the same bits, and need
+    no second propagation. May be used by several threads at once.
     """
 
     def __init__(
@@ -71,10 +72,12 @@ class DenseOutput:
         propagation: Propagation,
         pieces: tuple[ContinuousOutput, ...] | None = None,
         again: Callable[[Pieces, Progress | None], Propagation] | None = None,
+        samples: SampleTimes | None = None,
     ):
         self.setup, self.start, self.propagation = setup, start, propagation
         self.precision = setup.precision
         self._pieces, self._too_long = pieces, False
+        self._samples = samples
         self._lock = threading.RLock()
         self._propagate = again or self._propagate_alone
 
@@ -164,6 +167,9 @@ class DenseOutput:
         """
         import numpy
 
+        samples = self._samples
+        if samples and self.propagation.status in ARRIVED and times == samples.exact:
+            return samples.doubles
         seconds, rounded, delay = Times.of(times, self.start.units.time)
         for place in {int(seconds.argmin()), int(seconds.argmax())} if len(times) else ():
             self.dimensionless_time(times[place])
@@ -192,6 +198,7 @@ class DenseOutput:
         given = self.precision.fp_type  # double, or extended's long double
         kind = type(number(self.precision.context.mpf(0)))
         entries = [numpy.full(len(rounded), x, dtype=kind) for x in state]
+        taken = self.propagation.samples
 
         def read(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
             chosen = numpy.ones(len(rounded), dtype=bool) if low is None else rounded > low
@@ -200,7 +207,11 @@ class DenseOutput:
             for entry, values in zip(entries, output(rounded[chosen].astype(given)).T, strict=True):
                 entry[chosen] = values
 
-        self._read(read, progress)
+        if taken is not None and self._samples and times is self._samples.doubles:
+            for entry, values in zip(entries, taken.T, strict=True):
+                entry[1:] = values
+        else:
+            self._read(read, progress)
         start = self.start.map(number).first_row(self.setup.formulation, self.setup.record)
         for entry, value in zip(entries, start, strict=True):
             entry[rounded == 0] = value

@@ -19,14 +19,11 @@ top does not climb or the horizon ends too early, is None. A top that spins the 
 from __future__ import annotations
 
 import bisect
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from tt_precise.arithmetic import Scalar
-
-if TYPE_CHECKING:
-    import pandas
+from tt_precise.arithmetic import Array, Scalar
 
 NEEDED = ("theta_min", "theta_max", "phi_dot_zero", "equator", "Lk_equals_Lz", "Lk_equals_minus_Lz")
 
@@ -79,23 +76,30 @@ class InversionTimes:
     C: Climb
 
 
-def from_events(events: pandas.DataFrame, pi: Scalar, *, mirrored: bool = False) -> InversionTimes:
-    """Initiation and ending times from a table of the events ``NEEDED``, in order of time.
+def from_events(
+    events: Mapping[str, Array], pi: Scalar, *, mirrored: bool = False
+) -> InversionTimes:
+    """Initiation and ending times from columns of the events ``NEEDED``, in order of time.
 
-    ``mirrored`` says that lambda < 0.
+    They are name, t, direction, theta and phi_dot. ``mirrored`` says that lambda < 0.
     """
+    import numpy
+
+    name, t, direction, theta, phi_dot = (
+        numpy.asarray(events[column]) for column in ("name", "t", "direction", "theta", "phi_dot")
+    )
     sign = -1 if mirrored else 1
 
-    def times(name: str) -> list[Scalar]:
-        return list(events["t"][events["name"] == name])
+    def times(wanted: str) -> list[Scalar]:
+        found: list[Scalar] = t[name == wanted].tolist()
+        return found
 
-    def turns(name: str) -> Turns:
-        rows = events[events["name"] == name]
-        return Turns(list(rows["t"]), list(rows["theta"]), list(sign * rows["phi_dot"]))
+    def turns(wanted: str) -> Turns:
+        here = name == wanted
+        return Turns(t[here].tolist(), theta[here].tolist(), (sign * phi_dot[here]).tolist())
 
-    rising = (events["name"] == "equator") & (events["direction"] < 0)
     marks = Marks(
-        equator=list(events["t"][rising]),
+        equator=t[(name == "equator") & (direction < 0)].tolist(),
         minima=turns("theta_min"),
         maxima=turns("theta_max"),
         phi_dot_zero=times("phi_dot_zero"),

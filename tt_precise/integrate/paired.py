@@ -33,6 +33,7 @@ from tt_precise.integrate.propagate import Pieces, Propagation
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import full_tolerance, heyoka_direction, terminal_functions
+from tt_precise.integrate.times import SampleTimes
 from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.turning import (
     SHARE,
@@ -43,11 +44,13 @@ from tt_precise.mechanics.turning import (
     turned_back,
 )
 from tt_precise.progress import Progress
+from tt_precise.scene import Scene
 from tt_precise.untyped import Adaptive, ContinuousOutput
 
 MOST_ROWS, MOST_STEPS = 100_000, 200_000
 ROWS_APART = 2.0  # over |l|, the rate of nutation: mostly less than three of the shortest steps
 STATE = slice(0, 8)
+MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,15 @@ class Beginning:
 
     start: InitialState
     precision: Precision
+    scene: Scene
+
+    @cached_property
+    def samples(self) -> SampleTimes | None:
+        """The scene's sample times, where the states there are worth keeping."""
+        scene = self.scene
+        if not 0 < scene.until <= MOST_SAMPLES * scene.sample_every:
+            return None
+        return SampleTimes.of(scene, self.start)
 
     @cached_property
     def reference(self) -> InitialState:

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.compliance import SPRINGS
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Columns, Row, State
@@ -231,6 +231,11 @@ class PiecewiseTables(Tables):
         if not parts:
             return pandas.DataFrame([], columns=names)
         return pandas.concat(parts, ignore_index=True)[names]
+
+    def event_columns(self, names: Sequence[str]) -> dict[str, Array]:
+        """The same as columns, with those entries of the state that are named."""
+        found = self.events()
+        return {name: found[name].to_numpy() for name in ("name", "t", "direction", *names)}
 
     def drift(
         self, integrals: Iterable[Integral], times: Sequence[Fraction]

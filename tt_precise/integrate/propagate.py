@@ -7,10 +7,10 @@ numbers. ``in_doubles`` is its like for double-double and triple-double.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.arithmetic import Array, Scalar
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import Event
 from tt_precise.integrate.precision import Precision
@@ -52,7 +52,8 @@ class Pieces(Protocol):
 class Propagation:
     """How one propagation went, in heyoka's own numbers, dimensionless.
 
-    The end is at ``time`` + ``time_low``: a step to an event ends between two numbers.
+    The end is at ``time`` + ``time_low``: a step to an event ends between two numbers. ``samples``
+    are the states at the times that were asked for, where all were reached.
     """
 
     status: Status
@@ -62,6 +63,32 @@ class Propagation:
     steps: int
     order: int
     hits: tuple[Hit, ...]
+    samples: Array | None = field(default=None, compare=False, repr=False)
+
+
+class _Sampling:
+    """The states of a run in double at rising ``times``, read from its steps as they are taken.
+
+    Where the first bounded piece of the way does not reach the last of them there are none:
+    heyoka would begin the next piece's grid a rounding beside where the last step ended.
+    """
+
+    def __init__(self, times: Array):
+        self._times = times
+        self.begun = False
+        self.states: Array | None = None  # shape (times, entries)
+
+    def advance(self, adaptive: Adaptive, **keywords: Any) -> tuple[Any, int]:
+        """Propagate to the last of the times, or as far as it goes; outcome and steps."""
+        import numpy
+
+        self.begun = True
+        outcome, _, _, steps, _, states = adaptive.propagate_grid(
+            numpy.append(adaptive.time, self._times), **keywords
+        )
+        if len(states) > len(self._times):
+            self.states = states[1:]
+        return outcome, steps
 
 
 def propagate(
@@ -70,12 +97,14 @@ def propagate(
     *,
     until: Scalar = None,
     dense: Pieces | None = None,
+    samples: Array | None = None,
     progress: Progress | None = None,
 ) -> Propagation:
     """Propagate once from ``start``; how it went, in heyoka's own numbers.
 
     ``until`` (a number of heyoka's type) replaces the start's own horizon. ``dense`` is given
-    heyoka's dense output of each bounded piece of the way, in order. A propagation that
+    heyoka's dense output of each bounded piece of the way, in order. ``samples`` are rising times
+    up to the horizon, at which states are wanted of a run in double. A propagation that
     produces NaN is cut back to its last good step and has the status "failed", and so has one
     that is given up because its steps are too short ever to arrive.
 
@@ -99,7 +128,8 @@ def propagate(
             start.body, start.vectors, made.adaptive.order, setup.precision, setup.formulation
         )
         limits = {} if longest is None else {"max_delta_t": number(longest)}
-        outcome, steps = _advance(made, goals, dense, progress, setup.precision, limits)
+        sampling = None if samples is None else _Sampling(samples)
+        outcome, steps = _advance(made, goals, dense, sampling, progress, setup.precision, limits)
         status = status_of(outcome, made.terminal)
         if (
             status == "complete"
@@ -108,7 +138,8 @@ def propagate(
         ):
             status = "contact_ignored"
         if status != "failed":
-            return _propagation_of(setup, start, made, status, steps)
+            found = _propagation_of(setup, start, made, status, steps)
+            return found if sampling is None else replace(found, samples=sampling.states)
         last_good = made.adaptive.time
         if outcome == heyoka.taylor_outcome.err_nf_state:
             last_good = _time_before_failure(setup, start, made, horizon)
@@ -125,6 +156,7 @@ def _advance(
     made: Integrator,
     goals: list[Scalar],
     dense: Pieces | None,
+    sampling: _Sampling | None,
     progress: Progress | None,
     precision: Precision,
     limits: dict[str, Any],
@@ -154,12 +186,15 @@ def _advance(
         advance, crawl = guarded(goal), precision.eps * guarded(goal)
         while outcome == heyoka.taylor_outcome.step_limit and advance >= crawl:
             before = made.adaptive.time
-            outcome, _, _, count, output, _ = made.adaptive.propagate_until(
-                goal, c_output=dense is not None, **keywords
-            )
+            if sampling is not None and goal == goals[-1] and not sampling.begun:
+                outcome, count = sampling.advance(made.adaptive, **keywords)
+            else:
+                outcome, _, _, count, output, _ = made.adaptive.propagate_until(
+                    goal, c_output=dense is not None, **keywords
+                )
+                if dense is not None and output is not None:
+                    dense.append(output)
             steps += count
-            if dense is not None and output is not None:
-                dense.append(output)
             advance = guarded(made.adaptive.time - before)
             report(made.adaptive)
     return outcome, steps

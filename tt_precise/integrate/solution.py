@@ -65,12 +65,15 @@ def solve(
     pieces = _pieces(scene, setup, start, progress)
     if pieces:
         return Solution(start, joined(pieces, setup, start))
+    if precision.name == "double":
+        times = begun.samples
+        samples = None if times is None else times.doubles.rounded[1:]
+        propagation = propagate(setup, start, samples=samples, progress=progress)
+        return Solution(start, DenseOutput(setup, start, propagation, samples=times))
     # wider arithmetics take longer, so there the dense output is stored at once, not made again
-    stored = None if precision.name == "double" else StoredPieces(setup)
+    stored = StoredPieces(setup)
     propagation = propagate(setup, start, dense=stored, progress=progress)
-    return Solution(
-        start, DenseOutput(setup, start, propagation, stored.pieces if stored else None)
-    )
+    return Solution(start, DenseOutput(setup, start, propagation, stored.pieces))
 
 
 @lru_cache(maxsize=64)
@@ -78,7 +81,7 @@ def beginning(scene: Scene, precision: Precision, contact: str, thread: int) -> 
     """The start of a scene, once for each thread: each has its own context of mpmath."""
     start = InitialState.of(scene, precision.arithmetic)
     require_contact(scene.name, start, precision.context, contact)
-    return Beginning(start, precision)
+    return Beginning(start, precision, scene)
 
 
 def _pieces(

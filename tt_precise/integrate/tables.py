@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal
 from tt_precise.arithmetic import Array, Scalar
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.dense_output import DenseOutput
+from tt_precise.integrate.propagate import ARRIVED
 from tt_precise.integrate.times import has_long_double, long_double
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.numerals import to_mpmath
@@ -84,10 +85,7 @@ class Tables:
             table[name] = numpy.where(numpy.isfinite(values), values, numpy.nan).astype(float)
         if numbers != "text":
             return table
-        return {
-            name: [None if value != value else repr(value) for value in values.tolist()]
-            for name, values in table.items()
-        }
+        return {name: _texts(values) for name, values in table.items()}
 
     def _converted(self, values: list[Scalar | None], numbers: Numbers) -> Array:
         import numpy
@@ -102,30 +100,33 @@ class Tables:
 
     def events(self) -> pandas.DataFrame:
         """The recorded events in order of time: name, t, direction and the state there."""
-        import numpy
         import pandas
 
-        hits = sorted(self.dense_output.propagation.hits, key=lambda hit: hit.time)
         names = ["name", "t", "direction", *self.of.names]
-        head = [{"name": hit.name, "direction": hit.direction} for hit in hits]
+        if not self.dense_output.propagation.hits:
+            return pandas.DataFrame([], columns=names)
+        return pandas.DataFrame(self.event_columns(self.of.names))
+
+    def event_columns(self, names: Sequence[str]) -> dict[str, Array]:
+        """The same as columns, with those entries of the state that are named."""
+        import numpy
+
+        hits = sorted(self.dense_output.propagation.hits, key=lambda hit: hit.time)
+        directions = numpy.array([hit.direction for hit in hits])
+        columns: dict[str, Array] = {"name": [hit.name for hit in hits]}
         if self.in_arrays and hits:
             entries = tuple(numpy.array([hit.state for hit in hits], numpy.longdouble).T)
             times = numpy.array([hit.time for hit in hits], numpy.longdouble)
-            values = {
-                "t": times * long_double(self.of.start.units.time),
-                **self.of.of_arrays(self.of.names, entries, long_double),
-            }
-            table = {name: column.astype(float) for name, column in values.items()}
-            return pandas.DataFrame(head).assign(**table)[names]
+            times *= long_double(self.of.start.units.time)
+            columns |= {"t": times.astype(float), "direction": directions}
+            values = self.of.of_arrays(names, entries, long_double)
+            return columns | {name: column.astype(float) for name, column in values.items()}
         guarded = self.of.precision.guarded
         states = self.of.states(
             [guarded(hit.time) for hit in hits], [tuple(map(guarded, hit.state)) for hit in hits]
         )
-        rows = [
-            {**first, "t": state.t, **state.values}
-            for first, state in zip(head, states, strict=True)
-        ]
-        return pandas.DataFrame(rows, columns=names)
+        columns |= {"t": [state.t for state in states], "direction": directions}
+        return columns | {name: [state.values[name] for state in states] for name in names}
 
     def drift(
         self, integrals: Iterable[Integral], times: Sequence[Fraction]
@@ -135,8 +136,9 @@ class Tables:
         In double a float64 array for each, otherwise a list of mpmath numbers.
         """
         dense_output = self.dense_output
-        start, end = dense_output.start_row, dense_output.end_row
+        start = dense_output.start_row
         if not self.in_arrays:
+            end = dense_output.end_row
             inner = [dense_output.dimensionless_time(t) for t in times[:-1]]
             rows = [start, *dense_output.rows(inner), end]
             motions = list(map(self.of.motion, rows))
@@ -144,8 +146,9 @@ class Tables:
         import numpy
 
         entries = dense_output.arrays(dense_output.times(times), long_double)
-        for entry, value in zip(entries, end, strict=True):
-            entry[-1] = long_double(value)
+        if dense_output.propagation.status not in ARRIVED:
+            for entry, value in zip(entries, dense_output.end_row, strict=True):
+                entry[-1] = long_double(value)
         motions = [
             self.of.array_motion(rows, long_double)
             for rows in (tuple(map(long_double, start)), entries)
@@ -155,3 +158,13 @@ class Tables:
             integral.name: (drift(integral, motions)[1] * ones).astype(float)
             for integral in integrals
         }
+
+
+def _texts(values: Array) -> list[str | None]:
+    """The shortest texts that recover the doubles; None for NaN."""
+    import numpy
+
+    texts: list[str | None] = list(map(repr, values.tolist()))
+    for place in numpy.flatnonzero(numpy.isnan(values)).tolist():
+        texts[place] = None
+    return texts

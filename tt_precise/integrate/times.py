@@ -8,6 +8,8 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from tt_precise.arithmetic import Array, Scalar
+from tt_precise.initial_state import InitialState
+from tt_precise.scene import Scene
 
 EXACT = 2**53  # integers up to here are doubles, so that a quotient of two is rounded once
 
@@ -40,6 +42,21 @@ class Times(NamedTuple):
         inner = exact / long_double(unit)
         rounded = inner.astype(float)
         return cls(seconds, rounded, (inner - rounded).astype(float))
+
+
+class SampleTimes(NamedTuple):
+    """The sample times of a scene: exact, in s, and as doubles."""
+
+    exact: tuple[Fraction, ...]
+    doubles: Times
+
+    @classmethod
+    def of(cls, scene: Scene, start: InitialState) -> SampleTimes:
+        """The doubles end with the horizon of ``start``, to the last bit."""
+        times = Times.of(scene.sample_times, start.units.time)
+        horizon = float(start.until)
+        times.rounded[-1], times.delay[-1] = horizon, float(start.until - horizon)
+        return cls(scene.sample_times, times)
 
 
 def long_double(value: Scalar) -> Scalar:

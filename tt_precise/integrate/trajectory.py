@@ -346,7 +346,7 @@ class Trajectory(Estimated):
         run = self if complete else self.again(events=NEEDED, record=())
         double = self.precision.name == "double"
         return from_events(
-            run.events,
+            run._tables.event_columns(("theta", "phi_dot")),
             math.pi if double else +self.precision.context.pi,
             mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
         )
