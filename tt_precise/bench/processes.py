@@ -61,9 +61,11 @@ def import_numpy() -> None:
 
 
 def _call(code: str, *argv: str, **environment: str) -> None:
+    # modules are compiled once, as where a wheel was installed
+    compiled = {"PYTHONDONTWRITEBYTECODE": ""}
     subprocess.run(
         [sys.executable, "-c", code, *argv],
-        check=True, env={**os.environ, **environment},
+        check=True, env={**os.environ, **compiled, **environment},
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
     )  # fmt: skip
 
