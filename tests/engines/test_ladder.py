@@ -68,7 +68,7 @@ def test_rounding(flight: Rung) -> None:
 
 def test_a_run_that_was_no_run_is_no_pass(flight: Rung) -> None:
     good = off(flight, 1e-9)
-    for status, verdict in (("refused", "refused"), ("timeout", "failed"), ("diverged", "failed")):
+    for status, verdict in (("refused", "refused"), ("stopped", "failed"), ("diverged", "failed")):
         found = measured("mine", flight, STEPS, [good, good, ProgramRun(status, "why")])
         assert found.verdict == verdict
         assert found.message.endswith("why")

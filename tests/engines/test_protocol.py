@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
+import select
 import shutil
 import subprocess
 import sys
+import threading
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -118,20 +121,28 @@ GOOD = "','.join(map(str, [t, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0]))"
         ("sys.exit(7)", "failed", "exit status 7: nothing on standard error"),
         ("pass", "unreadable", "got nothing on standard output"),
         ("print('t,qw\\n0,1')", "unreadable", "missing columns qx"),
-        ("print('\"')", "unreadable", "not CSV"),
+        (f"print({','.join(COLUMNS)!r}, '\"', sep='\\n')", "unreadable", "not CSV"),
         (ROWS.format(columns=COLUMNS, row=GOOD.replace("[t,", "[t + 1,")), "unreadable", "row 1"),
         (ROWS.format(columns=COLUMNS, row=GOOD.replace(", 1, 0,", ", 3, 0,")), "unreadable", "3, "),
         (ROWS.format(columns=COLUMNS, row=GOOD).replace("'sample_times']", "'sample_times'][:3]"),
          "unreadable", "got 3 rows, expected 51"),
         (ROWS.format(columns=COLUMNS, row=GOOD.replace("0, 1, 0", "0, 'nan' if t > 0.2 else 1, 0")),
          "diverged", "no numbers from t = 0.21 s on"),
-        ("import time; time.sleep(60)", "timeout", "still running after 0.5 s"),
+        (ROWS.format(columns=COLUMNS, row=GOOD.replace("0, 1, 0", "0, 1e200, 0")),
+         "diverged", "no numbers from t = 0 s on"),
+        (ROWS.format(columns=COLUMNS, row=GOOD.replace("0]", "0, 8, 8]")),
+         "unreadable", "more cells than the header"),
+        (ROWS.format(columns=(*COLUMNS, "qw"), row=GOOD.replace("0]", "0, 1]")),
+         "unreadable", "columns qw stand there twice"),
+        ("while True: print('x' * 65536)", "stopped", "wrote more than 20 MB"),
+        ("while True: print('x' * 65536, file=sys.stderr)", "stopped", "wrote more than 20 MB"),
+        ("import time; time.sleep(60)", "stopped", "still running after 0.5 s"),
     ],
 )  # fmt: skip
 def test_what_a_program_does_wrong_is_said_in_one_line(
     text: str, status: str, message: str, flight_job: dict[str, Any], tmp_path: Path
 ) -> None:
-    limit = 0.5 if status == "timeout" else 30.0
+    limit = 0.5 if "0.5 s" in message else 60.0
     found = run(program(tmp_path, text), flight_job, limit)
     assert found.status == status
     assert message in found.message
@@ -146,6 +157,37 @@ def test_comments_and_further_columns_are_passed_over(
     assert found.status == "done"
     assert found.states is not None
     assert found.states.k[-1].tolist() == [0, 0, 1]
+
+
+FORKS = "sys.stdout.flush()\nimport os, time\nif os.fork() == 0: time.sleep(600)"
+
+
+@pytest.mark.parametrize(
+    ("text", "status"),
+    [
+        (f"{ROWS.format(columns=COLUMNS, row=GOOD)}\n{FORKS}", "done"),
+        (f"{FORKS}\ntime.sleep(600)", "stopped"),
+    ],
+)
+def test_nothing_that_a_program_started_stays(
+    text: str, status: str, flight_job: dict[str, Any], tmp_path: Path
+) -> None:
+    alive = tmp_path / "alive"
+    os.mkfifo(alive)
+    reading = os.open(alive, os.O_RDONLY | os.O_NONBLOCK)
+    opens = f"kept = open({str(alive)!r}, 'w')\n"
+    found = run(program(tmp_path, opens + text), flight_job, 60.0 if status == "done" else 1.0)
+    assert found.status == status
+    ended, _, _ = select.select([reading], [], [], 60)
+    os.close(reading)
+    assert ended  # nobody has it open any more
+
+
+def test_who_interrupts_does_not_wait(flight_job: dict[str, Any], tmp_path: Path) -> None:
+    stop = threading.Event()
+    stop.set()
+    found = run(program(tmp_path, "import time; time.sleep(600)"), flight_job, 600.0, stop)
+    assert (found.status, found.message) == ("stopped", "interrupted")
 
 
 def test_no_such_program(flight_job: dict[str, Any]) -> None:

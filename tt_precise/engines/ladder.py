@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
@@ -87,15 +88,20 @@ def climb(
     InputError
         The program cannot be started.
     """
-    with ThreadPoolExecutor(workers) as pool:
+    stop = threading.Event()
+    pool = ThreadPoolExecutor(workers)
+    try:
         asked = [
-            [pool.submit(run, command, rung.job(step), time_limit) for step in steps]
+            [pool.submit(run, command, rung.job(step), time_limit, stop) for step in steps]
             for rung in rungs
         ]
         for done, (rung, futures) in enumerate(zip(rungs, asked, strict=True)):
             runs = [future.result() for future in futures]
             yield measured(engine, rung, steps, runs, order)
             progress((done + 1) / len(rungs))
+    finally:  # who interrupts does not wait for the programs
+        stop.set()
+        pool.shutdown(cancel_futures=True)
 
 
 def measured(

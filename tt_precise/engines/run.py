@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import io
-import subprocess
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy
 
+from tt_precise.engines.ended import ended
 from tt_precise.engines.job import as_text
 from tt_precise.engines.program import COLUMNS, REFUSED
 from tt_precise.engines.rungs import States
@@ -17,14 +18,16 @@ from tt_precise.untyped import Json
 
 TIME_LIMIT_S = 60.0
 TIME_SLACK = 1e-9  # s
+LARGEST = 1e50  # in SI; the square of an energy is still a number
 
 
 @dataclass(frozen=True)
 class ProgramRun:
     """How a program did on one job.
 
-    ``status``: "done"; "refused" (exit status 3); "failed", "timeout" or "unreadable", with
-    ``message`` in one line; "diverged": numbers that are no numbers, or out of all proportion.
+    ``status``: "done"; "refused" (exit status 3); "failed", "stopped" (it took too long or wrote
+    too much) or "unreadable", with ``message`` in one line; "diverged": numbers that are no
+    numbers, or out of all proportion.
     """
 
     status: str
@@ -33,9 +36,14 @@ class ProgramRun:
 
 
 def run(
-    command: Sequence[str], job: dict[str, Json], time_limit: float = TIME_LIMIT_S
+    command: Sequence[str],
+    job: dict[str, Json],
+    time_limit: float = TIME_LIMIT_S,
+    stop: threading.Event | None = None,
 ) -> ProgramRun:
     """Give ``job`` to the program, wait at most ``time_limit`` seconds, and read its rows.
+
+    ``stop`` ends it early.
 
     Raises
     ------
@@ -43,24 +51,21 @@ def run(
         There is no such program, or it cannot be started.
     """
     try:
-        done = subprocess.run(
-            list(command), input=as_text(job), capture_output=True, text=True, timeout=time_limit,
-            errors="replace", check=False,
-        )  # fmt: skip
-    except subprocess.TimeoutExpired:
-        return ProgramRun("timeout", f"still running after {time_limit:g} s")
+        done = ended(command, as_text(job), time_limit, stop)
     except OSError as error:
         raise InputError(
             f"engines: got {command[0]!r}, which cannot be started ({error.strerror}); expected a "
             "program of the engine protocol"
         ) from None
-    last = _last_line(done.stderr)
-    if done.returncode == REFUSED:
+    if done.cut_short:
+        return ProgramRun("stopped", done.cut_short)
+    last = _last_line(done.err)
+    if done.status == REFUSED:
         return ProgramRun("refused", last)
-    if done.returncode:
-        return ProgramRun("failed", f"exit status {done.returncode}: {last}")
+    if done.status:
+        return ProgramRun("failed", f"exit status {done.status}: {last}")
     try:
-        return _read(done.stdout, job)
+        return _read(done.out, job)
     except ValueError as error:
         return ProgramRun("unreadable", str(error))
 
@@ -68,15 +73,13 @@ def run(
 def _read(text: str, job: dict[str, Json]) -> ProgramRun:
     import pandas
 
+    _require_columns(text)
     try:
         frame = pandas.read_csv(io.StringIO(text), comment="#", skipinitialspace=True)
     except pandas.errors.ParserError as error:
         raise ValueError(f"not CSV: {_last_line(str(error))}") from None
-    except pandas.errors.EmptyDataError:
-        raise ValueError("got nothing on standard output, expected CSV") from None
-    missing = [name for name in COLUMNS if name not in frame.columns]
-    if missing:
-        raise ValueError(f"missing columns {', '.join(missing)}, expected {','.join(COLUMNS)}")
+    if not isinstance(frame.index, pandas.RangeIndex):
+        raise ValueError("rows have more cells than the header")
     times = numpy.array(job["sample_times"])
     if len(frame) != len(times):
         raise ValueError(f"got {len(frame)} rows, expected {len(times)}: one a sample time")
@@ -84,8 +87,9 @@ def _read(text: str, job: dict[str, Json]) -> ProgramRun:
     off = numpy.flatnonzero(~(abs(table[:, 0] - times) <= TIME_SLACK))
     if len(off):
         row = int(off[0])
-        raise ValueError(f"row {row + 1}: got t = {table[row, 0]!r}, expected {times[row]!r}")
-    finite = numpy.isfinite(table).all(axis=1)
+        got, expected = float(table[row, 0]), float(times[row])
+        raise ValueError(f"row {row + 1}: got t = {got!r}, expected {expected!r}")
+    finite = (abs(table) < LARGEST).all(axis=1)
     if not finite.all():
         return ProgramRun(
             "diverged", f"no numbers from t = {times[int(numpy.argmin(finite))]:g} s on"
@@ -98,6 +102,20 @@ def _read(text: str, job: dict[str, Json]) -> ProgramRun:
         (2 * (qx * qz + qw * qy), 2 * (qy * qz - qw * qx), 1 - 2 * (qx**2 + qy**2)), axis=1
     )
     return ProgramRun("done", "", States(k, table[:, 5:8], table[:, 8:11]))
+
+
+def _require_columns(text: str) -> None:
+    lines = (line.partition("#")[0].strip() for line in io.StringIO(text))
+    header = next(filter(None, lines), None)
+    if header is None:
+        raise ValueError("got nothing on standard output, expected CSV")
+    names = [name.strip(' "') for name in header.split(",")]
+    missing = [name for name in COLUMNS if name not in names]
+    if missing:
+        raise ValueError(f"missing columns {', '.join(missing)}, expected {','.join(COLUMNS)}")
+    twice = [name for name in COLUMNS if names.count(name) > 1]
+    if twice:
+        raise ValueError(f"columns {', '.join(twice)} stand there twice")
 
 
 def _last_line(text: str) -> str:
