@@ -8,6 +8,7 @@ import click
 
 from tt_precise.commands.options import JSON, PRECISION
 from tt_precise.errors import InputError
+from tt_precise.terminal import say
 
 SCHEMA = "tt_precise.events/1"
 
@@ -50,11 +51,15 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
         }
         click.echo(json.dumps(content))
         return 0
-    events = trajectory.events
-    for row in events.to_dict("records"):
-        theta = "" if row["theta"] is None else f"theta {float(row['theta']):.6f}"
-        direction = {1: "rising", -1: "falling"}.get(int(row["direction"]), "")
-        click.echo(f"{float(row['t']):18.12f} s  {row['name']:<20} {direction:<8} {theta}")
+    events = trajectory.event_table()
+    lines = []
+    for name, t, sign, theta in zip(
+        *(events[column] for column in ("name", "t", "direction", "theta")), strict=True
+    ):
+        shown = "" if theta is None else f"theta {float(theta):.6f}"
+        direction = {1: "rising", -1: "falling"}.get(int(sign), "")
+        lines.append(f"{float(t):18.12f} s  {name:<20} {direction:<8} {shown}")
+    say(lines)
     for key, time in climb.items():
         click.echo(f"{key:>9}: {'none' if time is None else f'{float(time):.12f} s'}")
     return 0

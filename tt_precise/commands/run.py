@@ -159,18 +159,19 @@ def summary(trajectory: Trajectory) -> dict[str, Json]:
 def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
     """The recorded events for JSON: name, t, direction, and the state there as strings."""
     text, context = trajectory.precision.text, trajectory.precision.context
-    events = trajectory.events
+    events = trajectory.event_table()
+    rows = [dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)]
     return [
         {
-            "name": row["name"],
-            "t": text(context.mpf(row["t"])),
-            "direction": int(row["direction"]),
+            "name": row.pop("name"),
+            "t": text(context.mpf(row.pop("t"))),
+            "direction": int(row.pop("direction")),
             "state": {
-                name: None if row[name] is None else text(context.mpf(row[name]))
-                for name in events.columns[3:]
+                name: None if value is None else text(context.mpf(value))
+                for name, value in row.items()
             },
         }
-        for row in events.to_dict("records")
+        for row in rows
     ]
 
 

@@ -29,7 +29,7 @@ from tt_precise.numerals import as_fraction, to_mpmath
 from tt_precise.progress import Progress
 
 if TYPE_CHECKING:
-    import pandas
+    pass
 
 FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
 
@@ -210,32 +210,24 @@ class PiecewiseTables(Tables):
             max(time - as_fraction(piece.begin_s), Fraction(0)), as_fraction(piece.output.end)
         )
 
-    def events(self) -> pandas.DataFrame:
+    def event_columns(self, names: Sequence[str]) -> dict[str, Array]:
         """The recorded events in order of time, those that join the pieces among them."""
-        import pandas
-
         context, leaving = self.of.precision.context, self.of.leaving
-        parts = []
-        for number, piece in enumerate(self.dense_output.pieces, start=1):
-            found = piece.tables.events()
+        columns: dict[str, Array] = {name: [] for name in ("name", "t", "direction", *names)}
+        pieces = self.dense_output.pieces
+        for number, piece in enumerate(pieces, start=1):
+            found = piece.tables.event_columns(names)
             found["t"] = [leaving(context.mpf(t) + piece.begin_s) for t in found["t"]]
-            if len(found):
-                parts.append(found)
-            if piece.ended and number < len(self.dense_output.pieces):
+            for name, column in columns.items():
+                column += list(found[name])
+            if piece.ended and number < len(pieces):
                 end = piece.output.end_time
                 (state,) = piece.columns.states([end], [piece.output.end_row])
-                values = {"t": leaving(context.mpf(piece.output.end) + piece.begin_s)}
-                row = {"name": piece.ended, "direction": FALLING} | values | state.values
-                parts.append(pandas.DataFrame([row]))
-        names = ["name", "t", "direction", *self.of.names]
-        if not parts:
-            return pandas.DataFrame([], columns=names)
-        return pandas.concat(parts, ignore_index=True)[names]
-
-    def event_columns(self, names: Sequence[str]) -> dict[str, Array]:
-        """The same as columns, with those entries of the state that are named."""
-        found = self.events()
-        return {name: found[name].to_numpy() for name in ("name", "t", "direction", *names)}
+                time = leaving(context.mpf(piece.output.end) + piece.begin_s)
+                row = {"name": piece.ended, "t": time, "direction": FALLING} | state.values
+                for name, column in columns.items():
+                    column.append(row[name])
+        return columns
 
     def drift(
         self, integrals: Iterable[Integral], times: Sequence[Fraction]

@@ -102,13 +102,11 @@ class Tables:
         """The recorded events in order of time: name, t, direction and the state there."""
         import pandas
 
-        names = ["name", "t", "direction", *self.of.names]
-        if not self.dense_output.propagation.hits:
-            return pandas.DataFrame([], columns=names)
-        return pandas.DataFrame(self.event_columns(self.of.names))
+        columns = self.event_columns(self.of.names)
+        return pandas.DataFrame(columns if columns["name"] else [], columns=list(columns))
 
     def event_columns(self, names: Sequence[str]) -> dict[str, Array]:
-        """The same as columns, with those entries of the state that are named."""
+        """The same as columns, without pandas, with those entries of the state that are named."""
         import numpy
 
         hits = sorted(self.dense_output.propagation.hits, key=lambda hit: hit.time)

@@ -257,6 +257,10 @@ class Trajectory(Estimated):
         """
         return self._tables.events()
 
+    def event_table(self) -> dict[str, Array]:
+        """The columns of ``events`` by name, without pandas."""
+        return self._tables.event_columns(self._columns.names)
+
     @property
     def event_counts(self) -> Counter[str]:
         """How often each event was recorded."""
