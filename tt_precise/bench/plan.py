@@ -107,6 +107,7 @@ def quick() -> Iterator[Group]:
 def engine() -> Iterator[Group]:
     """The curves that the bars of ``tt-precise bench`` stand on; half a minute."""
     trials = [Trial("heyoka", tolerance) for tolerance in (*DECADES, 0.0)]
+    trials += [Trial("heyoka, turning frame", tolerance) for tolerance in DECADES]
     trials += [Trial(name, tolerance) for name in BEST_PEERS for tolerance in DECADES[1:12]]
     trials += [Trial("tt_precise, digits", tolerance) for tolerance in (1e-6, 1e-9)]
     yield Group("engine", tuple(trials), 9, 0.5)

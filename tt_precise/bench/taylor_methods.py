@@ -13,9 +13,11 @@ from tt_precise.bench.bare_loop import bare_adaptive, bare_batch
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.integrate.events import catalogue
+from tt_precise.integrate.paired import Lane
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import Integrator, build
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.turning import TURNING
 from tt_precise.untyped import Adaptive
 
 LANES = (4, 8)
@@ -50,6 +52,17 @@ def bare(problem: GoldenProblem, settings: Settings, **options: Any) -> Solve:
     return _solver(adaptive, problem, settings)
 
 
+def turning(problem: GoldenProblem, settings: Settings) -> Solve:
+    """What ``digits=`` runs up to ten digits, alone: in double, with viscous friction.
+
+    The leaner equations in a frame that turns; the states are turned back.
+    """
+    lane = Lane.of(problem.start(settings.precision))
+    setup = replace(setup_of(problem, settings), formulation=TURNING)
+    adaptive = bare_adaptive(setup, lane.state, lane.parameters)
+    return _solver(adaptive, problem, settings, lane=lane)
+
+
 def supplied(
     problem: GoldenProblem,
     settings: Settings,
@@ -66,6 +79,7 @@ def _solver(
     problem: GoldenProblem,
     settings: Settings,
     made: Integrator | None = None,
+    lane: Lane | None = None,
 ) -> Solve:
     import heyoka
     import numpy
@@ -74,9 +88,9 @@ def _solver(
     number = precision.number
     zero = number(precision.context.mpf(0))
     entries = len(problem.form.columns)
-    start = problem.state(precision)
+    start = problem.state(precision) if lane is None else list(lane.state)
     start += [zero] * (len(adaptive.state) - entries)  # of quadratures
-    for i, value in enumerate(problem.parameters(precision)):
+    for i, value in enumerate(lane.parameters if lane else problem.parameters(precision)):
         adaptive.pars[i] = value
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
@@ -97,6 +111,11 @@ def _solver(
             states = [[rows[i, j] for j in range(entries)] for i in range(1, len(rows))]
         if outcome != heyoka.taylor_outcome.time_limit:
             raise ArithmeticError(f"heyoka stopped with {outcome}")
+        if lane is not None:
+            states = [
+                list(lane.inertial(time, state, math))
+                for time, state in zip(times, states, strict=True)
+            ]
         return SolverResult(states, steps, steps * adaptive.order, adaptive.order)
 
     return solve
@@ -162,6 +181,7 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
 
 _register = partial(registered, peer=False)
 _register("heyoka", "heyoka")(bare)
+_register("heyoka, turning frame", "heyoka")(turning)
 _register("heyoka, high_accuracy", "heyoka")(partial(bare, high_accuracy=True))
 _register("heyoka, fast_math", "heyoka")(partial(bare, fast_math=True))
 _register("heyoka, compact_mode", "heyoka")(partial(bare, compact_mode=True))
