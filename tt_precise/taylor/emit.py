@@ -49,6 +49,14 @@ class Emitter:
         """A double."""
         return ir.Constant(DOUBLE, value)
 
+    def table(self, values: Sequence[float]) -> Value:
+        """A pointer to constant doubles."""
+        kind = ir.ArrayType(DOUBLE, len(values))
+        made = ir.GlobalVariable(self.module, kind, self.module.get_unique_name("table"))
+        made.initializer, made.global_constant = ir.Constant(kind, list(values)), True
+        made.linkage = "internal"
+        return self.b.bitcast(made, DOUBLE.as_pointer())
+
     def index(self, row: Value, width: int, column: int = 0) -> Value:
         """Where an entry stands among rows of this width."""
         return self.b.add(self.b.mul(row, self.i(width)), self.i(column))

@@ -9,6 +9,7 @@ j = 1 to n - 1 contains nothing of order n. What is left goes through the graph 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 from llvmlite import ir
@@ -28,7 +29,7 @@ from tt_precise.taylor.graph import Constant, Graph, Traced, constants_of, in_or
 from tt_precise.taylor.machine import ROWS, RUN
 
 TOGETHER = {3: 1, 2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
-MOST_PARTS, TIMES = 3, 5
+MOST_PARTS, TIMES, MOST_ORDER = 3, 5, 100
 LONGEST = 8.0  # step in its unit; its powers stay in range where nothing else bounds it
 
 
@@ -130,6 +131,15 @@ class Kernel:
         e.b.ret_void()
 
 
+def _reciprocal(n: int) -> list[float]:
+    """1/n in ``MOST_PARTS`` doubles."""
+    left, found = Fraction(1, n), []
+    for _ in range(MOST_PARTS):
+        found.append(float(left))
+        left -= Fraction(found[-1])
+    return found
+
+
 class _RunWriter:
     """run(data, plane, steps, orders, constants, tolerance, longest, until, times, work).
 
@@ -144,6 +154,7 @@ class _RunWriter:
         (self.data, self.plane, self.steps, self.orders, self.constants, self.tolerance,
          self.longest, self.until, self.times, work) = e.arguments  # fmt: skip
         self.order = e.b.sub(e.order(self.orders, 1), e.i(1))
+        self.reciprocals = e.table([part for n in range(MOST_ORDER) for part in _reciprocal(n + 1)])
         width, parts = kernel.width, range(kernel.parts)
         area = e.index(e.b.add(self.order, e.i(2)), width)
         taken = [e.b.mul(e.i(k), area) for k in range(2 * kernel.parts + 1)]
@@ -290,12 +301,16 @@ class _RunWriter:
             elif not first:
                 before = e.index(e.b.sub(n, e.i(1)), kernel.columns, i)
                 self._write(ops.product(order, value[output]), self.block, before)
-        unit = tuple(self.e.b.fmul(part, self.unit) for part in ops.one)
-        inverse = ops.quotient(unit, ops.total(order, ops.one))
+        unit = ops.widened((self.unit,))
+        inverses = e.index(n, MOST_PARTS)
+        inverse = tuple(
+            e.b.fmul(e.load(self.reciprocals, e.b.add(inverses, e.i(part))), self.unit)
+            for part in range(parts)
+        )
         for i, rate in enumerate(kernel.rates):
             place = e.index(e.b.add(n, e.i(1)), kernel.columns, i)
             if isinstance(rate, Traced):
-                self._write(ops.product(value[rate], inverse), self.block, place)
+                self._write(ops.times(value[rate], inverse), self.block, place)
             elif first:
                 self._write(ops.product(unit, self._constant(rate)), self.block, place)
 
@@ -316,12 +331,15 @@ class _RunWriter:
         found = []
         for factor, series in terms:
             if isinstance(factor, Constant):
-                found.append(self.ops.product(self._constant(factor), value[series]))
+                found.append(self.ops.times(self._constant(factor), value[series]))
             else:
                 found.append(value[series] if factor == 1 else self.ops.negative(value[series]))
         if self.first and isinstance(offset, Constant):
             found.append(self._constant(offset))
-        return self.ops.total(*found) if len(found) > 1 else found[0]
+        first, *rest = found
+        for number in rest:
+            first = self.ops.plus(first, number)
+        return first
 
     def _product(self, node: Traced, value: dict[Traced, Number]) -> Number:
         a, b = node.args

@@ -41,9 +41,11 @@ class Machine:
             opt=level,
         )
         options = llvm.create_pipeline_tuning_options(speed_level=level)
-        # the vectors are in the instructions already; LLVM's vectoriser would also be a risk: its
-        # assertions end the process (22.1: "VPlan cost model and legacy cost model disagreed")
-        options.loop_vectorization = options.slp_vectorization = False
+        # the loops are vectors already; LLVM's vectoriser of loops would also be a risk: its
+        # assertions end the process (22.1: "VPlan cost model and legacy cost model disagreed").
+        # That of straight code takes 10 to 15 % off
+        options.loop_vectorization = False
+        options.slp_vectorization = True
         builder = llvm.create_pass_builder(machine, options)
         builder.getModulePassManager().run(module, builder)
         self._engine = llvm.create_mcjit_compiler(module, machine)
