@@ -149,7 +149,7 @@ def test_a_machine_without_80_bit_floats_and_llvmlite_goes_on_to_quad(
     short: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tt_precise.integrate.precision._has_80_bit_floats", lambda: False)
-    monkeypatch.setattr("tt_precise.integrate.precision.find_spec", lambda name: None)
+    monkeypatch.setattr("tt_precise.integrate.precision._has_llvmlite", lambda: False)
     assert integrate(short, digits=15).precision.name == "quad"
 
 

@@ -74,12 +74,13 @@ def digits_over_rows(
     import numpy
 
     digits = numpy.full(len(next(iter(columns.values()))), bits * math.log10(2))
+    units = Units(*map(float, units))
     with numpy.errstate(all="ignore"):
         for kind in KINDS:
             present = [name for name in kind if name in errors]
             if not present:
                 continue
-            unit = {n: float(units.of_dimension(STATE_DIMENSIONS[n])) for n in present}
+            unit = {n: units.of_dimension(STATE_DIMENSIONS[n]) for n in present}
             scale = numpy.max([numpy.abs(columns[name]) / unit[name] for name in present], axis=0)
             scale = numpy.where(scale > 0, scale, 1.0)
             for name in present:

@@ -44,12 +44,7 @@ class Deviating(numpy.lib.mixins.NDArrayOperatorsMixin):
         if method != "__call__" or ufunc.__name__ not in _DERIVATIVES:
             return NotImplemented
         values = [a.value if isinstance(a, Deviating) else a for a in args]
-        with numpy.errstate(all="ignore"):
-            found = ufunc(*values)
-            slopes = _DERIVATIVES[ufunc.__name__](*values, found)
-            deviation = sum(
-                slope * a.deviation
-                for slope, a in zip(slopes, args, strict=True)
-                if isinstance(a, Deviating)
-            )
-        return Deviating(found, deviation)
+        found = ufunc(*values)
+        slopes = _DERIVATIVES[ufunc.__name__](*values, found)
+        terms = [s * a.deviation for s, a in zip(slopes, args, strict=True) if type(a) is Deviating]
+        return Deviating(found, terms[0] if len(terms) == 1 else terms[0] + terms[1])

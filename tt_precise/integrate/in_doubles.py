@@ -74,10 +74,11 @@ class ReadPiece:
         return self._piece.at(times)[:, :, : self._size]
 
     def __call__(self, time: Scalar) -> tuple[Scalar, ...]:
-        import numpy
-
-        # one part more than the run has, so that the time is as good as it is given
-        return numbers_of(self.at(numpy.array([split(time, 4)]))[0], self._fn)
+        piece, fn = self._piece, self._fn
+        step = max(int(piece.begins[:, 0].searchsorted(float(time), side="right")) - 1, 0)
+        tau = (time - number(piece.begins[step], fn)) / float(piece.units[step])
+        row = piece.rows([step], [split(tau, piece.system.parts)])[0]
+        return numbers_of(row[:, : self._size], fn)
 
 
 def propagate_in_doubles(
@@ -127,7 +128,7 @@ def propagate_in_doubles(
 
 
 class _End(NamedTuple):
-    """Where a piece ends, and how the run does, if it does."""
+    """Where a piece ends, and how the run does, if it does: only then it has a state."""
 
     status: Status | None
     time: Scalar
@@ -173,8 +174,7 @@ class _Run:
             time, row = piece.begins[steps], piece.coefficients[:, steps, 0, : self.size]
             return _End("failed", number(time, self.fn), numbers_of(row, self.fn), steps)
         if piece.end_time[0] < float(until):
-            state = numbers_of(piece.end_row[:, : self.size], self.fn)
-            return _End(None, number(piece.end_time, self.fn), state, taken)
+            return _End(None, number(piece.end_time, self.fn), (), taken)
         state = ReadPiece(piece, until, self.size, self.fn)(until)
         ignored = self.setup.contact == "bilateral" and left_the_table(
             self.setup, self.start, self.left

@@ -68,7 +68,8 @@ class PairInDoubles:
         apart = (self.rows - self.reference_rows).sum(axis=1)
         entries = tuple(map(Deviating, self.rows.sum(axis=1).T, apart.T))
         columns = Columns(self.setup, self.beginning.start)
-        found = columns.of_arrays(columns.names, entries, float)
+        with numpy.errstate(all="ignore"):  # once for all: it costs as much as an operation
+            found = columns.of_arrays(columns.names, entries, float)
         same = numpy.zeros(len(self.rows))  # what is the same number in both, as v_A in rolling
         return digits_over_rows(
             {name: getattr(one, "value", one) for name, one in found.items()},

@@ -11,7 +11,7 @@ import sys
 import threading
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -178,7 +178,7 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
 def is_available(name: str) -> bool:
     """Whether this machine has the precision called ``name``."""
     if name in DOUBLES:
-        return find_spec("llvmlite") is not None
+        return _has_llvmlite()
     return name != "extended" or _has_80_bit_floats()
 
 
@@ -198,6 +198,11 @@ def _context(bits: int, thread: int) -> Functions:
     context = mpmath.MPContext()
     context.prec = bits + GUARD_BITS
     return context
+
+
+@cache
+def _has_llvmlite() -> bool:
+    return find_spec("llvmlite") is not None
 
 
 def _has_80_bit_floats() -> bool:

@@ -38,12 +38,9 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     """
     import numpy
 
-    # the constant term outweighs the others nearly everywhere, and then there is no zero
-    others = numpy.abs(polynomials[:, 1:]).sum(axis=1)
-    constant = polynomials[:, 0]
-    (which,) = ((numpy.abs(constant) <= 2 * others) | ((first >= 0) != (constant >= 0))).nonzero()
-    b = polynomials[which] @ _to_bernstein(polynomials.shape[1]).T
-    b[:, 0] = first[which]
+    which = numpy.arange(len(polynomials))
+    b = polynomials @ _to_bernstein(polynomials.shape[1]).T
+    b[:, 0] = first
     low, width = numpy.zeros(len(b)), numpy.ones(len(b))
     found = []
     for _ in range(HALVINGS):
@@ -66,12 +63,6 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     place = _refined(polynomials[which], low, low + width, direction)
     order = numpy.lexsort((place, which))
     return Crossings(which[order], place[order], direction[order])
-
-
-def ends(polynomials: Array) -> Array:
-    """Their values at 1, as ``crossings`` sees them."""
-    found: Array = polynomials.sum(axis=-1)
-    return found
 
 
 def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> Array:
@@ -151,22 +142,29 @@ class Watch:
             return []
         left = (float(until) - piece.begins[:steps, 0]) / piece.units[:steps]
         lengths = numpy.minimum(piece.lengths[:steps], left)
-        powers = lengths[:, None] ** numpy.arange(piece.order + 1)
+        powers = numpy.vander(lengths, piece.order + 1, increasing=True)
         # axes (function, step, order)
-        series = piece.coefficients[0, :steps, :, self._columns] * powers[:, :, None]
-        series = series.transpose(2, 0, 1)
-        last = ends(series)
-        begun = series[:, 0, 0] if self._ends is None else self._ends
+        series = piece.coefficients[0, :steps, :, self._columns].transpose(2, 0, 1)
+        constant, last = series[:, :, 0], numpy.einsum("fsn,sn->fs", series, powers)
+        begun = constant[:, 0] if self._ends is None else self._ends
         first = numpy.concatenate([begun[:, None], last[:, :-1]], axis=1)
         self._ends = last[:, -1]
-        found = crossings(series.reshape(-1, series.shape[2]), first.ravel())
-        allowed = numpy.array(self._directions)[found.which // steps]
+        # the constant term outweighs the others nearly everywhere, and then there is no zero
+        most = numpy.einsum("fsn,sn->fs", numpy.abs(series), powers)
+        some = (numpy.abs(constant) * 1.5 <= most) | ((first >= 0) != (constant >= 0))
+        candidates = numpy.argwhere(some)
+        if not len(candidates):
+            return []
+        function, step = candidates.T
+        polynomials = series[function, step] * powers[step]
+        found = crossings(polynomials, first[function, step])
+        allowed = numpy.array(self._directions)[function[found.which]]
         wanted = (allowed == 0) | (allowed == found.direction)
         which, place, direction = (part[wanted] for part in found)
-        function, step = numpy.divmod(which, steps)
+        function, step = function[which], step[which]
         if not len(step):
             return []
-        rates = series[function, step][:, 1:] * numpy.arange(1, series.shape[2])
+        rates = polynomials[which][:, 1:] * numpy.arange(1, polynomials.shape[1])
         slopes = values(rates, place) / lengths[step]
         taus = [fn.mpf(tau) for tau in (place * lengths[step]).tolist()]
 

@@ -77,39 +77,36 @@ class Kernel:
     def work(self, order: int) -> int:
         """Doubles that ``run`` needs for itself."""
         lanes = 2 * (order + 2) * self.width + 2 * self.width
-        return self.parts * (lanes + self.columns) + self.width + MOST_PARTS
+        return self.parts * lanes + self.width + self.columns
 
     def text(self) -> str:
         """The module: functions ``run`` and ``rows``."""
         module = ir.Module("taylor")
-        self._row(module)
         self._rows(module)
         _RunWriter(self, module).write()
         return str(module)
 
-    def _row(self, module: ir.Module) -> None:
-        """row(data, plane, orders, tau, columns, into): one step at tau, in parts; Horner."""
-        e = Emitter(module, "row", "pinpip", ir.VoidType())
-        e.function.attributes.add("alwaysinline")
-        data, plane, orders, tau_at, columns, into = e.arguments
-        tau = tuple(e.spread(e.load(tau_at, part)) for part in range(self.parts))
-        planes = [e.behind(data, e.b.mul(e.i(part), plane)) for part in range(self.parts)]
-        with e.loop(e.i(0), e.b.udiv(columns, e.i(LANES))) as (group, _):
-            first = e.b.mul(group, e.i(LANES))
-            found: Number = (ir.Constant(VECTOR, None),)
-            for parts in range(1, self.parts + 1):
-                ops = SeveralDoubles(e, parts)
-                above = e.order(orders, parts)
-                below = e.order(orders, parts + 1) if parts < self.parts else e.i(0)
-                count = e.b.add(e.b.sub(above, below), e.i(1))
-                with e.loop(e.i(1), count, ops.widened(found)) as (j, number):
-                    place = e.b.add(e.index(e.b.sub(above, j), self.columns), first)
-                    begun = tuple(e.load(part, place, VECTOR) for part in planes[:parts])
-                    number[:] = ops.products(begun, (tuple(number), tau[:parts]))
-                found = tuple(number)
-            for part, value in enumerate(found):
-                e.store(value, into, e.b.add(first, e.b.mul(e.i(part), columns)))
-        e.b.ret_void()
+    def horner(
+        self, e: Emitter, planes: Sequence[Value], orders: Value, tau: Number, columns: int
+    ) -> list[Number]:
+        """One step, whose series begin at ``planes``, at ``tau``: the first columns, by vectors."""
+        at = tuple(map(e.spread, tau))
+        groups = range(0, columns, LANES)
+        found: list[Number] = [(ir.Constant(VECTOR, None),) for _ in groups]
+        for parts in range(1, self.parts + 1):
+            ops = SeveralDoubles(e, parts)
+            above = e.order(orders, parts)
+            below = e.order(orders, parts + 1) if parts < self.parts else e.i(0)
+            count = e.b.add(e.b.sub(above, below), e.i(1))
+            begun = [value for number in found for value in ops.widened(number)]
+            with e.loop(e.i(1), count, begun) as (j, values):
+                row = e.index(e.b.sub(above, j), self.columns)
+                for k, first in enumerate(groups):
+                    place, mine = e.b.add(row, e.i(first)), slice(parts * k, parts * (k + 1))
+                    term = tuple(e.load(part, place, VECTOR) for part in planes[:parts])
+                    values[mine] = ops.products(term, (tuple(values[mine]), at[:parts]))
+            found = [tuple(values[parts * k :][:parts]) for k in range(len(groups))]
+        return found
 
     def _rows(self, module: ir.Module) -> None:
         """rows(data, plane, orders, steps, taus, count, into): of many steps, each at its tau.
@@ -119,15 +116,15 @@ class Kernel:
         e = Emitter(module, "rows", ROWS, ir.VoidType())
         data, plane, orders, steps, taus, count, into = e.arguments
         block = e.index(e.b.add(e.order(orders, 1), e.i(1)), self.columns)
+        parts = range(self.parts)
         with e.loop(e.i(0), count) as (i, _):
             there = e.b.mul(e.b.load(e.b.gep(steps, [i])), block)
-            e.b.call(
-                module.globals["row"],
-                [
-                    e.behind(data, there), plane, orders, e.behind(taus, e.index(i, self.parts)),
-                    e.i(self.columns), e.behind(into, e.index(i, self.parts * self.columns)),
-                ],
-            )  # fmt: skip
+            planes = [e.behind(data, e.b.add(there, e.b.mul(e.i(k), plane))) for k in parts]
+            tau = tuple(e.load(taus, e.index(i, self.parts, part)) for part in parts)
+            for group, number in enumerate(self.horner(e, planes, orders, tau, self.columns)):
+                for part, value in enumerate(number):
+                    place = part * self.columns + group * LANES
+                    e.store(value, into, e.index(i, self.parts * self.columns, place))
         e.b.ret_void()
 
 
@@ -191,18 +188,15 @@ class _RunWriter:
                     self.sizes[parts] = self._largest(self.latest, len(kernel.pairs))
             h = self._length()
             e.store(h, time, 1 + MOST_PARTS)
-            for part in range(1, kernel.parts):
-                e.store(e.d(0.0), self.next_row, part)
-            e.store(h, self.next_row, 0)
-            row, columns = padded(len(kernel.entries)), e.behind(self.next_row, MOST_PARTS)
-            e.b.call(
-                e.module.globals["row"],
-                [self.block[0], self.plane, self.orders, self.next_row, e.i(row), columns],
-            )
+            tau = SeveralDoubles(e, kernel.parts).widened((h,))
+            row = padded(len(kernel.entries))
+            reached = kernel.horner(e, self.block, self.orders, tau, row)
             for part, plane in enumerate(self.block):
+                for group, number in enumerate(reached):
+                    e.store(number[part], self.next_row, group * LANES)
                 following = e.behind(plane, block)
                 for i in range(len(kernel.entries)):
-                    e.store(e.load(columns, part * row + i), following, i)
+                    e.store(e.load(self.next_row, i), following, i)
             ops = SeveralDoubles(e, MOST_PARTS)
             begins = tuple(e.load(time, 1 + part) for part in range(MOST_PARTS))
             length = e.b.fmul(h, self.unit)

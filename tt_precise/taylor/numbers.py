@@ -5,22 +5,27 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from mpmath.libmp import from_float, fzero, mpf_add, mpf_sub, to_float
+
 from tt_precise.arithmetic import Array, Functions, Scalar
 
 
 def split(value: Scalar, parts: int) -> tuple[float, ...]:
     """An mpmath number as so many doubles, each the nearest to what those before leave."""
-    found = []
+    left, found = value._mpf_, []
     for _ in range(parts):
-        part = float(value)
+        part = to_float(left, rnd="n")
         found.append(part)
-        value = value - part if math.isfinite(part) else 0
+        left = mpf_sub(left, from_float(part)) if math.isfinite(part) else fzero
     return tuple(found)
 
 
 def number(parts: Sequence[float], fn: Functions) -> Scalar:
     """The mpmath number of its parts."""
-    return sum((fn.mpf(float(part)) for part in parts[1:]), fn.mpf(float(parts[0])))
+    found = fzero
+    for part in parts:
+        found = mpf_add(found, from_float(part))
+    return fn.make_mpf(found)
 
 
 def numbers_of(row: Array, fn: Functions) -> tuple[Scalar, ...]:

@@ -12,7 +12,7 @@ from tt_precise.taylor.graph import Graph, numbers
 from tt_precise.taylor.machine import Machine, aligned
 from tt_precise.taylor.numbers import added, split
 
-STEPS = 128  # of a piece
+STEPS = 512  # of a piece
 FIRST_UNIT = 2.0**-3  # of time; any that 57 powers of do not take out of range
 SPARE = 4  # orders computed in more parts than they need in theory
 
@@ -130,8 +130,9 @@ class StepBlock:
         self.end_time = tuple(times[taken, 1:4].tolist())
         entries = len(system.graph.entries)
         self.end_row = data[:, taken, 0, :entries].copy()
+        # what is no number in the series of an entry leaves none where the step ends
         finite = numpy.isfinite(data[0, 1 : taken + 1, 0, :entries]).all(axis=1)
-        finite &= numpy.isfinite(self.coefficients[0]).all(axis=(1, 2))
+        finite &= numpy.isfinite(self.coefficients[0, :, :, entries:]).all(axis=(1, 2))
         finite &= numpy.isfinite(self.lengths)
         self.good = taken if finite.all() else int(finite.argmin())
 
@@ -144,7 +145,7 @@ class StepBlock:
         taus = added([*times.T, *-self.begins[steps].T], self.system.parts)
         return self.rows(steps, taus / self.units[steps, None])
 
-    def rows(self, steps: Array, taus: Sequence[Sequence[float]]) -> Array:
+    def rows(self, steps: Sequence[int] | Array, taus: Sequence[Sequence[float]]) -> Array:
         """All columns in these steps, taus (in parts, of their units) behind their beginnings.
 
         Axes (row, part, column).
