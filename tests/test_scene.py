@@ -134,7 +134,11 @@ def test_bare_toml_numbers_stay_exact() -> None:
         ('until = "8"', 'until = "8"\nrecord = ["z"]', "record: got 'z', expected one of: phi"),
         ('until = "8"', 'until = "8"\nrecord = "phi"', "run.record: got 'phi', expected a list"),
         ('until = "8"', 'until = "8"\nevents = [1]', "run.events: got '[1]', expected a list"),
-        ('"gliding"', '"sliding"', "model: got 'sliding', expected one of: gliding, rolling"),
+        (
+            '"gliding"',
+            '"sliding"',
+            "model: got 'sliding', expected one of: gliding, rolling, flight",
+        ),
         ('"gliding"', "1", "model: got '1', expected text"),
         ('"A top"', "1", "title: got '1', expected text"),
         ("[body]", "[body", "not a TOML file"),

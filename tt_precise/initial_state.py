@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.body import Parameters, Units
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation
+from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene, Start
+from tt_precise.start import LIFTED, LiftedStart
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,8 @@ class InitialState:
     """Body and state of a scene at t = 0 in one arithmetic, the axis at azimuth 0.
 
     ``vectors`` and ``euler`` are the same state, each made from the exact numbers: beside the
-    inverted pole the vectors do not go through theta = pi - offset. ``until`` is the scene's
+    inverted pole the vectors do not go through theta = pi - offset. They are a ``LiftedState``
+    where the scene gives the height of the lowest point. ``until`` is the scene's
     horizon. All in the units ``units``, which are given in SI. ``row`` is there where a run goes
     on from a former piece: the state of its own formulation, and quadratures (scaled) behind it.
     """
@@ -109,10 +113,13 @@ def _state(
     else:
         theta = start.theta.radians(fn, exact)
         sine_cosine = start.theta.sine_cosine(fn, exact)
-    rates = {}
-    for name in EulerState._fields[1:]:
-        rates[name] = given[name] if name in given else exact(getattr(start, name))
-        if units is not None:
-            rates[name] = rates[name] / units.of_dimension(STATE_DIMENSIONS[name])
-    euler = EulerState(theta, **rates)
-    return vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine), euler
+
+    def entry(name: str) -> Scalar:
+        value = given[name] if name in given else exact(getattr(start, name))
+        return value if units is None else value / units.of_dimension(STATE_DIMENSIONS[name])
+
+    euler = EulerState(theta, *map(entry, EulerState._fields[1:]))
+    vectors: Any = vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine)
+    if isinstance(start, LiftedStart):
+        vectors = LiftedState(*vectors, *map(entry, LIFTED))
+    return vectors, euler

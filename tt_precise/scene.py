@@ -17,14 +17,14 @@ from tt_precise.dry_friction import top_with_friction
 from tt_precise.errors import InputError
 from tt_precise.notebook import table
 from tt_precise.numerals import exact, written
-from tt_precise.start import START_KEYS, Inclination, Start, is_derived
+from tt_precise.start import LIFTED, START_KEYS, Inclination, LiftedStart, Start, is_derived
 from tt_precise.toml import parse, read_text, shown
 from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
-MODELS = ("gliding", "rolling")
+MODELS = ("gliding", "rolling", "flight")
 RECORDABLE = ("phi", "psi", "x", "y")
 MOST_SAMPLES = 20_000_000
 __all__ = [
@@ -99,8 +99,31 @@ class Scene:
                 "model: got rolling on an elastic table, expected gliding: rolling is a "
                 "constraint of a rigid contact"
             )
+        self._require_height()
         if self.model == "rolling" and (self.start.nu_x or self.start.nu_y):
             raise InputError("nu_x, nu_y: got a gliding velocity, expected none in a rolling scene")
+
+    def _require_height(self) -> None:
+        """Refuse a height where the model has none, and its lack in flight."""
+        flight, lifted = self.model == "flight", isinstance(self.start, LiftedStart)
+        if lifted and not flight and not isinstance(self.body, CompliantTop):
+            raise InputError(
+                "start.height, start.rise: got one of them on a rigid table, expected them in a "
+                "flight scene or on an elastic table only"
+            )
+        if not flight:
+            return
+        if self.flies or self.body.mu or self.body.law != "viscous" or hasattr(self.body, "spring"):
+            raise InputError(
+                "model: got flight with friction or a table, expected neither mu nor [friction] "
+                "nor [contact]: nothing touches the top"
+            )
+        height, rise = (getattr(self.start, name, Fraction(0)) for name in LIFTED)
+        if height < 0 or (height == 0 and rise <= 0):
+            raise InputError(
+                f"start.height: got {float(height):g} in a flight scene, expected the height of "
+                "the lowest point in m, above 0 (or 0 with a rise above 0)"
+            )
 
     def varied(self, **changes: Any) -> Scene:
         """The same scene with entries of its file replaced, in the units of the file.
@@ -135,8 +158,9 @@ class Scene:
         # replace(scene, start=...) leaves ``given`` behind: then it says nothing any more
         given = self.given if self.given and Start.of(self.body, self.given) == self.start else {}
         if not is_derived({**given, **changes}):
-            return {"start": replace(self.start, **changes)}
-        values = dict(given or {name: getattr(self.start, name) for name in _START}) | dict(changes)
+            kind = LiftedStart if changes.keys() & set(LIFTED) else type(self.start)
+            return {"start": kind(**{**_entries(self.start), **changes})}
+        values = dict(given or _entries(self.start)) | dict(changes)
         for name, others in _REPLACES.items():
             if name in changes:
                 for other in others:
@@ -188,7 +212,7 @@ class Scene:
     @property
     def lifts(self) -> bool:
         """Whether the lowest point of the top need not be at the table's height."""
-        return self.flies or isinstance(self.body, CompliantTop)
+        return self.flies or self.model == "flight" or isinstance(self.body, CompliantTop)
 
     @property
     def in_pieces(self) -> bool:
@@ -201,6 +225,10 @@ class Scene:
         count = int(self.until / self.sample_every)
         times = [k * self.sample_every for k in range(count + 1)]
         return tuple(times if times[-1] == self.until else [*times, self.until])
+
+
+def _entries(start: Start) -> dict[str, Any]:
+    return {entry.name: getattr(start, entry.name) for entry in fields(start)}
 
 
 def shipped() -> list[str]:
@@ -254,7 +282,8 @@ def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
     friction = _subtable(table, "friction") if "friction" in table else None
     parameters = {f.name for f in fields(TippeTop)}
     # with [friction] its place is there, and the message about two of them says so
-    needed, extra = (parameters, set()) if friction is None else (parameters - {"mu"}, {"mu"})
+    free = friction is not None or table.get("model") == "flight"
+    needed, extra = (parameters - {"mu"}, {"mu"}) if free else (parameters, set())
     _keys(body, needed, extra, "body.")
     _keys(run, {"until"}, {"sample_every", "record", "events"}, "run.")
     contact = _subtable(table, "contact") if "contact" in table else {}
@@ -278,7 +307,7 @@ def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
 
 def _top(body: Mapping[str, Json], friction: Mapping[str, Json] | None) -> TippeTop:
     if friction is None:
-        return TippeTop.from_ratios(**body)
+        return TippeTop.from_ratios(**{"mu": "0", **body})
     return top_with_friction(dict(body), dict(friction))
 
 

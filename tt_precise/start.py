@@ -92,8 +92,8 @@ class Start:
         for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
             object.__setattr__(self, name, written(getattr(self, name), name))
 
-    @classmethod
-    def of(cls, body: TippeTop, given: Mapping[str, Json]) -> Start:
+    @staticmethod
+    def of(body: TippeTop, given: Mapping[str, Json]) -> Start:
         """The start that ``given`` says: its own entries, psi_dot for omega_3, or what is at rest.
 
         ``psi_dot`` (rad/s) makes omega_3 = psi_dot + phi_dot cos theta. ``at_rest`` is "contact
@@ -106,8 +106,9 @@ class Start:
             An entry is missing, unknown, given twice, or refused.
         """
         _check_entries(given)
-        values = {name: value for name, value in given.items() if name in _ENTRIES}
-        start = cls(**{"omega_3": Fraction(0), **values})
+        values = {name: value for name, value in given.items() if name in (*_ENTRIES, *LIFTED)}
+        kind = LiftedStart if values.keys() & set(LIFTED) else Start
+        start = kind(**{"omega_3": Fraction(0), **values})
         if PSI_DOT in given:
             start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT))
         if given.get(AT_REST, CONTACT_POINT) == CENTRE_OF_MASS:
@@ -115,8 +116,22 @@ class Start:
         return start
 
 
+@dataclass(frozen=True)
+class LiftedStart(Start):
+    """A start whose lowest point need not be at rest on the table: its height (m), and its rate."""
+
+    height: Fraction = Fraction(0)
+    rise: Fraction = Fraction(0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in LIFTED:
+            object.__setattr__(self, name, written(getattr(self, name), name))
+
+
 _ENTRIES = tuple(field.name for field in fields(Start))
-START_KEYS = (*_ENTRIES, PSI_DOT, AT_REST)
+LIFTED = ("height", "rise")
+START_KEYS = (*_ENTRIES, *LIFTED, PSI_DOT, AT_REST)
 
 
 def is_derived(given: Mapping[str, Json]) -> bool:

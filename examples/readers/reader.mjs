@@ -22,24 +22,33 @@ const cross = (a, b) => [
 const sum = (a, b) => a.map((x, i) => x + b[i]);
 const scaled = (c, a) => a.map((x) => c * x);
 
+// Normal force of an elastic table, which the lowest point is in by -height.
+function pushed({ force, stiffness, damping }, height, rise) {
+  if (force === "linear") return -stiffness * height - damping * rise;
+  return stiffness * (-height) ** 1.5 * (1 - damping * rise);
+}
+
 // Force on the top at the contact point, g_n (z - c v_A); c is mu, mu/|v_A| or regularised.
-function force({ m, R, alpha, I1, I3, g }, { law, mu, epsilon = 0 }, { k, omega, s_dot }) {
+function force({ m, R, alpha, I1, I3, g }, { law, mu, epsilon = 0 }, contact, state) {
+  const { k, omega, s_dot, height } = state;
   const L = sum(scaled(I1, omega), scaled((I3 - I1) * dot(omega, k), k));
   const a = sum(scaled(R * alpha, k), [0, 0, -R]);
   const v = sum(s_dot, cross(omega, a));
   const c = law === "viscous" ? mu : mu / Math.hypot(v[0], v[1], epsilon);
   const direction = [-c * v[0], -c * v[1], 1];
+  if (contact.law === "compliant") return scaled(pushed(contact, height, v[2]), direction);
   const swung = cross(L, scaled(1 / I1, cross(L, k)))[2];
   const driven = cross(cross(a, direction), k)[2];
   const lever = m * R * alpha;
   return scaled((m * g * I1 - lever * swung) / (I1 + lever * driven), direction);
 }
 
+const number = (value) => (Array.isArray(value) ? value.map(Number) : Number(value));
 const numbers = (record) =>
   Object.fromEntries(
     Object.entries(record).map(([name, value]) => [
       name,
-      name === "law" ? value : Array.isArray(value) ? value.map(Number) : Number(value),
+      name === "law" || name === "force" ? value : number(value),
     ]),
   );
 
@@ -51,9 +60,9 @@ for (const { path, sha256 } of index.files) {
 let worst = 0;
 const gliding = ["viscous", "regularised", "coulomb"];
 const vectors = JSON.parse(read("vectors/states.json")).cases;
-for (const { body, friction, state, expected } of vectors) {
+for (const { body, friction, contact, state, expected } of vectors) {
   if (!gliding.includes(friction.law)) continue;
-  const mine = force(numbers(body), numbers(friction), numbers(state));
+  const mine = force(...[body, friction, contact, state].map(numbers));
   const known = expected.F.map(Number);
   mine.forEach((x, i) => (worst = Math.max(worst, Math.abs(x - known[i]) / Math.hypot(...known))));
 }

@@ -35,6 +35,35 @@ def test_integration_agrees_with_the_closed_form(shorten: Shorten, name: str) ->
     assert agreement(exact if name == "upright" else -exact, printed) > 27
 
 
+def test_a_flight_is_found_again_with_its_events_and_its_landing() -> None:
+    scene = load_scene("flight")
+    oracle = closed_form(scene)
+    assert oracle is not None
+    consensus = reconcile(scene, [perform(Task("flight", scene.text, "mp", 160, "newton")), oracle])
+    assert consensus.complete
+    assert consensus.agreement > 44
+    assert consensus.status == "landed"
+    names = set(consensus.events.column("name"))
+    assert names == {"theta_min", "theta_max", "equator", "phi_dot_zero", "landed"}
+    higher = closed_form(scene.varied(height="0.010000000000000000000000000000000001"))
+    assert higher is not None
+    assert not reconcile(scene, [oracle, higher]).complete
+    slower = closed_form(scene.varied(omega_3="149.999"))
+    assert slower is not None
+    assert reconcile(scene, [oracle, slower]).agreement < 6
+
+
+def test_a_short_flight_does_not_land_and_a_plain_one_does_not_nutate() -> None:
+    scene = load_scene("flight")
+    short = closed_form(scene.varied(until="0.1"))
+    assert short is not None
+    assert (short.status, len(short.trajectory.rows)) == ("complete", 11)
+    plain = closed_form(scene.varied(theta_dot="0", phi_dot="0"))
+    assert plain is not None
+    assert plain.events.rows == ()
+    assert closed_form(replace(scene, record=("phi",))) is None
+
+
 def test_a_wrong_steady_state_does_not_agree(shorten: Shorten) -> None:
     scene = shorten("upright", "0.1")
     oracle = closed_form(scene)

@@ -205,14 +205,84 @@ def test_what_cannot_take_these_scenes_says_so() -> None:
         parse_scene(text("coulomb-flight").replace('lost = "fly"', 'stiffness = "1"'), "x", "x")
     viscous = load_scene("contact-lost").text + '\n[contact]\nlost = "fly"\n'
     flies = parse_scene(viscous, "flies", "flies.toml")
-    for refused in (Specification, Stream, sensitivity):
-        with pytest.raises(InputError, match="flies: got a scene"):
-            refused(flies)
+    for scene in (flies, load_scene("flight")):
+        for refused in (Specification, Stream, sensitivity):
+            with pytest.raises(InputError, match=f"{scene.name}: got a scene"):
+                refused(scene)
     with pytest.raises(InputError, match="got contact bilateral for a scene with flight"):
         tt.integrate(flies, contact="bilateral")
     found = tt.check.conservation(tt.integrate("coulomb-flight").frame(), "coulomb-flight")
     assert found.passed
     assert "needs the height" in str(found)
+
+
+def test_a_scene_may_begin_in_flight() -> None:
+    tossed = tt.integrate("flight")
+    assert (tossed.status, [one.model for one in tossed.pieces]) == ("landed", ["flight"])
+    kept = {"energy", "rotational_energy", "spin", "vertical_angular_momentum", "momentum_x",
+            "momentum_y", "angular_momentum_x", "angular_momentum_y"}  # fmt: skip
+    assert kept <= tossed.drift.keys()
+    assert max(float(value) for value in tossed.drift.values()) < 1e-14
+    frame = tossed.frame("height", "rise", "g_n")
+    assert frame.iloc[0].tolist() == pytest.approx([0, 0.01, 1, 0], rel=1e-15)
+    other = tt.integrate("flight", formulation="euler")
+    # 0.24 s at 30 rad/s in double
+    assert float(other.t_end) == pytest.approx(float(tossed.t_end), abs=1e-15)
+    assert float(other.state.theta) == pytest.approx(float(tossed.state.theta), abs=1e-13)
+
+
+def test_flight_is_checked_for_all_that_it_conserves() -> None:
+    rows = tt.integrate("flight").frame()
+    found = tt.check.conservation(rows, "flight")
+    assert found.passed
+    done = {one.name for one in found.checks if one.verdict == "pass"}
+    assert done >= {"rotational_energy", "angular_momentum_x", "momentum_x", "equations", "golden"}
+    for column, caught in (("vx", "momentum_x"), ("Lx", "angular_momentum_x"), ("ky", "equations")):
+        spoiled = rows.copy()
+        spoiled.loc[spoiled.index[5:], column] += 1e-4 * abs(rows[column]).max()
+        assert caught in {one.name for one in tt.check.conservation(spoiled, "flight").failures}
+    elsewhere = tt.check.conservation(tt.integrate("rolling").frame(), "rolling")
+    assert "angular_momentum_x" not in {one.name for one in elsewhere.checks}
+
+
+@pytest.mark.parametrize("name", ELASTIC)
+def test_an_elastic_table_may_be_met_at_any_height(name: str) -> None:
+    def begun(**start: str) -> Trajectory:
+        return tt.integrate(load_scene(name).varied(until="0.002", **start), events=())
+
+    dropped, pressed, pulled = (
+        begun(height="0.001", rise="-0.1"), begun(height="-0.0001", rise="-0.05"),
+        begun(height="-0.0001", rise="5"),
+    )  # fmt: skip
+    models = [trajectory.pieces[0].model for trajectory in (dropped, pressed, pulled)]
+    assert models == ["flight", "contact", "flight"]
+    assert pressed.frame("height").iloc[0]["height"] == pytest.approx(-1e-4, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "changed_to", "message"),
+    [
+        ("flight", ('height = "0.01"', 'height = "-1"'), "start.height: got -1 in a flight scene"),
+        ("flight", ('g = "9.82"', 'g = "9.82"\nmu = "0.3"'), "got flight with friction or a table"),
+        ("flight", ("[start]", '[contact]\nlost = "fly"\n[start]'), "got flight with friction"),
+        ("reference", ('omega_3 = "155"', 'omega_3 = "155"\nheight = "0.1"'),
+         "got one of them on a rigid table"),
+        ("rolling", ('omega_3 = "155"', 'omega_3 = "155"\nrise = "0.1"'),
+         "got one of them on a rigid table"),
+    ],
+)  # fmt: skip
+def test_heights_that_are_refused(name: str, changed_to: tuple[str, str], message: str) -> None:
+    before = load_scene(name).text
+    assert changed_to[0] in before
+    with pytest.raises(InputError, match=message):
+        parse_scene(before.replace(changed_to[0], changed_to[1], 1), name, f"{name}.toml")
+
+
+def test_a_flight_begins_above_the_table_or_leaves_it() -> None:
+    scene = load_scene("flight")
+    assert tt.integrate(scene.varied(height="0"), events=()).status == "landed"
+    with pytest.raises(InputError, match="got 0 in a flight scene, expected the height"):
+        scene.varied(height="0", rise="0")
 
 
 def test_proofs_refuse_flight() -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy
@@ -13,9 +15,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tt_precise.cli import main
+from tt_precise.compliance import SPRINGS
 from tt_precise.golden.store import home
-from tt_precise.mechanics import newton
+from tt_precise.mechanics import compliant, euler, lifted, newton, rolling
 from tt_precise.mechanics.formulations import formulation
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.scene import Scene
 from tt_precise.vectors import index, states, steps
 
 
@@ -26,13 +31,13 @@ def committed(name: str) -> Any:
 def test_states_are_what_is_computed_now() -> None:
     file = committed("states.json")
     assert file["cases"] == states.state_file()
-    assert (file["schema"], file["digits"]) == ("tt_precise.vectors.states/1", 34)
-    laws = [case["friction"]["law"] for case in file["cases"]]
+    assert (file["schema"], file["digits"]) == ("tt_precise.vectors.states/2", 34)
+    laws = [case["contact"].get("force", case["friction"]["law"]) for case in file["cases"]]
     assert {law: laws.count(law) for law in states.LAWS} == dict.fromkeys(states.LAWS, 5)
 
 
 def test_every_term_again_from_newtons_law_in_numpy() -> None:
-    """m s_ddot = F - m g z, L_dot = a x F, and a contact point that stays on the table."""
+    """m s_ddot = F - m g z, L_dot = a x F, and a contact point that stays on a rigid table."""
     for case in committed("states.json")["cases"]:
         body = {name: float(value) for name, value in case["body"].items()}
         given = {name: numpy.array(value, float) for name, value in case["state"].items()}
@@ -49,10 +54,13 @@ def test_every_term_again_from_newtons_law_in_numpy() -> None:
         )
         free = want["F"] / body["m"] - [0, 0, body["g"]]
         numpy.testing.assert_allclose(want["s_ddot"], free, rtol=1e-13, atol=1e-14)
+        numpy.testing.assert_allclose(
+            want["v_A"], given["s_dot"] + numpy.cross(w, a), rtol=1e-12, atol=1e-14
+        )
         a_dot = body["R"] * body["alpha"] * numpy.cross(w, k)
         slip = free + numpy.cross(want["omega_dot"], a) + numpy.cross(w, a_dot)
         numpy.testing.assert_allclose(want["v_A_dot"], slip, **close)
-        if case["friction"]["law"] != "none":
+        if case["contact"]["law"] == "rigid":
             assert abs(slip[2]) < 1e-12 * abs(slip).max() + 1e-12 * body["g"]
         w4, x, y, z = given["quaternion_wxyz"]
         assert k == pytest.approx(
@@ -64,15 +72,32 @@ def test_every_term_again_from_newtons_law_in_numpy() -> None:
 def test_friction_is_that_of_the_law() -> None:
     for case in committed("states.json")["cases"]:
         law = case["friction"]["law"]
-        if law in ("rolling", "none"):
-            continue
         v = numpy.array(case["expected"]["v_A"], float)[:2]
         force = numpy.array(case["expected"]["F"], float)
+        if law in ("rolling", "none"):
+            continue
         mu, speed = float(case["friction"]["mu"]), numpy.hypot(*v)
+        if law == "sticking":
+            assert speed == 0
+            assert numpy.hypot(*force[:2]) < mu * force[2]
+            continue
         epsilon = float(case["friction"].get("epsilon", 0))
         size = {"viscous": mu * speed, "coulomb": mu,
                 "regularised": mu * speed / numpy.hypot(speed, epsilon)}[law]  # fmt: skip
         assert force[:2] == pytest.approx(-size * force[2] * v / speed, rel=1e-13)
+
+
+def test_an_elastic_table_pushes_as_its_law_says() -> None:
+    elastic = [c for c in committed("states.json")["cases"] if c["contact"]["law"] == "compliant"]
+    assert len(elastic) == 2 * states.STATES
+    for case in elastic:
+        stiffness, damping = (float(case["contact"][name]) for name in ("stiffness", "damping"))
+        depth, sinking = -float(case["state"]["height"]), -float(case["expected"]["v_A"][2])
+        force = {
+            "linear": stiffness * depth + damping * sinking,
+            "hunt-crossley": stiffness * depth**1.5 * (1 + damping * sinking),
+        }[case["contact"]["force"]]
+        assert float(case["expected"]["g_n"]) == pytest.approx(force, rel=1e-12)
 
 
 def test_steps_are_those_of_another_integrator() -> None:
@@ -84,13 +109,8 @@ def test_steps_are_those_of_another_integrator() -> None:
         if case.law == "none":
             continue
         start = case.start.map(float)
-        form = formulation(case.scene.model, "newton", case.scene.body.law)
-        state = [*case.start.map(case.context.mpf).vectors][: len(form.columns)]
-        body = start.body
-
-        def rates(t: float, y: Any, form: Any = form, body: Any = body) -> Any:
-            return form.rates(body, form.State(*y), numpy)
-
+        rates, width = rates_in_double(case, start.body)
+        state = [*case.start.vectors][:width]
         times = [float(step) for step in steps.STEPS]
         run = solve_ivp(
             rates, (0, times[-1]), [float(x) for x in state], "DOP853", times, rtol=1e-12,
@@ -105,6 +125,22 @@ def test_steps_are_those_of_another_integrator() -> None:
             axis = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
             assert axis == pytest.approx(floats(want["k"]), abs=1e-14)
             assert want["quaternion_xyzw"][-1] == want["quaternion_wxyz"][0]
+
+
+def rates_in_double(case: states.StateCase, body: Any) -> tuple[Callable[..., Any], int]:
+    """Newton's equations of a case, and how many entries their state has."""
+
+    def on_a_table(t: float, y: Any) -> Any:
+        here = LiftedState(*y)
+        pressed = here.height < 0 and compliant.reach(body, here.height, here.rise) < 0
+        g_n = compliant.normal_force(body, here, numpy) if pressed else 0.0
+        return lifted.rates(body, here, compliant.contact_force(body, here, g_n, numpy))
+
+    if case.law in SPRINGS:
+        return on_a_table, len(LiftedState._fields)
+    sticks = case.law == "sticking"
+    form = formulation("rolling" if sticks else case.scene.model, "newton", case.scene.body.law)
+    return lambda t, y: form.rates(body, form.State(*y), numpy), len(form.columns)
 
 
 def floats(texts: list[str]) -> list[float]:
@@ -125,16 +161,49 @@ def test_flight_keeps_angular_momentum() -> None:
         assert abs(Fraction(one["s_dot"][2]) / fall - 1) < Fraction(1, 10**33)
 
 
-def test_a_wrong_term_is_not_published(monkeypatch: pytest.MonkeyPatch) -> None:
-    original = newton.contact_terms
+@pytest.mark.parametrize(
+    ("module", "term", "law"),
+    [
+        (euler, "normal_force", "viscous"),
+        (rolling, "constraint_force", "rolling"),
+        (rolling, "constraint_force", "sticking"),
+        (newton, "axis_rate", "none"),
+        (compliant, "contact_force", "linear"),
+        (compliant, "contact_force", "hunt-crossley"),
+    ],
+)
+def test_a_wrong_term_is_not_published(
+    module: ModuleType, term: str, law: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = next(case for case in states.cases() if case.law == law)
+    states.expected(case)
+    case.__dict__.pop("motion")
+    original = getattr(module, term)
 
-    def spoiled(body: Any, state: Any) -> Any:
-        above, below = original(body, state)
-        return above * (1 + below * 0 + type(below)(10) ** -38), below
+    def spoiled(*arguments: Any) -> Any:
+        found = original(*arguments)
+        little = 1 + case.context.mpf(10) ** -38
+        return (*found[:2], found[2] * little) if isinstance(found, tuple) else found * little
 
-    monkeypatch.setattr(newton, "contact_terms", spoiled)
-    with pytest.raises(ArithmeticError, match="viscous-1: two formulations differ by"):
-        states.state_file()
+    monkeypatch.setattr(module, term, spoiled)
+    with pytest.raises(ArithmeticError, match=f"{law}-1: two formulations differ by"):
+        states.expected(case)
+
+
+def test_a_wrong_step_is_not_published(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The Euler run starts from another height, off by 1e-36 of it."""
+    case = next(case for case in states.cases() if case.law == "linear")
+    original = steps.integrate
+
+    def spoiled(scene: Scene, *arguments: Any, **words: Any) -> Any:
+        if words.get("formulation") == "euler":
+            height = getattr(scene.start, "height") * (1 + Fraction(1, 10**36))  # noqa: B009
+            scene = scene.varied(height=height)
+        return original(scene, *arguments, **words)
+
+    monkeypatch.setattr(steps, "integrate", spoiled)
+    with pytest.raises(ArithmeticError, match=r"linear-1: .* agrees in 3[0-9] digits only"):
+        list(steps._entries(case))
 
 
 def test_the_index_is_that_of_the_files() -> None:

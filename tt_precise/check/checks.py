@@ -18,8 +18,9 @@ from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.finding import Sense
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import quantities
-from tt_precise.mechanics.conserved import INTEGRALS, Integral
+from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
 from tt_precise.mechanics.vectors import dot
+from tt_precise.scene import Scene
 
 PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2.1
 
@@ -112,6 +113,8 @@ _NO_FORCE = {
 
 
 def _contact_skipped(setup: CheckSetup, first: Samples) -> str:
+    if setup.flies:
+        return "there is no contact in flight"
     if not setup.own_force:
         return _NO_FORCE[setup.scene.lifts and setup.friction == "scene"]
     return "" if setup.velocity_known else _no_velocity(setup)
@@ -123,6 +126,8 @@ def _contact(setup: CheckSetup, first: Samples, limit: float) -> Watch:
 
 
 def _slip_skipped(setup: CheckSetup, first: Samples) -> str:
+    if setup.flies:
+        return "there is no contact in flight"
     if not setup.velocity_given:
         return _no_velocity(setup)
     if setup.columns.name != "rigid body" and not setup.rolling:
@@ -176,6 +181,11 @@ def _residual(part: str) -> Callable[[CheckSetup, Samples, float], Watch]:
 
 def _time(setup: CheckSetup, first: Samples, limit: float) -> Watch:
     return lambda samples: numpy.diff(samples.t, prepend=-numpy.inf)
+
+
+def checks_of(scene: Scene) -> tuple[RowCheck, ...]:
+    """Those of ``CHECKS`` that have something to say of ``scene``."""
+    return tuple(c for c in CHECKS if scene.model == "flight" or c.name not in OF_FLIGHT)
 
 
 CHECKS = (

@@ -118,7 +118,7 @@ class EquationResidual:
                 mismatch[:, open_[better]] = finer[:, better]
                 bound[open_[better]] = finer_bound[better]
         usable = numpy.isfinite(mismatch).all(axis=0)
-        if self.setup.scene.in_pieces:
+        if self.setup.joins:
             joined = self._joined(samples, steps)
             usable, steps = usable & ~joined, numpy.where(joined, 0.0, steps)
         bound = numpy.where(usable, bound, numpy.inf)
@@ -146,7 +146,7 @@ class EquationResidual:
         steps = numpy.diff(samples.t)
         open_ = numpy.flatnonzero(~(found.bound <= self._wanted(steps)))
         # what joins two pieces is no solution of either's equations
-        if not len(open_) or self.setup.scene.in_pieces:
+        if not len(open_) or self.setup.joins:
             return found
         width = len(self._form.columns)
         start = numpy.array([entry[open_] for entry in samples.state])
@@ -252,7 +252,7 @@ class SummedResidual:
 
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
-        self._joins = residual.setup.scene.in_pieces
+        self._joins = residual.setup.joins
         self._sum: Array = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self._worst = 0.0

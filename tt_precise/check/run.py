@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy
 
 from tt_precise.check.blocks import Block, NotFinite, RowSource, UsableRows
-from tt_precise.check.checks import CHECKS, RowCheck, Watch
+from tt_precise.check.checks import CHECKS, RowCheck, Watch, checks_of
 from tt_precise.check.columns import choose_set, known_columns
 from tt_precise.check.finding import CheckFinding, Verdict
 from tt_precise.check.finite import Finiteness
@@ -124,7 +124,7 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
         if first is None:
             _refuse(setup, read, block, table)
             running, first = (
-                [_Running(check, setup, read, request.limits) for check in CHECKS],
+                [_Running(check, setup, read, request.limits) for check in checks_of(scene)],
                 read,
             )
             if setup.friction == "scene":
@@ -148,7 +148,8 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
     findings = [finiteness.finding(usable.broken)]
     if rows < 2:
         reason = f"fewer than two rows before {usable.broken}"
-        findings += [CheckFinding(name, "skipped", reason=reason) for name in (*NAMES, "golden")]
+        missed = (*(check.name for check in checks_of(scene)), "golden")
+        findings += [CheckFinding(name, "skipped", reason=reason) for name in missed]
     else:
         findings += [check.finding() for check in running]
         findings.append(_golden(distance, cutoff, usable.broken, progress))

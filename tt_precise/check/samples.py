@@ -50,9 +50,19 @@ class CheckSetup:
         return self.scene.model == "rolling"
 
     @property
+    def flies(self) -> bool:
+        """Whether nothing touches the top."""
+        return self.scene.model == "flight"
+
+    @property
+    def joins(self) -> bool:
+        """Whether the motion may change its equations on the way."""
+        return self.scene.in_pieces and not self.flies
+
+    @property
     def own_force(self) -> bool:
         """Whether the contact force follows from the state."""
-        return self.friction == "scene" and not self.scene.lifts
+        return self.friction == "scene" and (self.flies or not self.scene.lifts)
 
     @property
     def velocity_known(self) -> bool:

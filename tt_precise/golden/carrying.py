@@ -48,7 +48,7 @@ class Carrier:
 
     def __init__(self, scene: Scene, vectors: Sequence[numpy.ndarray]):
         self._body = scene.body.numbers(float)
-        self._lifts = scene.lifts
+        self._lifts = scene.lifts and scene.model != "flight"
         self._form = formulation(scene.model, "newton", scene.body.law)
         self._start = [numpy.asarray(entry, float) for entry in vectors]
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mpmath
 
 from tt_precise.exact.jellett import jellett_along
 from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.table import Table
-from tt_precise.integrate.columns import VECTOR_COLUMNS
 from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.numerals import to_mpmath
@@ -41,9 +42,10 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
     context = mpmath.MPContext()
     context.dps = WORKING_DIGITS
     body = scene.body.numbers(lambda value: to_mpmath(value, context))
-    places = [trajectory.columns.index(name) for name in VECTOR_COLUMNS]
+    kind: Any = LiftedState if scene.lifts else NewtonState
+    places = [trajectory.columns.index(name) for name in kind._fields]
     motions = [
-        Motion(body, NewtonState(*(context.mpf(row[i]) for i in places)), context, scene.model)
+        Motion(body, kind(*(context.mpf(row[i]) for i in places)), context, scene.model)
         for row in trajectory.rows
     ]
     found = []

@@ -22,6 +22,16 @@ from tt_precise.progress import Progress
 MOST_BOUNCES = 10_000
 
 
+def flying(setup: Setup, start: InitialState) -> list[MotionPiece]:
+    """The flight that begins at ``start``, until the top comes down: one piece."""
+    fn = setup.precision.context
+    here = replace(start, row=start.row or tuple(fn.mpf(0) for _ in setup.record))
+    output = propagated(setup, entering(here, setup.formulation, fn))
+    if output.propagation.status == "landing":
+        output.propagation = replace(output.propagation, status="landed")
+    return [MotionPiece(start.until * 0, output, "")]
+
+
 def flying_on(
     pieces: Sequence[MotionPiece], setup: Setup, start: InitialState
 ) -> list[MotionPiece]:
@@ -29,16 +39,13 @@ def flying_on(
     *former, last = pieces
     if last.output.propagation.status != "contact_lost":
         return list(pieces)
-    fn = setup.precision.context
     rest = start.until - last.begin
     here = after(last.output, replace(last.output.start, until=rest))
     form = FLIGHT[setup.formulation.coordinates]
     flight = setup.but(formulation=form, events=existing(setup.events, "flight"))
-    output = propagated(flight, entering(here, form, fn))
-    status = "landed" if output.propagation.status == "landing" else output.propagation.status
-    output.propagation = replace(output.propagation, status=status)
+    (flown,) = flying(flight, here)
     begin = last.begin + last.output.end_time
-    return [*former, replace(last, ended="lift_off"), MotionPiece(begin, output, "")]
+    return [*former, replace(last, ended="lift_off"), replace(flown, begin=begin)]
 
 
 def bouncing(
@@ -46,8 +53,9 @@ def bouncing(
 ) -> list[MotionPiece]:
     """The pieces of the motion on an elastic table: in contact, and in flight, in turn.
 
-    It begins where a table at rest carries what the rigid one would. A damped table lets go before
-    it has come up, and takes the top again where its force would push once more.
+    It begins where a table at rest carries what the rigid one would, unless the scene says at
+    which height. A damped table lets go before it has come up, and takes the top again where its
+    force would push once more.
 
     Raises
     ------
@@ -55,9 +63,9 @@ def bouncing(
         Too many of them.
     """
     fn, contact = setup.precision.context, setup.formulation
-    here = _resting(start, setup, fn)
+    here = _begun(start, setup, fn)
     found: list[MotionPiece] = []
-    begin, flies = start.until * 0, False
+    begin, flies = start.until * 0, _flies(here)
     while True:
         form = flight_over(contact.model, contact.coordinates) if flies else contact
         events = existing(setup.events, "flight") if flies else setup.events
@@ -86,9 +94,17 @@ def _on_the_surface(vectors: Any, fn: Functions) -> Any:
     return vectors._replace(height=fn.mpf(0))
 
 
-def _resting(start: InitialState, setup: Setup, fn: Functions) -> InitialState:
-    numerator, denominator = contact_terms("gliding", start.body, start.vectors, fn)
-    height = compliant.resting_height(start.body, numerator / denominator, fn)
-    vectors: Any = LiftedState(*start.vectors, height, fn.mpf(0))
+def _flies(here: InitialState) -> bool:
+    vectors: Any = here.vectors
+    pulls = bool(compliant.reach(here.body, vectors.height, vectors.rise) > 0)
+    return bool(vectors.height > 0) or (vectors.height == 0 and vectors.rise >= 0) or pulls
+
+
+def _begun(start: InitialState, setup: Setup, fn: Functions) -> InitialState:
+    vectors: Any = start.vectors
+    if not isinstance(vectors, LiftedState):
+        numerator, denominator = contact_terms("gliding", start.body, vectors, fn)
+        height = compliant.resting_height(start.body, numerator / denominator, fn)
+        vectors = LiftedState(*(*vectors, height, fn.mpf(0)))
     zeros = tuple(fn.mpf(0) for _ in setup.record)
     return replace(start, vectors=vectors, row=zeros)

@@ -12,7 +12,7 @@ from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.continuing import propagated
 from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
-from tt_precise.integrate.lifting import bouncing, flying_on
+from tt_precise.integrate.lifting import bouncing, flying, flying_on
 from tt_precise.integrate.paired import Beginning, Pair, can_be_paired, propagate_pair
 from tt_precise.integrate.paired_in_doubles import PairInDoubles, pair_in_doubles, run_in_doubles
 from tt_precise.integrate.pieces import MotionPiece, joined
@@ -22,6 +22,7 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.stick_slip import pieces_of
 from tt_precise.progress import Progress
 from tt_precise.scene import Scene
+from tt_precise.start import LiftedStart
 
 
 class Solution(NamedTuple):
@@ -80,7 +81,8 @@ def solve(
 def beginning(scene: Scene, precision: Precision, contact: str, thread: int) -> Beginning:
     """The start of a scene, once for each thread: each has its own context of mpmath."""
     start = InitialState.of(scene, precision.arithmetic)
-    require_contact(scene.name, start, precision.context, contact)
+    if not isinstance(scene.start, LiftedStart):
+        require_contact(scene.name, start, precision.context, contact)
     return Beginning(start, precision, scene)
 
 
@@ -88,6 +90,8 @@ def _pieces(
     scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
 ) -> list[MotionPiece]:
     """The pieces of a motion that has some; none where one set of equations holds throughout."""
+    if scene.model == "flight":
+        return flying(setup, start)
     if isinstance(scene.body, CompliantTop):
         return bouncing(scene.name, setup, start, progress)
     found: list[MotionPiece] = []

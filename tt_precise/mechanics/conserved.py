@@ -36,12 +36,16 @@ def _always(model: str, body: TippeTop) -> bool:
     return True
 
 
+def _flight(model: str, body: TippeTop) -> bool:
+    return model == "flight"
+
+
 def _rolling(model: str, body: TippeTop) -> bool:
     return model == "rolling"
 
 
 def _frictionless(model: str, body: TippeTop) -> bool:
-    return model == "gliding" and body.mu == 0
+    return model == "flight" or (model == "gliding" and body.mu == 0)
 
 
 def _own_size(function: Callable[[Motion], Scalar]) -> Callable[[Motion], Scalar]:
@@ -91,6 +95,18 @@ _ALL = (
         "m s_dot.Y; eq (1) with mu = 0", azimuth=True,
     ),
     Integral(
+        "angular_momentum_x", lambda q: q.state.Lx, _angular_momentum, _flight,
+        "L.X; no torque in flight", azimuth=True,
+    ),
+    Integral(
+        "angular_momentum_y", lambda q: q.state.Ly, _angular_momentum, _flight,
+        "L.Y; no torque in flight", azimuth=True,
+    ),
+    Integral(
+        "rotational_energy", quantities.E_rot, _own_size(quantities.E_rot), _flight,
+        "omega.L/2; no torque in flight",
+    ),
+    Integral(
         "routh", quantities.D, _angular_momentum, _rolling, "D; eq (9), rolling",
     ),
     Integral(
@@ -98,11 +114,12 @@ _ALL = (
         "E~; eq (8), rolling",
     ),
 )  # fmt: skip
+OF_FLIGHT = ("angular_momentum_x", "angular_momentum_y", "rotational_energy")
 INTEGRALS = {integral.name: integral for integral in _ALL}
 
 
 def conserved(model: str, body: TippeTop) -> tuple[Integral, ...]:
-    """The integrals that a correct motion of ``body`` keeps, gliding or rolling."""
+    """The integrals that a correct motion of ``body`` keeps, under ``model``."""
     return tuple(integral for integral in _ALL if integral.holds(model, body))
 
 

@@ -149,6 +149,8 @@ _ALL = (
     Formulation("gliding", "euler", EulerState, euler.rates),
     Formulation("rolling", "newton", RollingState, rolling.rates),
     Formulation("rolling", "euler", RollingEulerState, rolling.euler_rates),
+    Formulation("flight", "newton", NewtonState, lifted.free_rates),
+    Formulation("flight", "euler", EulerState, lifted.free_euler_rates),
 )
 FORMULATIONS = {(f.model, f.coordinates): f for f in _ALL}
 
@@ -234,6 +236,8 @@ def integrated(model: str, coordinates: str, law: str = "viscous") -> Formulatio
     Its ``State`` may be another one; ``start`` makes it from the published state, ``motion`` leads
     back to that.
     """
+    if model == "flight":
+        return FLIGHT[coordinates]
     cheaper = INTEGRATED.get((model, coordinates))
     return _with_law(cheaper, law) if cheaper else formulation(model, coordinates, law)
 

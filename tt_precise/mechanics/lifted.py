@@ -85,6 +85,16 @@ def euler_rates(
     return LiftedEulerState(*(*rate, state.rise, z))
 
 
+def free_rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonState:
+    """Time derivative in flight of what a gliding top has."""
+    return NewtonState(*rates(body, LiftedState(*state, 0, 0), (0, 0, 0))[:8])
+
+
+def free_euler_rates(body: Parameters, state: EulerState, fn: Functions) -> EulerState:
+    """Time derivative in flight of what a gliding top has."""
+    return euler.rates(body, state, fn, 0)
+
+
 def flight_rates(body: Parameters, state: LiftedState, fn: Functions = None) -> LiftedState:
     """Time derivative in flight."""
     return rates(body, state, (0, 0, 0))

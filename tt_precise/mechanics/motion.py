@@ -113,7 +113,7 @@ class Motion:
     @cached_property
     def v_dot(self) -> Vector:
         """Acceleration of the contact velocity; zero when rolling."""
-        if isinstance(self.state, LiftedState):
+        if self.model == "flight" or isinstance(self.state, LiftedState):
             turning = NewtonState(*self.state[:8])
             return newton.contact_acceleration(self.body, turning, self.force)
         return self._by_motion(lambda: (0, 0, 0), self._gliding_acceleration)

@@ -20,7 +20,7 @@ LICENCE = "MIT"
 INDEX = "index.json"
 SCHEMAS = {
     "index.json": "tt_precise.index/1",
-    "states.json": "tt_precise.vectors.states/1",
+    "states.json": "tt_precise.vectors.states/2",
     "steps.json": "tt_precise.vectors.steps/1",
 }
 UNITS = {
@@ -28,6 +28,9 @@ UNITS = {
     "mu": "s/m for viscous, else 1", "epsilon": "m/s", "k": "1", "omega": "rad/s",
     "s_dot": "m/s", "quaternion": "1, body to inertial frame", "L": "kg m^2/s", "a": "m",
     "v_A": "m/s", "g_n": "N", "F": "N", "torque": "N m", "k_dot": "1/s", "L_dot": "N m",
+    "stiffness": "N/m for linear, N/m^(3/2) for hunt-crossley",
+    "damping": "N s/m for linear, s/m for hunt-crossley",
+    "height": "m, of the lowest point above the table",
     "omega_dot": "rad/s^2", "s_ddot": "m/s^2", "v_A_dot": "m/s^2", "step_s": "s",
 }  # fmt: skip
 KINDS = {
@@ -95,8 +98,9 @@ def vector_texts(progress: Progress = silent) -> dict[str, str]:
     """Name to content of the two vector files."""
     first = {
         "name": "states.json",
-        "meaning": "seeded states under every law of friction, and each term of the equations of "
-        "motion there; k is the body's third axis, s the centre of mass, a from it to the contact",
+        "meaning": "seeded states under every law of friction and contact, and each term of the "
+        "equations of motion there; k is the body's third axis, s the centre of mass, a from it "
+        "to the contact",
         "cases": states.state_file(),
     }
     second = {

@@ -1,4 +1,4 @@
-"""Depth 1: seeded states under every law of friction, and each term of the equations there.
+"""Depth 1: seeded states under every law of friction and contact, and each term there.
 
 A trajectory that drifts does not say which term is wrong; these numbers do. Inputs have 50 digits,
 so that rounding them does not show in the 34 of what is expected.
@@ -11,35 +11,39 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import TippeTop
+from tt_precise.compliance import SPRINGS, top_in_contact
 from tt_precise.dry_friction import top_with_friction
 from tt_precise.exact.arithmetic import arithmetic_of, decimal, own_context
 from tt_precise.initial_state import InitialState
-from tt_precise.mechanics import euler, newton
-from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.friction import viscous_at
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Vector, cross, scaled
-from tt_precise.scene import Scene, Start
+from tt_precise.mechanics.vectors import Vector
+from tt_precise.scene import Scene
 from tt_precise.untyped import Json
+from tt_precise.vectors.terms import disagreement, terms
 
 SEED = 2013
 STATES = 5  # of each law
-LAWS = ("viscous", "regularised", "coulomb", "rolling", "none")
+LAWS = ("viscous", "regularised", "coulomb", "rolling", "none", "sticking", *SPRINGS)
+STIFFNESS = {"linear": ("500", "5000"), "hunt-crossley": ("50000", "500000")}  # N/m, N/m^1.5
+DAMPING = {"linear": ("0.05", "0.5"), "hunt-crossley": ("0.2", "2")}  # N s/m, s/m
 INPUT_DIGITS, DIGITS, WORKING_DIGITS = 50, 34, 80
 AGREEMENT = 40  # digits in which two formulations have to agree
+STEP = 26  # -log10 of s; central differences over it are off by some 1e-45
 
 
 @dataclass(frozen=True)
 class StateCase:
     """One state: a top, its law, and a start turned about the vertical by a rational angle.
 
-    ``law`` is that of friction, "rolling" (v_A = 0, by whatever force it takes) or "none"
-    (free flight). ``half`` is (cos, sin) of half the azimuth.
+    ``law`` is that of friction, "rolling" (v_A = 0, by whatever force it takes), "sticking"
+    (Coulomb's, v_A = 0 and that force within the cone), "none" (free flight), or the force of an
+    elastic table, on which friction is regularised. ``half`` is (cos, sin) of half the azimuth.
     """
 
     name: str
@@ -51,6 +55,16 @@ class StateCase:
     def context(self) -> Functions:
         """The arithmetic that everything is computed in."""
         return own_context(WORKING_DIGITS)
+
+    @cached_property
+    def motion(self) -> Motion:
+        """What quantities at the start are functions of, turned to the case's azimuth."""
+        start: Any = self.start.vectors
+        parts = [*self.turned(start.k), *self.turned(start.L), *self.turned(start.v)[:2]]
+        model = "flight" if self.law == "none" else self.scene.model
+        if self.law in SPRINGS:
+            model, parts = self.law, [*parts, start.height, start.rise]
+        return Motion(self.start.body, type(start)(*parts), self.context, model)
 
     @cached_property
     def start(self) -> InitialState:
@@ -76,7 +90,10 @@ class StateCase:
 
 
 def cases() -> Iterator[StateCase]:
-    """The seeded states: ``STATES`` for each law, with g_n > 0 where there is contact."""
+    """The seeded states: ``STATES`` for each law, with g_n > 0 where there is contact.
+
+    Where the top sticks, its force lies within the cone.
+    """
     draws = random.Random(SEED)
     for law in LAWS:
         found = 0
@@ -99,21 +116,33 @@ def _scene(law: str, draws: random.Random) -> Scene:
         "I3": _decimal(draws, "0.3", "0.5"), "g": "9.81",
     }  # fmt: skip
     friction = {"law": "viscous", "mu": "0"}
-    if law in ("viscous", "regularised", "coulomb"):
-        friction = {"law": law, "mu": _decimal(draws, "0.1", "0.6")}
-    if law == "regularised":
+    named = {"sticking": "coulomb", **dict.fromkeys(SPRINGS, "regularised")}.get(law, law)
+    if named not in ("rolling", "none"):
+        friction = {"law": named, "mu": _decimal(draws, "0.1", "0.6")}
+    if named == "regularised":
         friction["epsilon"] = _decimal(draws, "0.001", "0.1")
     top: TippeTop = top_with_friction(body, friction)
     glides = {name: _decimal(draws, "-1", "1") for name in ("nu_x", "nu_y")}
-    start = Start(
-        theta=Fraction(_decimal(draws, "0.1", "3")),  # type: ignore[arg-type]
-        theta_dot=Fraction(_decimal(draws, "-5", "5")),
-        phi_dot=Fraction(_decimal(draws, "-8", "8")),
-        omega_3=Fraction(_decimal(draws, "-200", "200")),
-        **({} if law == "rolling" else {name: Fraction(one) for name, one in glides.items()}),
-    )
+    start = {
+        "theta": _decimal(draws, "0.1", "3"),
+        "theta_dot": _decimal(draws, "-5", "5"),
+        "phi_dot": _decimal(draws, "-8", "8"),
+        "omega_3": _decimal(draws, "-200", "200"),
+        **({} if law in ("rolling", "sticking") else glides),
+    }
+    if law in SPRINGS:
+        contact = {
+            "law": "compliant", "force": law, "stiffness": _decimal(draws, *STIFFNESS[law]),
+            "damping": _decimal(draws, *DAMPING[law]),
+        }  # fmt: skip
+        top, _ = top_in_contact(top, contact)
+        start |= {
+            "height": _decimal(draws, "-0.0005", "-0.00005"),
+            "rise": _decimal(draws, "-0.2", "0.2"),
+        }
     model = "rolling" if law == "rolling" else "gliding"
-    return Scene(law, model, top, start, until=Fraction(1, 100), sample_every=Fraction(1, 100))
+    given: Any = start
+    return Scene(law, model, top, given, until=Fraction(1, 100), sample_every=Fraction(1, 100))
 
 
 def _half_angle(draws: random.Random) -> tuple[Fraction, Fraction]:
@@ -122,8 +151,9 @@ def _half_angle(draws: random.Random) -> tuple[Fraction, Fraction]:
 
 
 def _pressed(case: StateCase) -> bool:
-    q = case.start.motion(case.context)
-    return bool(q.force[2] > q.body.m * q.body.g / 10)
+    q = case.motion
+    sticks = case.law != "sticking" or cone_margin(q.body, q.state) > 0
+    return bool(sticks and q.force[2] > q.body.m * q.body.g / 10)
 
 
 def state_file() -> list[dict[str, Json]]:
@@ -138,27 +168,31 @@ def state_file() -> list[dict[str, Json]]:
 
 
 def _entry(case: StateCase) -> dict[str, Json]:
-    q = case.start.motion(case.context)
-    body = {
-        name: _shown(case, getattr(q.body, name), INPUT_DIGITS)
-        for name in ("m", "R", "alpha", "I1", "I3", "g")
+    q = case.motion
+
+    def numbers(*names: str) -> dict[str, Json]:
+        return {name: _shown(case, getattr(q.body, name), INPUT_DIGITS) for name in names}
+
+    friction: dict[str, Json] = {"law": q.body.law if case.law in SPRINGS else case.law}
+    if case.law not in ("rolling", "none"):
+        friction |= numbers("mu")
+    if friction["law"] == "regularised":
+        friction |= numbers("epsilon")
+    contact: dict[str, Json] = {"law": "none" if case.law == "none" else "rigid"}
+    state: dict[str, Json] = {
+        name: _vector(case, getattr(q, name), INPUT_DIGITS) for name in ("k", "omega", "s_dot")
     }
-    law: dict[str, Json] = {"law": case.law}
-    if case.law in ("viscous", "regularised", "coulomb"):
-        law["mu"] = _shown(case, q.body.mu, INPUT_DIGITS)
-    if case.law == "regularised":
-        law["epsilon"] = _shown(case, getattr(q.body, "epsilon"), INPUT_DIGITS)  # noqa: B009
-    state = {
-        name: _vector(case, case.turned(getattr(q, name)), INPUT_DIGITS)
-        for name in ("k", "omega", "s_dot")
-    }
+    if case.law in SPRINGS:
+        contact = {"law": "compliant", "force": case.law, **numbers("stiffness", "damping")}
+        state["height"] = _shown(case, q.state.height, INPUT_DIGITS)
     posed = case.pose_of(q)
     four = [_shown(case, part, INPUT_DIGITS) for part in posed[:4]]
     given = {"quaternion_wxyz": four, "quaternion_xyzw": [*four[1:], four[0]], **state}
     return {
         "name": case.name,
-        "body": body,
-        "friction": law,
+        "body": numbers("m", "R", "alpha", "I1", "I3", "g"),
+        "friction": friction,
+        "contact": contact,
         "state": given,
         "expected": {
             name: _vector(case, value, DIGITS)
@@ -177,58 +211,11 @@ def expected(case: StateCase) -> dict[str, Scalar | Vector]:
     ArithmeticError
         Newton's and Euler's equations do not agree.
     """
-    fn, body = case.context, case.start.body
-    vectors = _turned_state(case)
-    if case.law == "none":
-        force: Vector = (fn.mpf(0), fn.mpf(0), fn.mpf(0))
-        q = Motion(body, vectors, fn)
-    else:
-        q = Motion(body, vectors, fn, case.scene.model)
-        force = q.force
-        _agree(case, q)
-    torque = cross(q.a, force)
-    v_dot = newton.contact_acceleration(body, vectors, force)
-    omega_dot = newton.spin_response(body, q.k, torque)
-    spin = q.state.L[0] * q.k[0] + q.state.L[1] * q.k[1] + q.state.L[2] * q.k[2]
-    k_dot = newton.axis_rate(body, vectors)
-    turning = spin / body.I3 - spin / body.I1
-    return {
-        "L": q.state.L,
-        "a": q.a,
-        "v_A": (vectors.vx, vectors.vy, fn.mpf(0)),
-        "g_n": force[2],
-        "F": force,
-        "torque": torque,
-        "k_dot": k_dot,
-        "L_dot": torque,
-        "omega_dot": tuple(x + turning * y for x, y in zip(omega_dot, k_dot, strict=True)),
-        "s_ddot": tuple(
-            part - body.g * axis
-            for part, axis in zip(scaled(1 / body.m, force), (0, 0, 1), strict=True)
-        ),
-        "v_A_dot": v_dot,
-    }
-
-
-def _turned_state(case: StateCase) -> NewtonState:
-    v = case.start.vectors
-    parts = [*case.turned(v.k), *case.turned(v.L), *case.turned(v.v)[:2]]
-    return NewtonState(*parts)
-
-
-def _agree(case: StateCase, q: Motion) -> None:
-    """The force by the vectors is the one by Euler angles, or keeps the contact at rest."""
-    fn, body, here = case.context, case.start.body, case.start.euler
-    if case.law == "rolling":
-        size = abs(q.force[2]) / body.m
-        still = newton.contact_acceleration(body, q.state, q.force)
-        worst = max(abs(part) for part in still) / size
-    else:
-        plain = EulerState(*here)
-        viscous = viscous_at(body, here.nu_x, here.nu_y, fn)
-        worst = abs(euler.normal_force(viscous, plain, fn) / q.force[2] - 1)
+    fn, found = case.context, terms(case.motion)
+    worst = disagreement(case.motion, found, case.start.euler, fn.mpf(10) ** -STEP)
     if worst > fn.mpf(10) ** -AGREEMENT:
         raise ArithmeticError(f"{case.name}: two formulations differ by {fn.nstr(worst, 3)}")
+    return found
 
 
 def _shown(case: StateCase, value: Scalar, digits: int) -> str:

@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.exact.arithmetic import agreed_digits, decimal
 from tt_precise.integrate import integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene
+from tt_precise.start import LIFTED
 from tt_precise.untyped import Json
 from tt_precise.vectors.states import DIGITS, StateCase, cases
 
 STEPS = (Fraction(1, 10_000), Fraction(1, 1000), Fraction(1, 100))  # s
-BITS = (160, 176)
-COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy", "phi", "psi")
+BITS, EULER_BITS = (176, 160), 160  # the first is printed
+VECTORS, ANGLES = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"), ("phi", "psi")
 
 
 def step_file(progress: Progress = silent) -> list[dict[str, Json]]:
@@ -29,7 +30,8 @@ def step_file(progress: Progress = silent) -> list[dict[str, Json]]:
     Raises
     ------
     ArithmeticError
-        A motion ends early, or two precisions do not agree in the digits that are printed.
+        A motion ends early, or two precisions or formulations do not agree in the digits that are
+        printed.
     """
     chosen = list(cases())
     found: list[dict[str, Json]] = []
@@ -49,8 +51,10 @@ def _entries(case: StateCase) -> Iterator[dict[str, Json]]:
             "quaternion_wxyz": four,
             "quaternion_xyzw": [*four[1:], four[0]],
             **{
-                name: [_shown(case, part) for part in case.turned(vector)]
-                for name, vector in vectors.items()
+                name: [_shown(case, part) for part in case.turned(value)]
+                if isinstance(value, tuple)
+                else _shown(case, value)
+                for name, value in vectors.items()
             },
         }
 
@@ -70,25 +74,35 @@ def _flown(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scal
 
 
 def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scalar]]]:
-    scene: Scene = replace(case.scene, record=("phi", "psi"))
+    scene: Scene = replace(case.scene, record=ANGLES)
     runs = [integrate(scene, "mp", bits=bits) for bits in BITS]
+    runs.append(integrate(scene, "mp", bits=EULER_BITS, formulation="euler"))
     for run in runs:
         if run.status != "complete":
             raise ArithmeticError(f"{case.name}: the motion ended as {run.status}")
+    fn = case.context
+    names = (*VECTORS, *(LIFTED if scene.lifts else ()))
+    kind: Any = type(case.motion.state)
     for step in STEPS:
-        coarse, fine = (run.at(step) for run in runs)
-        fn = case.context
-        values = [fn.mpf(fine.values[name]) for name in COLUMNS]
-        for name, value in zip(COLUMNS, values, strict=True):
-            other = fn.mpf(coarse.values[name])
-            # phi and psi enter as angles: their absolute error counts
-            size = max(abs(value), 1) if name in ("phi", "psi") else abs(value)
-            if abs(value - other) > size * fn.mpf(10) ** -(DIGITS + 4):
-                agreed = agreed_digits(value, other, DIGITS + 9, fn)
-                raise ArithmeticError(f"{case.name}: {name} agrees in {agreed} digits only")
-        q = Motion(case.start.body, NewtonState(*values[:8]), fn, scene.model)
-        posed = case.pose_of(q, values[8], values[9])
-        yield posed[:4], {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
+        fine, *others = (
+            {name: fn.mpf(run.at(step).values[name]) for name in (*names, *ANGLES)} for run in runs
+        )
+        for other in others:
+            _require_agreement(case, fine, other)
+        q = Motion(case.start.body, kind(*(fine[name] for name in names)), fn, scene.model)
+        posed = case.pose_of(q, fine["phi"], fine["psi"])
+        found = {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
+        yield posed[:4], found | ({"height": fine["height"]} if scene.lifts else {})
+
+
+def _require_agreement(case: StateCase, fine: dict[str, Scalar], other: dict[str, Scalar]) -> None:
+    fn = case.context
+    for name, value in fine.items():
+        # phi and psi enter as angles: their absolute error counts
+        size = max(abs(value), 1) if name in ANGLES else abs(value)
+        if abs(value - other[name]) > size * fn.mpf(10) ** -(DIGITS + 4):
+            agreed = agreed_digits(value, other[name], DIGITS + 9, fn)
+            raise ArithmeticError(f"{case.name}: {name} agrees in {agreed} digits only")
 
 
 def _shown(case: StateCase, value: Scalar) -> str:

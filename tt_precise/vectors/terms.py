@@ -1,0 +1,79 @@
+"""Each term of the equations of motion at a state, by vectors, and how far Euler angles agree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tt_precise.arithmetic import Scalar
+from tt_precise.compliance import SPRINGS
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.conversion import euler_from_vectors
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import Formulation, elastic, integrated
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import Vector, added, dot, scaled
+
+
+def terms(q: Motion) -> dict[str, Scalar | Vector]:
+    """The terms at ``q`` by name; vectors as tuples, in the units of ``q``."""
+    body, force = q.body, q.force
+    vectors = NewtonState(*q.state[:8])
+    k_dot = newton.axis_rate(body, vectors)
+    spin = dot(q.state.L, q.k)
+    response = newton.spin_response(body, q.k, q.torque)
+    return {
+        "L": q.state.L,
+        "a": q.a,
+        "v_A": q.state.v,
+        "g_n": force[2],
+        "F": force,
+        "torque": q.torque,
+        "k_dot": k_dot,
+        "L_dot": q.torque,
+        "omega_dot": added(response, scaled(spin / body.I3 - spin / body.I1, k_dot)),
+        "s_ddot": added(scaled(1 / body.m, force), (0, 0, -body.g)),
+        "v_A_dot": newton.contact_acceleration(body, vectors, force),
+    }
+
+
+def disagreement(
+    q: Motion, found: Mapping[str, Scalar | Vector], here: EulerState, step: Scalar
+) -> Scalar:
+    """The largest relative difference of a rate in Euler angles from what ``found`` makes of it.
+
+    ``here`` are the angles of ``q``. The rates of the vectors become those of angles by central
+    differences over ``step``.
+    """
+    form, fn = _euler_form(q), q.fn
+    lifted = {name: getattr(q.state, name, step * 0) for name in ("height", "rise")}
+    known = {**here._asdict(), **lifted, "zeta": fn.sqrt(-lifted["height"]), "t": step * 0}
+    state = form.State(*(known[name] for name in form.columns))
+    clock = form.clock(state, fn) if form.clock else 1
+    rates = dict(zip(form.columns, form.rates(q.body, state, fn), strict=True))
+    by_vectors = (*found["k_dot"], *found["L_dot"], *found["v_A_dot"][:2])
+    ahead, behind = (
+        euler_from_vectors(
+            q.body,
+            NewtonState(*(x + h * rate for x, rate in zip(q.state, by_vectors, strict=False))),
+            fn,
+        )
+        for h in (step, -step)
+    )
+    slopes = {name: (getattr(ahead, name) - getattr(behind, name)) / (2 * step) for name in known
+              if name in EulerState._fields}  # fmt: skip
+    slopes["rise"] = found["v_A_dot"][2]
+    turning = fn.sqrt(dot(q.omega, q.omega))
+    differences = []
+    for name, slope in slopes.items():
+        # the equations of rolling have no v_A, which stays 0, nor has a rigid contact a rise
+        rate = rates[name] / clock if name in rates else step * 0
+        size = abs(rate) + abs(known[name]) * turning
+        differences.append(abs(slope - rate) / (size if name in rates else q.body.g))
+    return max(differences)
+
+
+def _euler_form(q: Motion) -> Formulation:
+    if q.model in SPRINGS:
+        return elastic(q.model, "euler", q.body.law)
+    return integrated("rolling" if q.rolls else q.model, "euler", q.body.law)
