@@ -75,7 +75,7 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
         ('mu = "0.3"', 'mu = "-0.3"', "mu: got -0.3, expected a number of at least 0"),
         ('until = "8"', 'until = "-1"', "until: got -1, expected seconds, at least 0"),
         ('theta = "0.1"', 'theta = "4"', "theta: got 4, expected 0 <= theta <= pi"),
-        ('model = "gliding"', 'model = "sliding"', "expected one of: gliding, rolling"),
+        ('model = "gliding"', 'model = "sliding"', "expected one of: flight, gliding, rolling"),
         ('model = "gliding"', 'model = "gliding', "not a TOML file"),
     ],
 )

@@ -137,7 +137,7 @@ def test_bare_toml_numbers_stay_exact() -> None:
         (
             '"gliding"',
             '"sliding"',
-            "model: got 'sliding', expected one of: gliding, rolling, flight",
+            "model: got 'sliding', expected one of: flight, gliding, rolling",
         ),
         ('"gliding"', "1", "model: got '1', expected text"),
         ('"A top"', "1", "title: got '1', expected text"),
