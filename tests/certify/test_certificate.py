@@ -131,6 +131,12 @@ def _later(table: Table) -> Table:
     return Table(table.columns, (*table.rows[:2], row, *table.rows[3:]))
 
 
+def _retold(table: Table) -> Table:
+    """The same time, with another zero."""
+    row = (f"{table.rows[2][0]}0", *table.rows[2][1:])
+    return Table(table.columns, (*table.rows[:2], row, *table.rows[3:]))
+
+
 def _widened(table: Table) -> Table:
     return Table((*table.columns, "luck"), tuple((*row, "7") for row in table.rows))
 
@@ -138,6 +144,7 @@ def _widened(table: Table) -> Table:
 TAMPERINGS = {
     "an event of another name": (EVENTS, _renamed),
     "a wrong time": (TRAJECTORY, _later),
+    "a time in other words": (TRAJECTORY, _retold),
     "the last rows cut off": (TRAJECTORY, lambda t: Table(t.columns, t.rows[:-2])),
     "the last events cut off": (EVENTS, lambda t: Table(t.columns, t.rows[:-1])),
     "an emptied cell": (TRAJECTORY, _emptied),

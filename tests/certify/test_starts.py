@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -18,7 +19,17 @@ import tt_precise as tt
 from tt_precise.certify.enclosure import enclose
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.problem import problem_of
-from tt_precise.certify.starts import BITS, INVERTS, LOST, UNDECIDED, UPRIGHT, Box, edges, outcome
+from tt_precise.certify.starts import (
+    BITS,
+    INVERTS,
+    LOST,
+    UNDECIDED,
+    UPRIGHT,
+    Box,
+    _Crossing,
+    edges,
+    outcome,
+)  # fmt: skip
 from tt_precise.certify.starts_map import MapSide, proved_map
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
@@ -202,3 +213,57 @@ def test_the_committed_sets_come_out_again() -> None:
                 run = tt.integrate(replace(whole, start=middle))
                 assert run.status == "complete"
                 assert run.state.theta < 1
+
+
+def passing(value: Callable[[Any], Any], slope: Callable[[Any], Any]) -> _Crossing:
+    """A function of time and its slope, looked at from 0 to 1 and from 1 to 2."""
+    found = _Crossing.__new__(_Crossing)
+    found.seconds, found.signs, found.open, found.certain = flint.arb(1), [], [], True
+
+    def along(_: Any) -> Any:
+        polynomial = SimpleNamespace(polynomial=lambda times: value(times + begin))
+        rate = SimpleNamespace(polynomial=lambda times: slope(times + begin))
+        return SimpleNamespace(value=polynomial, partials=[rate])
+
+    found.function = along
+    for begin in (0, 1):
+        piece = SimpleNamespace(end=flint.arb(1), unit=flint.arb(1))
+        stretch: Any = SimpleNamespace(begin=flint.arb(begin), piece=piece, tube=[], rates=[])
+        found.through(stretch)
+    return found
+
+
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("size", [0.01, 100])
+def test_a_crossing_is_between_the_times_at_which_it_may_be(way: int, size: float) -> None:
+    """Of every function within 0.1 size of size (t - 1.1), and 0.04 more at both ends."""
+    scale = way * size
+    found = passing(
+        lambda t: scale * (t - 1.1) + flint.arb(0, 0.1 * size), lambda _: flint.arb(scale)
+    )
+    assert found.signs == [-way, way]
+    first, last = found.interval() or (0, 0)
+    assert 0.96 <= first <= 1
+    assert 1.2 <= last <= 1.24
+
+
+def test_a_zero_at_the_very_end_counts() -> None:
+    found = passing(lambda t: (t - 0.5) * (2 - t), lambda t: 2.5 - 2 * t)
+    assert found.signs == [-1, 1]
+    assert found.interval() is not None
+    assert found.open[-1].contains(2)
+
+
+@pytest.mark.parametrize(
+    ("value", "slope"),
+    [
+        (lambda t: t - 3, lambda _: flint.arb(1)),
+        (lambda t: (t - 0.5) * (t - 1.5), lambda t: 2 * t - 2),
+        (lambda t: (t - 1) ** 3, lambda t: 3 * (t - 1) ** 2),
+    ],
+    ids=["never", "twice", "with a level slope"],
+)
+def test_what_does_not_cross_once_has_no_time(
+    value: Callable[[Any], Any], slope: Callable[[Any], Any]
+) -> None:
+    assert passing(value, slope).interval() is None

@@ -73,6 +73,9 @@ def test_a_polynomial_spoiled_in_the_40th_digit(problem: Problem, piece: Piece, 
     assert crossing.radius[0] > arb("1e-40") * piece.end**order
     for a, b in zip(ends(honest, piece), ends(crossing, bad), strict=True):
         assert b.overlaps(a)
+    # at the end no more is lost than was allowed for on the way
+    for error, most in zip(crossing.after.hull, crossing.radius, strict=True):
+        assert error.rad() < 2 * most
     # what the spoiled polynomial says is excluded by the honest enclosure
     assert not ends(honest, piece)[0].overlaps(bad.last[0])
 
@@ -131,3 +134,23 @@ def test_weights_that_are_not_positive_prove_nothing(
     monkeypatch.setattr(step, "_weights", lambda bound, sizes: [arb(-1) for _ in sizes])
     with pytest.raises(NotProved, match="positive weights"):
         crossed(problem, piece)
+
+
+def test_every_entry_that_the_norm_of_the_flow_admits_is_allowed_for(
+    problem: Problem, piece: Piece, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """max_i sum_j |Q_ij| w_j/w_i <= q holds of a matrix with a single entry q w_i/w_j."""
+    seen: list[Any] = []
+
+    def crossing(look: Any, errors: ErrorSet, flow: Any, bent: Any, *more: Any) -> None:
+        seen.append((look, bent))
+
+    monkeypatch.setattr(step._Look, "crossing", crossing)
+    crossed(problem, piece)
+    ((look, bent),) = seen
+    found = [
+        bound * look.weights[j] / look.weights[i]
+        for i, row in enumerate(bent)
+        for j, bound in enumerate(row)
+    ]
+    assert all(abs(one / found[0] - 1) < 1e-12 for one in found)

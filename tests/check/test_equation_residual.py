@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy
@@ -151,3 +152,14 @@ def test_between_sticking_and_slipping_other_equations_are_found() -> None:
     ):
         other = replace(scene, body=replace(scene.body, **body))
         assert tt.check.conservation(frame, other)["equations"].verdict == "fail", body
+
+
+def test_what_begins_to_glide_is_joined() -> None:
+    """At rest and without a force at one end, gliding at the other."""
+    found = EquationResidual.__new__(EquationResidual)
+    speeds = numpy.array([0.0, 1.0, 1.0, 0.0, 0.0])
+    values = numpy.stack([0 * speeds, speeds, 0 * speeds, 0 * speeds])
+    found._functions = lambda state, order: (values, 0 * values[:, None])  # type: ignore[method-assign]
+    samples: Any = SimpleNamespace(state=None)
+    joined = found._joined(samples, numpy.ones(4))
+    assert joined.tolist() == [True, False, True, False]

@@ -95,9 +95,12 @@ def test_a_hole_is_wider_than_one_and_a_half_intervals() -> None:
         assert (seen(t).lacking(float(t[-1]), 40) == "") == enough
 
 
+@pytest.mark.parametrize("unit", [1.0, 2.0**-7])
 @pytest.mark.parametrize(("wide", "enough"), [(UNEVEN_HOLE, True), (UNEVEN_HOLE + 0.01, False)])
-def test_uneven_rows_have_no_hole_of_a_tenth_of_the_span(wide: float, enough: bool) -> None:
-    steps = numpy.where(numpy.arange(64) % 2, 0.5, 1.0)
+def test_uneven_rows_have_no_hole_of_a_tenth_of_the_span(
+    wide: float, enough: bool, unit: float
+) -> None:
+    steps = numpy.where(numpy.arange(64) % 2, 0.5, 1.0) * unit
     steps[40] = 0.0
     steps[40] = wide * steps.sum() / (1 - wide)
     t = numpy.concatenate(([0.0], steps.cumsum()))

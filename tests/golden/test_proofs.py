@@ -9,15 +9,19 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, ClassVar
 
 import pytest
 
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.integrity import inspect
+from tt_precise.golden.outward import Outward
+from tt_precise.golden.proof_checks import _excluded
 from tt_precise.golden.proofs import ENCLOSURE, EVENTS_ENCLOSURE, PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
+from tt_precise.golden.table import Table
 from tt_precise.scene import Scene, load_scene
 
 NAME = "from-initiation"  # the shortest with all times of the climb
@@ -217,6 +221,7 @@ EDITS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "digits": (lambda c: c.update(digits=99), "digits is not the least"),
     "digits of a column": (lambda c: c[TRAJECTORY]["columns"]["kx"].update(digits=35), "35 digits"),
     "entries": (lambda c: c[EVENTS]["columns"]["t"].update(entries=7), "other entries of t"),
+    "rounded ones": (lambda c: c[EVENTS]["columns"]["t"].update(rounded=-1), "other entries of t"),
     "wrong ones": (lambda c: c[EVENTS]["columns"]["t"].update(wrong=1), "1 entries of t are"),
     "rounded": (lambda c: c.update(rounded=7), "rounded is not the sum"),
     "nonsense": (lambda c: c.update(inversion=7), "cannot be checked"),
@@ -285,3 +290,21 @@ def test_an_interval_is_exact() -> None:
     third = Interval.around("1.5e-1", "2e-40")
     assert third.low == Fraction(3, 20) - Fraction(2, 10**40)
     assert third.high - third.low == Fraction(4, 10**40)
+
+
+def test_a_zero_counts_as_printed_to_34_digits_of_its_column() -> None:
+    class Enclosed:
+        stored = SimpleNamespace(table=lambda _: Table(("name", "t", "kx"), (("a", "0.1", "0"),)))
+        scales: ClassVar = {"t": Decimal(1), "kx": Decimal(1)}
+
+        def __init__(self, kx: str):
+            self.cells = {"t": Outward.of(Fraction(1, 10)), "kx": Outward.of(Fraction(kx))}
+
+        def of(self, file: str) -> Any:
+            return iter([self.cells])
+
+    enclosed: Any = Enclosed
+    assert list(_excluded(enclosed("1e-35"), EVENTS)) == []
+    assert list(_excluded(enclosed("1e-33"), EVENTS)) == [
+        f"{EVENTS}, line 2, kx: excluded by its enclosure"
+    ]

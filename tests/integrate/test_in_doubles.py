@@ -151,6 +151,14 @@ def test_what_it_lacks_is_refused_in_one_line() -> None:
         integrate("reference", "double-double", options={"compact_mode": True})
 
 
+def test_events_beyond_lost_contact_are_found_and_it_is_said(lost: Trajectory) -> None:
+    scene = load_scene("contact-lost")
+    run = integrate(scene, "double-double", events=("theta_min",), contact="bilateral")
+    assert run.status == "contact_ignored"
+    before = lost.events[lost.events["name"] == "theta_min"]
+    assert len(run.events) >= len(before) > 0
+
+
 @pytest.mark.slow
 def test_runs_beyond_lost_contact_end_as_heyokas_do(rough: Scene) -> None:
     """On a table that pulls too, one goes on to the horizon and one to singular contact."""

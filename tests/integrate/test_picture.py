@@ -9,7 +9,7 @@ from PIL import Image
 from tt_precise import plotting
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.animation import sampled
+from tt_precise.integrate.animation import ELEVATION, _seen, _towards, sampled
 from tt_precise.scene import Scene
 
 
@@ -80,6 +80,13 @@ def test_html_holds_everything(short: Trajectory, tmp_path: Path) -> None:
     text = short.animate(tmp_path / "top.html", seconds=0.2, fps=10, end=0.1).read_text("utf-8")
     assert text.count("data:image/png;base64") == 2
     assert not list(tmp_path.glob("*_frames"))
+
+
+def test_what_is_nearer_to_the_eye_hides_what_is_behind() -> None:
+    """Seen along +Y and a little down: to the eye there is no way across or up the picture."""
+    toward = np.array([[0.0], [-np.cos(ELEVATION)], [np.sin(ELEVATION)]])
+    assert _towards(toward) == pytest.approx([1])
+    assert np.ravel(_seen(toward)) == pytest.approx([0, 0])
 
 
 def test_the_track_is_below_the_centre_of_the_sphere(short: Trajectory) -> None:

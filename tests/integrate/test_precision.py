@@ -1,8 +1,10 @@
 """Precisions: numbers pass exactly in and out of heyoka's types."""
 
+import sys
 from fractions import Fraction
 from typing import Any
 
+import numpy
 import pytest
 
 from tt_precise.errors import InputError
@@ -131,3 +133,10 @@ def test_what_is_exact_has_no_other_side() -> None:
     precision = precision_named("double")
     for value in (0, 1, -3, 0.1):
         assert precision.other_side(precision.context.mpf(value)) == value
+
+
+def test_bits_are_those_of_the_arithmetic() -> None:
+    """IEEE 754's binary64 and binary128, x87's extended; sums of two and of three binary64."""
+    assert precision_named("double").bits == sys.float_info.mant_dig == 53
+    assert precision_named("extended").bits == numpy.finfo(numpy.longdouble).nmant + 1
+    assert precision_named("quad").bits == 113

@@ -37,8 +37,9 @@ def test_without_turning_the_rates_are_those_of_the_centre_of_mass(
         assert turning.to_centre(top, still) == expected
         rate = Fraction(7, 3)
         turned = turning.rates(turning.top_of(top, there, rate), there)
-        assert turned.kx - still.kx == rate * there.ky
-        assert turned.uy - still.uy == -rate * there.ux
+        pairs = (there.ky, -there.kx, 0, there.ly, -there.lx, 0, there.uy, -there.ux)
+        changes = [after - before for after, before in zip(turned, still, strict=True)]
+        assert changes == [rate * one for one in pairs]
         # a wrong lambda spoils the spin
         wrong = replace(turning.top_of(top, there, Fraction(0)), lambda_=Fraction(10**6))
         assert turning.to_centre(top, turning.rates(wrong, there)) != expected
