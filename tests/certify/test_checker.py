@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import random
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -14,7 +13,7 @@ import pytest
 
 pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
-from tt_precise.certify import checker, checking, prove
+from tt_precise.certify import checked_zeros, checker, checking, prove
 from tt_precise.certify.checking import check
 from tt_precise.certify.pieces import FILE, Accepted, Refused, content_of, packed, unpacked
 from tt_precise.golden import store
@@ -33,8 +32,12 @@ def shortened(table: Table, time: int) -> Table:
 
 @pytest.fixture(scope="module")
 def stored() -> Stored:
-    """The reference's golden data of the first 0.04 s."""
-    whole = store.read("reference")
+    return beginning("reference")
+
+
+def beginning(name: str) -> Stored:
+    """The golden data of the first 0.04 s of 8."""
+    whole = store.read(name)
     return replace(
         whole,
         scene_text=whole.scene_text.replace('until = "8"', f'until = "{UNTIL}"'),
@@ -56,8 +59,8 @@ def test_what_is_right_is_accepted(stored: Stored, content: dict[str, Any]) -> N
 
 
 def test_it_shares_nothing_with_the_prover() -> None:
-    shared = {"balls", "pieces", "checker"}
-    for file in (checker.__file__, checking.__file__):
+    shared = {"balls", "pieces", "checker", "checked_zeros"}
+    for file in (checker.__file__, checked_zeros.__file__, checking.__file__):
         source = Path(file).read_text("utf-8")
         assert len(source.splitlines()) <= MOST_LINES
         imported = {
@@ -151,33 +154,118 @@ def _nonsense(dice: random.Random, pieces: list[Any]) -> None:
     piece[dice.randrange(1, len(piece))] = dice.choice(["", "nan", "1p", None, "-1p0", "1p400"])
 
 
-KINDS: list[Callable[[random.Random, list[Any]], None]] = [
-    _entry, _entry, _entry, _length, _unit, _missing, _doubled, _swapped, _nonsense,
-]  # fmt: skip
+def _order(dice: random.Random, content: dict[str, Any]) -> None:
+    content["order"] //= dice.randint(2, 9)
+
+
+def _bits(dice: random.Random, content: dict[str, Any]) -> None:
+    content["bits"] = dice.randint(1, 100)
+
+
+PIECES = [_entry, _entry, _entry, _length, _unit, _missing, _doubled, _swapped, _nonsense]
+WHOLE = [_order, _bits]
 
 
 def spoiled(content: dict[str, Any], seed: int) -> dict[str, Any]:
     """The certificate with a change of its meaning, its hash made to fit."""
     dice = random.Random(seed)
-    pieces = [list(piece) for piece in content["pieces"]]
-    KINDS[seed % len(KINDS)](dice, pieces)
-    assert pieces != content["pieces"]
-    return unpacked(packed({**content, "pieces": pieces}))
+    changed = {**content, "pieces": [list(piece) for piece in content["pieces"]]}
+    kind = seed % (len(PIECES) + len(WHOLE))
+    if kind < len(PIECES):
+        PIECES[kind](dice, changed["pieces"])
+    else:
+        WHOLE[kind - len(PIECES)](dice, changed)
+    assert changed != content
+    return unpacked(packed(changed))
 
 
-@pytest.mark.parametrize("seed", range(9))
-def test_changed_pieces_are_refused(stored: Stored, content: dict[str, Any], seed: int) -> None:
+@pytest.mark.parametrize("seed", range(11))
+def test_changed_certificates_are_refused(
+    stored: Stored, content: dict[str, Any], seed: int
+) -> None:
     with pytest.raises(Refused):
         check(stored, spoiled(content, seed))
 
 
 @pytest.mark.proofs
-@pytest.mark.parametrize("seed", range(9, 200))
+@pytest.mark.parametrize("seed", range(11, 200))
 def test_200_changed_certificates_are_refused(
     stored: Stored, content: dict[str, Any], seed: int
 ) -> None:
     with pytest.raises(Refused):
         check(stored, spoiled(content, seed))
+
+
+def changed_cell(dice: random.Random, table: Table) -> Table:
+    """One direction, or one of the first 20 digits of a number, changed."""
+    rows = [list(row) for row in table.rows]
+    row = dice.choice(rows)
+    place = dice.choice(
+        [i for i, x in enumerate(row) if x[-1:].isdigit() and ("e" in x or x in ("1", "-1"))]
+    )
+    if row[place] in ("1", "-1"):
+        row[place] = str(-int(row[place]))
+    else:
+        digits, power = row[place].split("e")
+        at = dice.choice([i for i, x in enumerate(digits) if x.isdigit()][:20])
+        other = (int(digits[at]) + dice.randint(1, 9)) % 10
+        row[place] = f"{digits[:at]}{other}{digits[at + 1 :]}e{power}"
+    return Table(table.columns, tuple(map(tuple, rows)))
+
+
+@pytest.mark.proofs
+@pytest.mark.parametrize("seed", range(100))
+def test_100_changed_tables_are_refused(stored: Stored, content: dict[str, Any], seed: int) -> None:
+    dice = random.Random(seed)
+    file = dice.choice(("trajectory", "events"))
+    changed = changed_cell(dice, getattr(stored, file))
+    with pytest.raises(Refused):
+        check(replace(stored, **{file: changed}), content)  # type: ignore[arg-type]
+
+
+def test_components_that_stay_zero_are_exact() -> None:
+    stored = store.read("upright")
+    content = content_of(stored, prove(stored.scene))
+    assert check(stored, content) == Accepted("upright", 1, 801 * 10, 0)
+    for place in range(2, len(content["pieces"][0])):
+        piece = list(content["pieces"][0])
+        piece[place] = "1p-300"
+        with pytest.raises(Refused):
+            check(stored, {**content, "pieces": [piece]})
+
+
+@pytest.mark.proofs
+def test_recorded_angles_are_checked() -> None:
+    stored = beginning("track")
+    content = content_of(stored, prove(stored.scene))
+    events = len(stored.events.rows)
+    assert check(stored, content).numbers == 5 * 18 + events * 19
+    rows = [list(row) for row in stored.trajectory.rows]
+    place = stored.trajectory.columns.index("psi")
+    digits, power = rows[3][place].split("e")
+    rows[3][place] = f"{digits[:-1]}{(int(digits[-1]) + 1) % 10}e{power}"
+    changed = Table(stored.trajectory.columns, tuple(map(tuple, rows)))
+    with pytest.raises(Refused, match="psi"):
+        check(replace(stored, trajectory=changed), content)
+
+
+@pytest.mark.proofs
+@pytest.mark.parametrize("name", ["contact-lost", "rocking", "stays-upright"])
+def test_other_scenes_are_accepted(name: str) -> None:
+    stored = store.read(name)
+    content = content_of(stored, prove(stored.scene))
+    found = check(stored, content)
+    assert found.events == len(stored.events.rows)
+    assert found.lost == (name == "contact-lost")
+    if not found.lost:
+        return
+    for file in ("trajectory", "events"):
+        table: Table = getattr(stored, file)
+        cut = without(table, len(table.rows) - 1)
+        with pytest.raises(Refused, match=r"missing|not printed"):
+            check(replace(stored, **{file: cut}), content)  # type: ignore[arg-type]
+    with pytest.raises(Refused, match="after the loss"):
+        check(stored, {**content, "pieces": [*content["pieces"], content["pieces"][-1]]})
 
 
 def test_200_damaged_files_are_refused(content: dict[str, Any]) -> None:

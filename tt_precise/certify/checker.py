@@ -2,13 +2,14 @@
 
 It shares with the prover the mechanics, the start of a scene and the ball arithmetic, nothing else.
 A piece's polynomial is the Taylor series of the equations, in integers; S1 to S4 of the theorem in
-``tt_precise.certify`` are then verified for it, in the norm max |x_i|. The contact force has to be
-positive throughout. ``checking`` holds the printed tables against what is verified here.
+``tt_precise.certify`` are then verified for it, in the norm max |x_i|. ``checked_zeros`` finds all
+zeros of a function in a piece, and ``checking`` holds the printed tables against all that.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isqrt
 from operator import mul
 
 import flint
@@ -21,16 +22,15 @@ from tt_precise.certify.pieces import Refused
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.store import Stored
 from tt_precise.initial_state import InitialState
+from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.untyped import Json
 
 GUARD = 40  # bits of the balls beyond those of the pieces
-LOW = 10  # degree of the polynomials that bound derivatives
+LOW, LOW_BITS = 10, 80  # degree and bits of the polynomials that bound derivatives
 TERMS = 30  # of the flow's polynomial
 TUBE = arb(2) ** -70
-EARLY, CLOSEST = arb(2) ** -30, arb(2) ** -60  # of a piece, in the search for zeros
-NEWTON = 12  # steps
 
 
 class Ring:
@@ -99,6 +99,16 @@ class PowerSeries(Ring):
     def __rtruediv__(self, other: Scalar) -> PowerSeries:
         return self._other(other) / self
 
+    def sqrt(self) -> PowerSeries:
+        found = PowerSeries(self.bits, [isqrt(self.at(0) << self.bits)], lambda n: 0)
+
+        def rule(n: int) -> int:
+            known = sum(map(mul, found.c[1:n], found.c[n - 1 : 0 : -1]))
+            return ((self.at(n) << self.bits) - known) // (2 * found.at(0))
+
+        found.rule = rule
+        return found
+
 
 class Poly(Ring):
     """All functions on [0, end] within polynomials with balls as coefficients."""
@@ -123,17 +133,25 @@ class Poly(Ring):
     def __rtruediv__(self, other: Scalar) -> Poly:
         return _inverse(self) * other
 
+    def sqrt(self) -> Poly:
+        """Where |g/r^2 - 1| <= e < 1 the root is r within e, relatively."""
+        close = self.room.near(self, lambda series: series.sqrt())
+        inverse = _inverse(close)
+        return close * (1 + arb(0, _less_than_one(self * inverse * inverse - 1)))
+
 
 def _inverse(g: Poly) -> Poly:
     """1/g: r with |1 - g r| <= e < 1 is right within e/(1 - e), relatively."""
-    before, flint.ctx.cap = flint.ctx.cap, g.room.degree + 1
-    found = 1 / arb_series(arb_poly([c.mid() for c in g.p.coeffs()]), g.room.degree + 1)
-    flint.ctx.cap = before
-    close = Poly(arb_poly([c.mid() for c in found.coeffs()]), g.room)
-    error = (1 - g * close).p(g.room.interval).abs_upper()
-    if not error < 1:
-        raise Refused("a divisor may be zero")
+    close = g.room.near(g, lambda series: 1 / series)
+    error = _less_than_one(1 - g * close)
     return close * (1 + arb(0, error / (1 - error)))
+
+
+def _less_than_one(f: Poly) -> arb:
+    error = f.p(f.room.interval).abs_upper()
+    if not error < 1:
+        raise Refused("a divisor, or what has a root, may be zero")
+    return error
 
 
 class Room:
@@ -142,6 +160,14 @@ class Room:
     def __init__(self, end: arb, degree: int):
         self.degree, self.interval = degree, arb(0).union(end)
         self.beyond = arb(0).union(end ** (degree + 1))
+
+    def near(self, g: Poly, function: Callable[[arb_series], arb_series]) -> Poly:
+        """A polynomial, exact, near a function of one: nothing more is known of it."""
+        before, flint.ctx.cap = flint.ctx.cap, self.degree + 1
+        middle = arb_poly([c.mid() for c in g.p.coeffs()])
+        found = function(arb_series(middle, self.degree + 1))
+        flint.ctx.cap = before
+        return Poly(arb_poly([c.mid() for c in found.coeffs()]), self)
 
     def cut(self, p: arb_poly) -> Poly:
         if p.degree() > self.degree:
@@ -185,48 +211,77 @@ class Dual(Ring):
         inverse = 1 / self.value
         return self._map(inverse, -1 * (inverse * inverse)) * other
 
+    def sqrt(self) -> Dual:
+        root = self.value.sqrt()
+        return self._map(root, 1 / (2 * root))
+
 
 class Checker:
-    """Goes through the pieces of a certificate; the state is then proved within the present one."""
+    """Goes through the pieces of a certificate; the state is then proved within the present one.
+
+    There, from ``time`` to ``finish``, |y - p(s)| <= reach for t = time + unit s; ``tube`` are
+    bands of y of low degree. Components that are not ``free`` are zero, exactly.
+    """
 
     def __init__(self, stored: Stored, content: dict[str, Json]):
-        scene = stored.scene
+        self.scene = scene = stored.scene
         if content["scene_sha256"] != scene_sha256(stored.scene_text):
             raise Refused("the certificate is about another scene")
-        self.scene = scene
         self.bits, self.order = int(content["bits"]), int(content["order"])
         self.form = integrated(scene.model, "newton")
         self.start = InitialState.of(scene, Arithmetic(Balls, ball))
         self.finish = arb(0)
-        n = len(self.form.columns)
+        self.end = [arb(x) for x in self.start.first_row(self.form, scene.record)]
+        self.free = self._moving(self.end)
+        n = len(self.free)
         self.basis = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
         self.box = arb_mat(n, 1, [arb(0)] * n)
-        self.end = [*map(arb, self.start.state(self.form))]
 
-    def _rates(self, state: Sequence[Scalar]) -> list[Scalar]:
-        return list(self.form.rates(self.start.body, self.form.State(*state), None))
+    def _moving(self, start: Sequence[arb]) -> list[int]:
+        """Components that do not stay zero. ``advance`` verifies that the others do."""
+        free = [i for i, x in enumerate(start) if not x.is_zero()]
+        while True:
+            state = [x + arb(0, TUBE) if i in free else arb(0) for i, x in enumerate(start)]
+            rates = enumerate(self.rates(state))
+            found = [i for i, rate in rates if i in free or not arb(rate).is_zero()]
+            if found == free:
+                return free
+            free = found
+
+    def rates(self, state: Sequence[Scalar]) -> list[Scalar]:
+        record = self.scene.record
+        return extended_rates(self.form, record, self.start.body, tuple(state), Balls)
+
+    def near(self, polynomials: Sequence[Scalar], radius: arb) -> list[Scalar]:
+        """Polynomials, or their values, with this error; none where a component stays zero."""
+        return [p + arb(0, radius) if i in self.free else p for i, p in enumerate(polynomials)]
 
     def advance(self, power: int, length: arb, start: Sequence[arb]) -> None:
         """Verify S1 to S4 for the next piece, in units of time 2^power, from ``start`` on."""
         if not (length > 0 and length.is_exact() and all(x.is_exact() for x in start)):
             raise Refused("a piece that goes nowhere, or from no exact state")
-        self.time, self._unit = self.finish, arb(2) ** power
-        gap = arb_mat(len(start), 1, [x - y for x, y in zip(self.end, start, strict=True)])
-        self.box += self.basis.inv() * gap
-        self.length, self.finish = length, self.time + length * self._unit
+        self.time, self.unit = self.finish, arb(2) ** power
+        gaps = [x - y for x, y in zip(self.end, start, strict=True)]
+        if any(not gap.is_zero() for i, gap in enumerate(gaps) if i not in self.free):
+            raise Refused("a component that is zero begins elsewhere")
+        n = len(self.free)
+        self.box += self.basis.inv() * arb_mat(n, 1, [gaps[i] for i in self.free])
+        self.length, self.finish = length, self.time + length * self.unit
         self.p = self._taylor(start, power)
         if not all(c.is_exact() for p in self.p for c in p.coeffs()):
             raise Refused("a polynomial that is not exact")
         before = _norm((self.basis * self.box).entries())
         room = Room(length, self.order)
-        exact = self._rates([Poly(p, room) for p in self.p])
+        exact = self.rates([Poly(p, room) for p in self.p])
         defect = _norm(
-            (f.p * self._unit - p.derivative())(room.interval)
+            (f.p * self.unit - p.derivative())(room.interval)
             for f, p in zip(exact, self.p, strict=True)
         )
-        low = Room(length, LOW)
-        self.tube = [low.cut(p) + arb(0, TUBE) for p in self.p]
-        jacobian = self._jacobian(low)
+        self.low = low = Room(length, LOW)
+        with flint.ctx.workprec(LOW_BITS):
+            self.tube = self.near([low.cut(p) for p in self.p], TUBE)
+            jacobian = self._jacobian(low)
+            flow, error = _flow(jacobian, low)
         norms = [[entry.p(low.interval) for entry in row] for row in jacobian]
         sums = (
             sum((abs(x) for j, x in enumerate(row) if j != i), row[i])
@@ -237,106 +292,64 @@ class Checker:
         self.reach = ((before + defect * length) * growth).upper()
         if not self.reach < TUBE:
             raise Refused(f"S4 fails at t = {float(self.time):.6g}: the errors leave the tube")
-        flow, error = _flow(jacobian, low)
         gain = ((growth - 1) / rate).upper() if rate > 0 else length
         spread = arb(0, (error * gain).upper())
-        n = len(start)
         image = arb_mat([[f(length) + spread for f in row] for row in flow]) * self.basis
         self.basis = _orthogonal(image, self.box)
         back = self.basis.inv()
         added = arb_mat(n, 1, [arb(0, (defect * gain).upper())] * n)
         self.box = (back * image) * self.box + back * added
         self.end = [p(length) for p in self.p]
-        self._early: list[Poly] = []
-        self._low = low
-        self._seen: tuple[Sequence[Poly], Motion] = self.tube, self.motion(self.tube)
-        force = QUANTITIES["g_n"].evaluate(self._seen[1]).p
-        if not force(low.interval) > 0:
-            raise Refused(f"the contact force may vanish near t = {float(self.time):.6g}")
+
+    def at(self, s: arb) -> list[arb]:
+        """The state at local times."""
+        return self.near([p(s) for p in self.p], self.reach)
 
     def state(self, time: arb) -> list[arb]:
-        s = (time - self.time) / self._unit
+        """The state at a time."""
+        s = (time - self.time) / self.unit
         if not (s >= 0 and s <= self.length):
             raise Refused(f"t = {float(time):.6g} is not in one piece")
-        return [p(s) + arb(0, self.reach) for p in self.p]
+        return self.at(s)
 
     def motion(self, state: Sequence[Scalar]) -> Motion:
-        return self.form.motion(self.start.body, self.form.State(*state), Balls)
-
-    def zeros(self, function: Callable[[Motion], Scalar], until: arb) -> list[tuple[int, arb]]:
-        """Direction and time of each zero of a function in the present piece up to ``until``.
-
-        In the first piece from ``EARLY`` of it on: at t = 0 many functions vanish.
-        """
-        begin, end = arb(0), min(self.length, ((until - self.time) / self._unit).mid())
-        room, tube = self._low, self.tube
-        if self.time == 0:
-            begin, room = (self.length * EARLY).mid(), Room(self.length, self.order)
-            tube = self._early = self._early or [Poly(p + arb(0, self.reach), room) for p in self.p]
-        value = function(self._motion_in(tube)).p
-        slope = arb_poly([])
-        waiting, found = [(begin, end)] if value.length() else [], []
-        while waiting:
-            a, b = waiting.pop()
-            where = a.union(b)
-            if not value(where).contains(0):
-                continue
-            if not slope.length():
-                rates = zip(tube, self._rates(tube), strict=True)
-                moving = [Dual(y, [f * self._unit]) for y, f in rates]
-                slope = function(self.motion(moving)).by[0].p
-            if not slope(where).contains(0):
-                before, after = (self._value(function, s) for s in (a, b))
-                if before.contains(0) or after.contains(0):
-                    raise Refused(f"a sign near t = {float(self.time):.6g} is undecided")
-                if (before > 0) != (after > 0):
-                    zero = self._refined(function, slope, where)
-                    found.append((1 if after > 0 else -1, self.time + zero * self._unit))
-                continue
-            if not b - a > self.length * CLOSEST:
-                raise Refused(f"a sign near t = {float(self.time):.6g} is undecided")
-            middle = ((a + b) / 2).mid()
-            waiting += [(middle, b), (a, middle)]
-        return found
-
-    def _refined(self, function: Callable[[Motion], Scalar], slope: arb_poly, zero: arb) -> arb:
-        """The only zero in a part, by interval Newton."""
-        for _ in range(NEWTON):
-            middle = zero.mid()
-            step = middle - self._value(function, middle) / slope(zero)
-            zero = zero.intersection(step)
-        return zero
-
-    def _value(self, function: Callable[[Motion], Scalar], s: arb) -> arb:
-        return arb(function(self.motion([p(s) + arb(0, self.reach) for p in self.p])))
-
-    def _motion_in(self, tube: Sequence[Poly]) -> Motion:
-        """The motion of the tube; functions of it share what they compute."""
-        if self._seen[0] is not tube:
-            self._seen = tube, self.motion(tube)
-        return self._seen[1]
+        vectors = state[: len(self.form.columns)]
+        return self.form.motion(self.start.body, self.form.State(*vectors), Balls)
 
     def _taylor(self, start: Sequence[arb], power: int) -> list[arb_poly]:
-        bits = self.bits + 8
+        bits, finer = self.bits + 8, max(0, -_exponent(self.length))
         y = [PowerSeries(bits, [_fixed(x, bits)], lambda n: 0) for x in start]
-        rates = self._rates(y)
+        rates = self.rates(y)
         for n in range(self.order):
             for one, rate in zip(y, rates, strict=True):
-                slope = rate.at(n)
-                one.c.append((slope << power if power >= 0 else slope >> -power) // (n + 1))
-        return [arb_poly([arb(fmpz(c)) * arb(2) ** -bits for c in one.c]) for one in y]
+                slope = rate.at(n) << max(power - finer, 0) >> max(finer - power, 0)
+                one.c.append(slope // (n + 1))
+        return [
+            arb_poly([arb(fmpz(c)) * arb(2) ** (finer * n - bits) for n, c in enumerate(one.c)])
+            for one in y
+        ]
 
     def _jacobian(self, low: Room) -> list[list[Poly]]:
-        one, zero, places = Poly(arb_poly([1]), low), Poly(arb_poly([]), low), range(len(self.tube))
+        """Derivatives of the rates; those of components that stay zero have to be zero."""
+        one, zero, places = Poly(arb_poly([1]), low), Poly(arb_poly([]), low), self.free
         state = [
             Dual(y, [one if i == j else None for j in places]) for i, y in enumerate(self.tube)
         ]
-        rows = (rate.by for rate in self._rates(state))
-        return [[zero if d is None else d * self._unit for d in row] for row in rows]
+        rates = self.rates(state)
+        if any(rate.value.p.length() for i, rate in enumerate(rates) if i not in places):
+            raise Refused("a component does not stay zero")
+        rows = (rates[i].by for i in places)
+        return [[zero if d is None else d * self.unit for d in row] for row in rows]
 
 
 def _fixed(x: arb, bits: int) -> int:
     return int((x.mid() * arb(2) ** bits).mid().floor().unique_fmpz())
+
+
+def _exponent(x: arb) -> int:
+    """The power of two next above a number."""
+    mantissa, exponent = x.man_exp()
+    return int(exponent) + int(mantissa).bit_length()
 
 
 def _top(numbers: list[arb]) -> arb:

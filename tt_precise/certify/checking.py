@@ -11,7 +11,7 @@ piece, some 1e-12 s, are not looked for.)
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from fractions import Fraction
 
@@ -19,6 +19,7 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import ball
+from tt_precise.certify.checked_zeros import CheckedZeros
 from tt_precise.certify.checker import GUARD, Checker
 from tt_precise.certify.pieces import Accepted, Refused, exactly
 from tt_precise.errors import InputError
@@ -27,8 +28,8 @@ from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.store import Stored
 from tt_precise.golden.tails import last_place
 from tt_precise.integrate.events import catalogue, event_named
+from tt_precise.integrate.quadratures import QUADRATURE_SCALE
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.quantities import Motion
 from tt_precise.progress import Progress, silent
 from tt_precise.untyped import Json
 
@@ -48,13 +49,12 @@ def _checked(stored: Stored, content: dict[str, Json], progress: Progress) -> Ac
     tables, pieces = _Tables(stored, Checker(stored, content)), content["pieces"]
     for i, (power, *numbers) in enumerate(pieces):
         length, *start = map(exactly, numbers)
-        tables.checker.advance(int(power), length, start)
-        tables.rows_here()
-        tables.events_here()
+        tables.advance(int(power), length, start)
         progress((i + 1) / len(pieces))
     return tables.finished(len(pieces))
 
 
+LOST = "contact_lost"
 FINEST = 38  # digits of a column's largest number to which those at events are verified
 
 
@@ -63,12 +63,13 @@ class _Tables:
 
     def __init__(self, stored: Stored, checker: Checker):
         self.stored, self.checker, self.numbers, self.happened = stored, checker, 0, 0
+        self.scene, self.lost = checker.scene, False
         table = stored.trajectory
         self.scales = {name: scale_of(table.column(name)) for name in table.columns}
         self.rows = deque(dict(zip(table.columns, row, strict=True)) for row in table.rows)
-        self.times = deque(stored.scene.sample_times)
+        self.times = deque(checker.scene.sample_times)
         self.events: dict[str, deque[dict[str, str]]] = {
-            name: deque() for name in catalogue(stored.scene.model)
+            name: deque() for name in (*catalogue(checker.scene.model), LOST)
         }
         for row in stored.events.rows:
             self.events[row[0]].append(dict(zip(stored.events.columns, row, strict=True)))
@@ -76,30 +77,48 @@ class _Tables:
     def _dimensionless(self, seconds: Fraction) -> arb:
         return ball(seconds) / self.checker.start.units.time
 
-    def rows_here(self) -> None:
-        """Verify the rows in the present piece."""
-        while self.times and self._dimensionless(self.times[0]) < self.checker.finish:
-            t = self.times.popleft()
-            if not self.rows or Fraction(self.rows[0]["t"]) != t:
-                raise Refused(f"the row at t = {float(t):.6g} is missing")
-            state = self.checker.state(self._dimensionless(t))
-            self._numbers(self.rows.popleft(), self.checker.motion(state))
+    def _seconds(self, time: arb) -> str:
+        return f"{float(time * self.checker.start.units.time):.12g}"
 
-    def events_here(self) -> None:
-        """Verify that the events in the present piece are those that are printed."""
-        until = self._dimensionless(self.stored.scene.until)
-        for name, printed in self.events.items():
-            event = event_named(name, self.stored.scene.model)
-            for direction, time in self.checker.zeros(event.function, until):
-                if event.direction not in (0, direction):
-                    continue
-                t = time * self.checker.start.units.time
-                if not printed or int(printed[0]["direction"]) != direction:
-                    raise Refused(f"{name} at t = {float(t):.12g} is not printed")
-                cells = printed.popleft()
-                self._number("t", cells, t, Decimal(0))
-                self._numbers(cells, self.checker.motion(self.checker.state(time)), FINEST)
-                self.happened += 1
+    def advance(self, power: int, length: arb, start: Sequence[arb]) -> None:
+        """Verify the next piece, the rows in it, and that its events are those that are printed."""
+        if self.lost:
+            raise Refused("a piece after the loss of contact")
+        self.checker.advance(power, length, start)
+        zeros = CheckedZeros(self.checker)
+        lost = zeros.lost()
+        self._rows(self.checker.finish if lost is None else lost)
+        self._events(zeros, self._dimensionless(self.scene.until) if lost is None else lost)
+        if lost is not None:
+            self.lost = True
+            self._event(LOST, -1, lost)
+            self.times.clear()
+            if not self.rows:
+                raise Refused("the row at the loss of contact is missing")
+            self._number("t", self.rows[0], lost * self.checker.start.units.time)
+            self._numbers(self.rows.popleft(), lost)
+
+    def _rows(self, until: arb) -> None:
+        while self.times and (time := self._dimensionless(self.times[0])) < until:
+            if not self.rows or Fraction(self.rows[0]["t"]) != self.times.popleft():
+                raise Refused(f"the row at t = {self._seconds(time)} is missing")
+            self._numbers(self.rows.popleft(), time)
+
+    def _events(self, zeros: CheckedZeros, until: arb) -> None:
+        for name in catalogue(self.scene.model):
+            event = event_named(name, self.scene.model)
+            for direction, time in zeros.of(event.function, until):
+                if event.direction in (0, direction):
+                    self._event(name, direction, time)
+
+    def _event(self, name: str, direction: int, time: arb) -> None:
+        printed = self.events[name]
+        if not printed or int(printed[0]["direction"]) != direction:
+            raise Refused(f"{name} at t = {self._seconds(time)} is not printed")
+        cells = printed.popleft()
+        self._number("t", cells, time * self.checker.start.units.time)
+        self._numbers(cells, time, FINEST)
+        self.happened += 1
 
     def finished(self, pieces: int) -> Accepted:
         """What was verified, if that is everything."""
@@ -110,10 +129,15 @@ class _Tables:
         for name, printed in self.events.items():
             if printed:
                 raise Refused(f"{name} is not proved to happen at t = {printed[0]['t']}")
-        return Accepted(self.stored.name, pieces, self.numbers, self.happened)
+        return Accepted(self.stored.name, pieces, self.numbers, self.happened, self.lost)
 
-    def _numbers(self, cells: Mapping[str, str], motion: Motion, finest: int | None = None) -> None:
-        for name, x in {**motion.state._asdict(), **motion.euler._asdict()}.items():
+    def _numbers(self, cells: Mapping[str, str], time: arb, finest: int | None = None) -> None:
+        state = self.checker.state(time)
+        motion = self.checker.motion(state)
+        recorded = state[len(self.checker.form.columns) :]
+        quadratures = [x * QUADRATURE_SCALE for x in recorded]
+        names = (*motion.state._fields, *motion.euler._fields, *self.scene.record)
+        for name, x in zip(names, (*motion.state, *motion.euler, *quadratures), strict=True):
             number = arb(x) * self.checker.start.units.of_dimension(STATE_DIMENSIONS[name])
             least = self.scales[name].scaleb(-finest) if finest else Decimal(0)
             self._number(name, cells, number, self.scales[name], least)
@@ -123,7 +147,7 @@ class _Tables:
         name: str,
         cells: Mapping[str, str],
         number: arb,
-        scale: Decimal,
+        scale: Decimal = Decimal(0),
         least: Decimal = Decimal(0),
     ) -> None:
         text = cells[name]

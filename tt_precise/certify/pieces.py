@@ -31,25 +31,29 @@ class Refused(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
 
 @dataclass(frozen=True)
 class Accepted:
-    """What a certificate proves: so many pieces, printed numbers and events."""
+    """What a certificate proves: so many pieces, printed numbers and events.
+
+    ``lost`` says that contact is lost, at the last of these; otherwise it is kept.
+    """
 
     scene: str
     pieces: int
     numbers: int
     events: int
+    lost: bool = False
 
     @property
     def summary(self) -> str:
         """One line for people."""
+        contact = "is lost at the last of them" if self.lost else "is kept"
         return (
             f"{self.scene}: accepted: {self.pieces} pieces prove {self.numbers} printed numbers, "
-            f"{self.events} events at their times, and that contact is kept"
+            f"{self.events} events at their times, and that contact {contact}"
         )
 
 
 def content_of(stored: Stored, proof: Proof) -> dict[str, Json]:
     """The certificate of a proof: the pieces that it went through."""
-    size = len(proof.enclosure.problem.columns) - len(stored.scene.record)
     stretches = proof.enclosure.stretches
     return {
         "schema": SCHEMA,
@@ -60,7 +64,7 @@ def content_of(stored: Stored, proof: Proof) -> dict[str, Json]:
         "pieces": [
             [
                 int(one.piece.unit.man_exp()[1]),
-                *(_dyadic(x) for x in (one.piece.end, *one.piece.first[:size])),
+                *(_dyadic(x) for x in (one.piece.end, *one.piece.first)),
             ]
             for one in stretches
         ],
