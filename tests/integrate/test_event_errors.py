@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy
 import pytest
 
+from tt_precise import golden
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.scene import Scene
 
@@ -102,3 +103,30 @@ def test_in_mpmath_too(short: Scene) -> None:
     true = abs(run.events["t"].iloc[0] - finer.events["t"].iloc[0])
     assert found["error"][0] == pytest.approx(float(true), rel=1e-3)
     assert 15 < found["digits"].min() < 25
+
+
+@pytest.mark.parametrize("name", ["elastic-linear", "coulomb-stick-slip"])
+def test_every_event_of_several_pieces_has_its_error(name: str) -> None:
+    run, true = integrate(name, tolerance=1e-7), golden.load(name).events
+    wanted = (*run.scene.events, "stick", "slip", "separation", "landing")
+    true = true[true["name"].isin(wanted)]
+    found = run.event_errors()
+    assert list(found["name"]) == list(run.events["name"]) == list(true["name"])
+    error = numpy.abs(found["t"].to_numpy() - true["t"].to_numpy(float))
+    assert error.max() > 1e-12
+    # the reference run errs about thirty times less
+    assert (numpy.abs(found["error"] - error) < 0.1 * error.max()).all()
+    assert (found["digits"] > 4).all()
+
+
+def test_another_top_has_its_pieces_at_other_times() -> None:
+    run = integrate("coulomb-stick-slip")
+    other = integrate(run.scene.varied(mu="0.0500001"), events=run.setup.events)
+    found = run.event_errors(beside=[other])
+    apart = (run.events["t"] - other.events["t"]).abs().to_numpy()
+    assert apart.max() > 1e-9
+    assert found["error"].to_numpy() == pytest.approx(apart, rel=1e-2, abs=1e-13)
+    rolls = integrate(run.scene.varied(mu="0.5"))
+    late = run.event_errors(beside=[rolls])
+    stuck = late["t"] > late["t"][late["name"] == "slip"].min() * (1 - 1e-12)
+    assert numpy.isinf(late["error"][stuck]).all()

@@ -6,17 +6,47 @@ and slope at the run's time, by one step of Newton's method.
 
 from __future__ import annotations
 
+import bisect
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from tt_precise.arithmetic import Array, Scalar
 from tt_precise.integrate.accuracy import digits_over_rows
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.error_over_time import Reference, distance, floats
 from tt_precise.integrate.events import EXTREMUM, Event, event_named
+from tt_precise.integrate.pieces import MotionPiece
 from tt_precise.integrate.system import Hit
 from tt_precise.integrate.tables import Tables
 from tt_precise.integrate.times import Times, long_double
+
+GLIDING = ("vx", "vy", "nu_x", "nu_y")
+
+
+class JoinedStretch(NamedTuple):
+    """A stretch of a motion: where it begins (dimensionless), and the event that ends it, if any.
+
+    ``before`` are the events that joined what was before it.
+    """
+
+    begin: Scalar
+    tables: Tables
+    before: tuple[str, ...]
+    ended: str
+
+
+def _parts(tables: Tables) -> list[JoinedStretch]:
+    pieces: Sequence[MotionPiece] = getattr(tables.dense_output, "pieces", ())
+    if not pieces:
+        return [JoinedStretch(tables.of.precision.context.mpf(0), tables, (), "")]
+    found: list[JoinedStretch] = []
+    before: tuple[str, ...] = ()
+    for piece in pieces:
+        ended = "" if piece is pieces[-1] else piece.ended
+        found.append(JoinedStretch(piece.begin, piece.tables, before, ended))
+        before += (ended,) if ended else ()
+    return found
 
 
 def event_errors(tables: Tables, references: Sequence[Reference]) -> dict[str, Array]:
@@ -24,28 +54,88 @@ def event_errors(tables: Tables, references: Sequence[Reference]) -> dict[str, A
 
     These are the significant ones of the worst entry of the state there, and of the time beside
     itself, or beside the unit of time where that is longer. An error is the largest of the
-    distances from ``references``, infinite where one of them has ended before. In a motion of
-    several pieces they are the events that join the pieces.
+    distances from ``references``, infinite where one of them has ended before, or is in another
+    part of its motion.
     """
     import numpy
 
-    if tables.joints is not None:
-        return _errors_of_joints(tables.joints, tables, references)
-    hits = sorted(tables.dense_output.propagation.hits, key=lambda hit: hit.time)
     unit = float(tables.of.start.units.time)
-    times = numpy.array([float(hit.time) for hit in hits]) * unit
-    errors, digits = numpy.zeros(len(hits)), numpy.full(len(hits), math.inf)
-    for name in dict.fromkeys(hit.name for hit in hits):
-        places = [place for place, hit in enumerate(hits) if hit.name == name]
-        event = event_named(name, tables.of.form.model)
-        for reference in references:
-            late, right = _beside(tables, [hits[place] for place in places], event, reference)
-            errors[places] = numpy.maximum(errors[places], late)
-            digits[places] = numpy.minimum(digits[places], right)
+    others = [(reference, _parts(reference.tables)) for reference in references]
+    names: list[str] = []
+    columns: list[tuple[Array, Array, Array]] = []
+    for part in _parts(tables):
+        hits = sorted(part.tables.dense_output.propagation.hits, key=lambda hit: hit.time)
+        names += [hit.name for hit in hits]
+        columns.append(_errors_within(part, hits, others))
+        if part.ended:
+            names.append(part.ended)
+            columns.append(_errors_of_joint(part, [parts for _, parts in others]))
+    times, errors, digits = (numpy.concatenate(column) for column in zip(*columns, strict=True))
     most = tables.of.precision.bits * math.log10(2)
     digits = numpy.minimum(numpy.minimum(digits, digits_of_time(errors, times, unit)), most)
-    names = numpy.array([hit.name for hit in hits], dtype=object)
-    return {"name": names, "t": times, "error": errors, "digits": digits}
+    found = numpy.array(names, dtype=object)
+    return {"name": found, "t": times, "error": errors, "digits": digits}
+
+
+def _errors_within(
+    part: JoinedStretch,
+    hits: Sequence[Hit],
+    others: Sequence[tuple[Reference, Sequence[JoinedStretch]]],
+) -> tuple[Array, Array, Array]:
+    """Times and errors (s) of what happens inside a part, and digits of the states there."""
+    import numpy
+
+    of = part.tables.of
+    unit = float(of.start.units.time)
+    times = numpy.array([float(part.begin) + float(hit.time) for hit in hits]) * unit
+    errors, digits = numpy.zeros(len(hits)), numpy.full(len(hits), math.inf)
+    for reference, parts in others:
+        alike: dict[tuple[str, int], list[int]] = {}
+        begins = [float(one.begin) * unit for one in parts]
+        for place, hit in enumerate(hits):
+            at = max(bisect.bisect_left(begins, times[place]) - 1, 0)
+            alike.setdefault((hit.name, at), []).append(place)
+        for (name, at), places in alike.items():
+            event = event_named(name, of.form.model)
+            there = [hits[place] for place in places]
+            late, right = _beside(part, there, event, parts[at], float(reference.end) / unit)
+            errors[places] = numpy.maximum(errors[places], late)
+            digits[places] = numpy.minimum(digits[places], right)
+    return times, errors, digits
+
+
+def _errors_of_joint(
+    part: JoinedStretch, others: Sequence[Sequence[JoinedStretch]]
+) -> tuple[Array, Array, Array]:
+    """Time and error (s) of the event that ends a part, and digits of the state there."""
+    import numpy
+
+    of = part.tables.of
+    time, state = _end(part)
+    error, digits = 0.0, math.inf
+    for parts in others:
+        same = [p for p in parts if (p.before, p.ended) == (part.before, part.ended)]
+        if not same:
+            error, digits = math.inf, 0.0
+            continue
+        other_time, other_state = _end(same[0])
+        error = max(error, float(abs(time - other_time)))
+        context = of.precision.context
+        apart = {name: distance(state[name], other_state[name], context) for name in state}
+        values = {name: floats(column) for name, column in state.items()}
+        found = digits_over_rows(values, apart, of.start.units, of.precision.bits)
+        digits = min(digits, float(found[0]))
+    return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits])
+
+
+def _end(part: JoinedStretch) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
+    """The time (s) at which a part ends, and the columns of the state there."""
+    of, output = part.tables.of, part.tables.dense_output
+    time = (part.begin + output.end_time) * of.start.units.time
+    state = of.of_rows(of.names, [output.end_row])
+    if part.ended == "stick":  # at rest; what is left of v_A says how small a speed counts as none
+        state |= {name: [time * 0] for name in GLIDING if name in state}
+    return time, state
 
 
 def digits_of_time(error: Array, time: Array, unit: float) -> Array:
@@ -56,45 +146,26 @@ def digits_of_time(error: Array, time: Array, unit: float) -> Array:
         return numpy.maximum(-numpy.log10(error / numpy.maximum(time, unit)), 0.0)
 
 
-def _errors_of_joints(
-    joints: Sequence[tuple[str, Scalar]], tables: Tables, references: Sequence[Reference]
-) -> dict[str, Array]:
-    import numpy
-
-    names, times = [name for name, _ in joints], [time for _, time in joints]
-    errors = numpy.zeros(len(names))
-    for reference in references:
-        others = reference.tables.joints or ()
-        alike = [name for name, _ in others] == names
-        apart = (
-            [float(abs(t - u)) for t, (_, u) in zip(times, others, strict=True)]
-            if alike
-            else math.inf
-        )
-        errors = numpy.maximum(errors, apart)
-    t = numpy.array([float(time) for time in times])
-    digits = digits_of_time(errors, t, float(tables.of.start.units.time))
-    most = tables.of.precision.bits * math.log10(2)
-    return {"name": numpy.array(names, dtype=object), "t": t, "error": errors,
-            "digits": numpy.minimum(digits, most)}  # fmt: skip
-
-
 def _beside(
-    tables: Tables, hits: Sequence[Hit], event: Event, reference: Reference
+    part: JoinedStretch, hits: Sequence[Hit], event: Event, other_part: JoinedStretch, last: float
 ) -> tuple[Array, Array]:
-    """Distances in time (s), and digits of the states, of one event from those of a reference."""
+    """Distances in time (s), and digits of the states, of one event from those of a reference.
+
+    That ends at the time ``last`` (dimensionless).
+    """
     import numpy
 
-    of, other = tables.of, reference.tables.of
+    of, other = part.tables.of, other_part.tables.of
     late, digits = numpy.full(len(hits), math.inf), numpy.zeros(len(hits))
-    last = float(reference.end) / float(of.start.units.time)
-    hits = [hit for hit in hits if float(hit.time) <= last]
-    if not hits:
+    hits = [hit for hit in hits if float(part.begin) + float(hit.time) <= last]
+    if not hits or part.before != other_part.before:
         return late, digits
-    guarded = of.precision.guarded
-    times = [other.precision.context.mpf(guarded(hit.time)) for hit in hits]
-    delay, entries = _zeros(reference.tables, times, event)
-    names, inner, in_arrays = of.names, slice(0, len(hits)), _in_arrays(reference.tables)
+    guarded, mpf = of.precision.guarded, other.precision.context.mpf
+    shift = mpf(part.begin) - mpf(other_part.begin)
+    delay, entries = _zeros(
+        other_part.tables, [mpf(guarded(hit.time)) + shift for hit in hits], event
+    )
+    names, inner, in_arrays = of.names, slice(0, len(hits)), _in_arrays(other_part.tables)
     number = long_double if in_arrays else of.precision.context.mpf
     own = tuple(zip(*([number(guarded(x)) for x in hit.state] for hit in hits), strict=True))
     values, others = (

@@ -149,12 +149,6 @@ class PiecewiseTables(Tables):
     dense_output: PiecewiseOutput
 
     @property
-    def joints(self) -> tuple[tuple[str, Scalar], ...] | None:
-        """Names and times (s) of the events that join the pieces."""
-        joined = self.dense_output.pieces[:-1]
-        return tuple((one.ended, one.begin_s + one.output.end) for one in joined if one.ended)
-
-    @property
     def in_long_double(self) -> bool:
         """Not at once: each piece has a state of its own."""
         return False

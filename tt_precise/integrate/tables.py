@@ -40,11 +40,6 @@ class Tables:
         return self.of.precision.name == "double" and has_long_double()
 
     @property
-    def joints(self) -> tuple[tuple[str, Scalar], ...] | None:
-        """Names and times (s) of the events that join pieces; None where there are no pieces."""
-        return None
-
-    @property
     def in_long_double(self) -> bool:
         """Whether rows can be had as arrays of long doubles."""
         return self.of.precision.name in ("double", "extended") and has_long_double()
