@@ -215,7 +215,8 @@ def test_a_scene_may_begin_in_flight() -> None:
 
 
 def test_flight_is_checked_for_all_that_it_conserves() -> None:
-    rows = tt.integrate("flight").frame()
+    tossed = tt.integrate("flight", record=("phi", "psi"))
+    rows = tossed.frame()
     found = tt.check.conservation(rows, "flight")
     assert found.passed
     done = {one.name for one in found.checks if one.verdict == "pass"}
@@ -224,6 +225,11 @@ def test_flight_is_checked_for_all_that_it_conserves() -> None:
         spoiled = rows.copy()
         spoiled.loc[spoiled.index[5:], column] += 1e-4 * abs(rows[column]).max()
         assert caught in {one.name for one in tt.check.conservation(spoiled, "flight").failures}
+    poses = tossed.frame(*POSE)
+    assert tt.check.conservation(poses, "flight")["fall"].verdict == "pass"
+    lighter = tt.load_scene("flight").varied(g="9.8201")
+    failures = tt.check.conservation(poses, lighter).failures
+    assert [one.name for one in failures] == ["fall"]
     elsewhere = tt.check.conservation(tt.integrate("rolling").frame(), "rolling")
     assert "angular_momentum_x" not in {one.name for one in elsewhere.checks}
 

@@ -179,13 +179,27 @@ def _residual(part: str) -> Callable[[CheckSetup, Samples, float], Watch]:
     return watch
 
 
+def _fall_skipped(setup: CheckSetup, first: Samples) -> str:
+    if setup.columns.name == "rigid body" and setup.velocity_given:
+        return ""
+    return "needs the vertical velocity: column vcz"
+
+
+def _fall(setup: CheckSetup, first: Samples, limit: float) -> Watch:
+    t, rate, body = first.t[0], first.given["vcz"][0], setup.body
+    omega = first.first.omega
+    scale = float(body.R * numpy.sqrt(dot(omega, omega))) or 1.0
+    return lambda rows: abs(rows.given["vcz"] - rate + body.g * (rows.t - t)) / scale
+
+
 def _time(setup: CheckSetup, first: Samples, limit: float) -> Watch:
     return lambda samples: numpy.diff(samples.t, prepend=-numpy.inf)
 
 
 def checks_of(scene: Scene) -> tuple[RowCheck, ...]:
     """Those of ``CHECKS`` that have something to say of ``scene``."""
-    return tuple(c for c in CHECKS if scene.model == "flight" or c.name not in OF_FLIGHT)
+    aloft = ("fall", *OF_FLIGHT)
+    return tuple(c for c in CHECKS if scene.model == "flight" or c.name not in aloft)
 
 
 CHECKS = (
@@ -210,6 +224,9 @@ CHECKS = (
     RowCheck(
         "contact_velocity", "v_A.z = 0 (rolling: v_A = 0), in units of R omega at the start",
         ContactVelocity, _slip_skipped,
+    ),
+    RowCheck(
+        "fall", "s_dot.z falls at g, in units of R omega at the start", _fall, _fall_skipped
     ),
     RowCheck("axis_norm", "|k| = 1", _axis, _axis_skipped),
     RowCheck("quaternion_norm", "|q| = 1", _quaternion, _quaternion_skipped),
