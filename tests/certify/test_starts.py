@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -23,18 +24,22 @@ from tt_precise.certify.starts import (
     BITS,
     INVERTS,
     LOST,
+    NEVER,
     UNDECIDED,
     UPRIGHT,
     Box,
     _Crossing,
     edges,
+    never_inverts,
     outcome,
 )  # fmt: skip
 from tt_precise.certify.starts_map import MapSide, proved_map
+from tt_precise.certify.starts_parts import outcome_in_parts, parts_of, together
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.scene import Inclination
+from tt_precise.workers import Inline, Pool
 
 NARROW = {"theta": Fraction(1, 10**8), "omega_3": Fraction(1, 10**6), "phi_dot": Fraction(1, 10**6)}
 
@@ -158,13 +163,75 @@ def test_a_set_beside_the_inverted_spin_is_held() -> None:
     assert found.as_dict()["within"]["omega_3"] == "0.000001"
 
 
+def test_what_lacks_the_energy_never_inverts() -> None:
+    # an upright spin has E = I3 omega^2/2 + m g R (1 - alpha) and lambda = R I3 omega (1 - alpha),
+    # and meets energies of at least lambda^2/(2 a.I a) + m g R (1 - alpha z) on its way down
+    whole = tt.load_scene("reference")
+    body = whole.body
+    m, R, alpha, g, I1, I3 = (
+        float(x) for x in (body.m, body.R, body.alpha, body.g, body.I1, body.I3)
+    )
+
+    def surplus(spin: float) -> float:
+        heights = [i / 500 - 1 for i in range(1000)]
+        inertia = [R * R * (I1 * (1 - z * z) + I3 * (z - alpha) ** 2) for z in heights]
+        wall = (R * I3 * spin * (1 - alpha)) ** 2 / 2
+        pairs = zip(heights, inertia, strict=True)
+        most = max(wall / across + m * g * R * (1 - alpha * z) for z, across in pairs)
+        return I3 * spin * spin / 2 + m * g * R * (1 - alpha) - most
+
+    def box(spin: float) -> Box:
+        start = replace(whole.start, theta=Inclination.parse("0"), omega_3=Fraction(f"{spin:.6f}"))
+        return Box(replace(whole, start=start), {"omega_3": Fraction(1, 1000)})
+
+    low, high = 10.0, 155.0
+    assert surplus(low) < 0 < surplus(high)
+    while high - low > 1e-3:
+        middle = (low + high) / 2
+        low, high = (low, middle) if surplus(middle) > 0 else (middle, high)
+    assert never_inverts(box(0.998 * low))
+    assert not never_inverts(box(1.002 * high))
+
+
+def test_parts_cover_the_box_and_meet() -> None:
+    for name in ("theta", "omega_3"):
+        box = Box(scene(), {name: Fraction(1, 1000)})
+        parts = list(parts_of(box, 5))
+
+        def at(one: tt.Scene, name: str = name) -> Fraction:
+            return one.start.theta.offset if name == "theta" else getattr(one.start, name)
+
+        edges_of = [(at(p.scene) - p.reach[name], at(p.scene) + p.reach[name]) for p in parts]
+        assert edges_of[0][0] == at(scene()) - Fraction(1, 1000)
+        assert edges_of[-1][1] == at(scene()) + Fraction(1, 1000)
+        assert all(a[1] == b[0] for a, b in itertools.pairwise(edges_of))
+    with pytest.raises(InputError, match="one entry"):
+        list(parts_of(Box(scene(), NARROW), 2))
+
+
+def test_what_is_proved_of_all_parts_is_proved_of_the_whole() -> None:
+    slow = Box(tt.load_scene("stays-upright"), {"omega_3": Fraction(1)})
+    with Pool(Inline(), lambda: 1) as pool:
+        found = outcome_in_parts(slow, 3, (), pool)
+    assert (found.verdict, found.parts, found.box) == (UPRIGHT, 3, slow)
+    assert found.as_dict()["within"] == {"omega_3": "1"}
+    ends = [replace(found, crossings={"equator": (t, t + 1)}, since_s=t) for t in (2.0, 1.0, 3.0)]
+    whole = together(slow, ends)
+    assert (whole.crossings, whole.since_s) == ({"equator": (1.0, 4.0)}, 3.0)
+    undecided = replace(found, verdict=UNDECIDED, reason="too wide", least_g_n=None, crossings={})
+    assert together(slow, [found, undecided]).verdict == UNDECIDED
+    assert together(slow, [ends[0], undecided]).crossings == {}
+    assert together(slow, [found, replace(found, verdict=INVERTS)]).verdict == UNDECIDED
+
+
 def test_cells_of_a_map() -> None:
-    # slow tops stay upright; the next row has tops on both sides of the threshold, and faster ones
+    # slow tops stay upright; in the next row some may tumble, and faster ones may invert
     sides = MapSide.parse("phi_dot=0:10:2"), MapSide.parse("omega_3=20:32:3")
     found = proved_map(tt.load_scene("reference"), *sides)
-    assert found.as_dict()["cells"][::2] == ["gg", "uu"]
-    assert found.proved
-    assert 0.3 < found.shares[UPRIGHT] < 0.7
+    assert found.as_dict()["cells"] == ["gg", "nn", "nn"]
+    assert found.shares == {UPRIGHT: 1 / 3, NEVER: 2 / 3}
+    fast = MapSide.parse("phi_dot=0:10:2"), MapSide.parse("omega_3=60:160:2")
+    assert not proved_map(tt.load_scene("reference"), *fast).proved
 
 
 @pytest.mark.parametrize(
@@ -203,16 +270,48 @@ def test_the_committed_sets_come_out_again() -> None:
     )
     cells = proved_map(tt.load_scene("reference"), across, up).as_dict()
     assert cells == {k: v for k, v in stored.items() if k != "schema"}
-    # where all of a cell is proved to go upright, so does its middle in a run
+    # what all of a cell is proved to do its middle does in a run
+    whole = tt.load_scene("reference")
     x, y = ([float(one) for one in side.middles()] for side in (across, up))
     for row, letters in enumerate(stored["cells"]):
         for column, letter in enumerate(letters):
+            middle = replace(whole.start, phi_dot=Fraction(x[column]), omega_3=Fraction(y[row]))
+            if letter == "u":
+                continue
+            run = tt.integrate(replace(whole, start=middle))
+            assert run.inversion.A.t_end is None
             if letter == "g":
-                whole = tt.load_scene("reference")
-                middle = replace(whole.start, phi_dot=Fraction(x[column]), omega_3=Fraction(y[row]))
-                run = tt.integrate(replace(whole, start=middle))
                 assert run.status == "complete"
                 assert run.state.theta < 1
+
+
+@pytest.mark.parametrize("name", ["omega_3"])
+def test_the_committed_segments_are_about_the_reference(name: str) -> None:
+    found = committed(f"starts-{name}.json")
+    assert found["verdict"] == INVERTS
+    assert found["scene_sha256"] == scene_sha256(tt.load_scene("reference").text)
+    middle = {"omega_3": Fraction(155), "theta": Fraction(1, 10)}[name]
+    assert {k: Fraction(w) for k, w in found["within"].items()} == {name: middle / 10**6}
+    first, last = found["crossings"]["Lk_equals_Lz"]
+    box, times = committed("starts.json"), (first, last)
+    exact = sum(box["crossings"]["Lk_equals_Lz"]) / 2
+    assert times[0] < exact < times[1] < times[0] + 1e-2
+
+
+@pytest.mark.proofs
+@pytest.mark.parametrize("name", ["omega_3"])
+def test_a_part_of_the_committed_segments_comes_out_again(name: str) -> None:
+    found = committed(f"starts-{name}.json")
+    whole = Box(tt.load_scene("reference"), {name: Fraction(found["within"][name])})
+    part = next(parts_of(whole, found["parts"]))
+    again = outcome(part, list(found["crossings"]))
+    assert again.verdict == found["verdict"]
+    assert again.since_s <= found["since_s"]
+    assert again.least_g_n is not None
+    assert again.least_g_n >= found["least_g_n"]
+    first, last = found["crossings"]["Lk_equals_Lz"]
+    a, b = again.crossings["Lk_equals_Lz"]
+    assert first <= a < b <= last
 
 
 def passing(value: Callable[[Any], Any], slope: Callable[[Any], Any]) -> _Crossing:

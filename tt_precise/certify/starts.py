@@ -7,7 +7,9 @@ of a step has to hold it). Of all solutions from the box one of these is proved:
 - they invert: contact is kept until, at some time, ``energy_well`` holds every state of the set,
   with the energy and lambda that each may have, at the inverted spin, for ever;
 - they go upright: the same at the upright spin;
-- they lose contact: at some time g_n < 0 for all of them, had contact been kept until then.
+- they lose contact: at some time g_n < 0 for all of them, had contact been kept until then;
+- they never invert, whether they lose contact or not: beyond some inclination the least energy
+  that there is with this lambda (``energy_well``) is more than they have, and it never grows.
 """
 
 from __future__ import annotations
@@ -37,13 +39,16 @@ from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import event_named
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.mechanics.thresholds import least_energy
 from tt_precise.scene import Scene
 from tt_precise.untyped import Json
 
 BITS = 90
-INVERTS, UPRIGHT, LOST, UNDECIDED = "inverts", "goes upright", "loses contact", "undecided"
+INVERTS, UPRIGHT, LOST = "inverts", "goes upright", "loses contact"
+NEVER, UNDECIDED = "never inverts", "undecided"
 OFTEN = 5  # steps between two looks whether the set is held
 NEAR = 0.5  # kz beyond which it may be
+WALLS = 64  # inclinations at which the energy may be too low
 
 
 @dataclass(frozen=True)
@@ -82,6 +87,7 @@ class Fate:
     crossings: dict[str, tuple[float, float]]
     bits: int
     steps: int
+    parts: int = 1
 
     @property
     def proved(self) -> bool:
@@ -94,6 +100,8 @@ class Fate:
         if self.verdict == UNDECIDED:
             return f"{self.box.scene.name}: undecided: {self.reason}"
         every = f"{self.box.scene.name}: every start in the box"
+        if self.verdict == NEVER:
+            return f"{every} lacks the energy to invert, ever"
         if self.verdict == LOST:
             return f"{every} has lost contact by {self.since_s:.6g} s"
         parts = [
@@ -108,7 +116,7 @@ class Fate:
 
     def as_dict(self) -> dict[str, Json]:
         """For JSON."""
-        facts = ("verdict", "reason", "since_s", "least_g_n", "crossings", "bits", "steps")
+        facts = ("verdict", "reason", "since_s", "least_g_n", "crossings", "bits", "steps", "parts")
         return {
             "scene": self.box.scene.name,
             "scene_sha256": scene_sha256(self.box.scene.text),
@@ -166,6 +174,12 @@ def fate_at_the_start(box: Box, bits: int = BITS) -> str:
         return watch.verdict
 
 
+def never_inverts(box: Box, bits: int = BITS) -> bool:
+    """Whether no start in the box has the energy to come to the inverted spin."""
+    with flint.ctx.workprec(bits):
+        return _Watch(box, ()).barred()
+
+
 class _Watch:
     """Follows a set, and ends when its outcome is proved."""
 
@@ -175,9 +189,8 @@ class _Watch:
         self.force = self.observer.of(QUANTITIES["g_n"].evaluate)
         self.starts = ErrorSet.spanned(edges(box))
         self.problem = problem_of(box.scene)
-        middle = [x + y for x, y in zip(self.problem.start(), self.starts.hull, strict=True)]
-        self.lambda_ = self._value(jellett, middle, self.starts)
-        self.highest = self._value(QUANTITIES["E"].evaluate, middle, self.starts).upper()
+        self.lambda_ = self._value(jellett, self._hull(), self.starts)
+        self.highest = self._value(QUANTITIES["E"].evaluate, self._hull(), self.starts).upper()
         self.least, self.events = arb("inf"), {name: _Crossing(self, name) for name in events}
         self.verdict, self.reason, self.since = UNDECIDED, "", arb(0)
 
@@ -195,14 +208,26 @@ class _Watch:
 
     def decided_at_once(self) -> bool:
         """Whether the fate of all starts is settled at t = 0."""
-        hull = [x + y for x, y in zip(self.problem.start(), self.starts.hull, strict=True)]
-        return self._decided(hull, arb(0))
+        return self._decided(self._hull(), arb(0))
+
+    def _hull(self) -> list[arb]:
+        return [x + y for x, y in zip(self.problem.start(), self.starts.hull, strict=True)]
+
+    def barred(self) -> bool:
+        """Whether no start has the energy to come to the inverted spin."""
+        body, kz = self.observer.motion(self.problem.start()).body, self._hull()[2]
+        walls = (arb(2 * i) / WALLS - 1 for i in range(WALLS))
+        return any(
+            z < kz and arb(least_energy(body, z, self.lambda_)) > self.highest for z in walls
+        )
 
     def outcome(self, bits: int) -> Fate:
         """The fate of the set."""
         if not self.decided_at_once():
             enclosure = enclose(self.problem, bits, ends=self._ends, starts=self.starts)
-            if self.verdict == UNDECIDED:
+            if self.verdict == UNDECIDED and self.barred():
+                self.verdict = NEVER
+            elif self.verdict == UNDECIDED:
                 self.reason = str(enclosure.failure or "the horizon comes first")
         seconds = units_of(self.scene).time
         crossings = {name: one.interval() for name, one in self.events.items()}

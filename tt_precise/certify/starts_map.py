@@ -1,18 +1,26 @@
 """Which cells of a map over two entries of the start have a proved fate.
 
 Each cell is a box. One that the energy does not hold at its start, as a whole, is quartered, and
-each part again, until all parts have the same fate or one is too small. What takes time to happen,
-such as inverting, is not proved for boxes as wide as these (``starts``).
+each part again, until all parts have the same fate or one is too small; then the same for those
+that lack the energy to invert. What takes time to happen, such as inverting, is not proved for
+boxes as wide as these (``starts``).
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from tt_precise.certify.starts import BITS, UNDECIDED, Box, fate_at_the_start
+from tt_precise.certify.starts import (
+    BITS,
+    NEVER,
+    UNDECIDED,
+    Box,
+    fate_at_the_start,
+    never_inverts,
+)
 from tt_precise.errors import InputError
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.mechanics.euler import EulerState
@@ -122,17 +130,25 @@ def proved_map(scene: Scene, x: MapSide, y: MapSide, progress: Progress = silent
         for across in x.middles():
             reach = {x.name: x.half, y.name: y.half}
             middle = {x.name: across, y.name: down}
-            found.append(ProvedCell(across, down, _fate(scene, middle, reach, QUARTERINGS)))
+            verdict = _fate(scene, middle, reach, QUARTERINGS, fate_at_the_start)
+            if verdict == UNDECIDED:
+                verdict = _fate(scene, middle, reach, QUARTERINGS, _barred)
+            found.append(ProvedCell(across, down, verdict))
             progress(len(found) / (x.count * y.count))
     return ProvedMap(scene, x, y, tuple(found))
 
 
 def _fate(
-    scene: Scene, middle: Mapping[str, Fraction], reach: Mapping[str, Fraction], deeper: int
+    scene: Scene,
+    middle: Mapping[str, Fraction],
+    reach: Mapping[str, Fraction],
+    deeper: int,
+    decide: Callable[[Box], str],
 ) -> str:
+    """What ``decide`` says of a cell, or of all parts of it alike."""
     values = {name: getattr(scene.start, name) for name in EulerState._fields[1:]}
     start = replace(scene.start, **{**values, **middle})
-    verdict = fate_at_the_start(Box(replace(scene, start=start), reach))
+    verdict = decide(Box(replace(scene, start=start), reach))
     if verdict != UNDECIDED or not deeper:
         return verdict
     (x, across), (y, down) = ((name, width / 2) for name, width in reach.items())
@@ -140,7 +156,11 @@ def _fate(
     for i in (-1, 1):
         for j in (-1, 1):
             part = {x: middle[x] + i * across, y: middle[y] + j * down}
-            verdicts.add(_fate(scene, part, {x: across, y: down}, deeper - 1))
+            verdicts.add(_fate(scene, part, {x: across, y: down}, deeper - 1, decide))
             if UNDECIDED in verdicts or len(verdicts) > 1:
                 return UNDECIDED
     return verdicts.pop()
+
+
+def _barred(box: Box) -> str:
+    return NEVER if never_inverts(box) else UNDECIDED

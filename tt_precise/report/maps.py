@@ -1,7 +1,7 @@
-"""Two maps for the report: inclination against lambda, and friction against spin.
+"""Maps for the report: inclination against lambda, friction and precession against spin.
 
-Each says for every start whether it inverts, and how: over theta(0) and lambda/lambda_thres, and
-over mu and omega_3(0) at the reference's theta(0). Starts have no rate but omega_3.
+Each says for every start whether it inverts, and how: over theta(0) and lambda/lambda_thres, over
+mu and omega_3(0), and over phi_dot(0) and omega_3(0). All else is as in the reference start.
 """
 
 from __future__ import annotations
@@ -47,12 +47,13 @@ class Side:
 MAPS = {
     "inclination and lambda": (Side("theta", 0.02, 1.22), Side("lambda_ratio", 0.2, 3.2)),
     "friction and spin": (Side("mu", 0.05, 4.05), Side("omega_3", 20.0, 260.0)),
+    "precession and spin": (Side("phi_dot", -200.0, 200.0), Side("omega_3", 20.0, 260.0)),
 }
 
 
 @cache
 def rows() -> pandas.DataFrame:
-    """All rows of both maps: ``series`` (its name), starts, and the columns of a sweep."""
+    """All rows of the maps: ``series`` (its name), starts, and the columns of a sweep."""
     return cached_table(FILE, definition(), compute)
 
 
@@ -63,7 +64,7 @@ def map_rows(name: str) -> pandas.DataFrame:
 
 
 def compute(workers: int | None = None) -> pandas.DataFrame:
-    """Integrate both maps."""
+    """Integrate the maps."""
     import numpy
     import pandas
 

@@ -27,7 +27,7 @@ def reference() -> Section:
 
 
 def starts() -> Section:
-    """What other starts do: sweeps of section 2.2, and two maps."""
+    """What other starts do: sweeps of section 2.2, and three maps."""
     return Section(
         "starts",
         "Other starts",
