@@ -15,6 +15,7 @@ import pandas
 
 import tt_precise as tt
 from tt_precise.certify.certificate import certify, compared
+from tt_precise.certify.pieces import FILE
 from tt_precise.certify.proof import Proof, prove
 from tt_precise.certify.verdict import NotProved
 from tt_precise.commands.certify_golden import command
@@ -234,5 +235,6 @@ def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> No
     assert text != stored.scene_text
     _write(replace(stored, scene_text=text), tmp_path)
     certificate = certify(NAME, folder=tmp_path)
+    assert not (tmp_path / NAME / FILE).exists()  # only where it is asked for
     assert certificate.wrong > 0
     assert _run(NAME, "--folder", str(tmp_path)) == 1

@@ -63,6 +63,11 @@ def test_an_end_of_its_own_has_an_error_too(rough: Scene) -> None:
     lost, truth = integrate(rough), integrate(rough, "quad")
     error = abs(truth.precision.context.mpf(lost.t_end) - truth.t_end)
     assert lost.error_estimate["t_end"] == pytest.approx(float(error), rel=0.01)
+    # each run has an end of its own, and its errors are those between the ends
+    over_time = lost.error_over_time("kx", "vy").iloc[-1]
+    assert over_time["t"] == float(lost.t_end)
+    for name in ("kx", "vy"):
+        assert over_time[name] == float(lost.error_estimate[name])
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-11])
