@@ -13,6 +13,8 @@ import pytest
 
 pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
+from flint import arb, arb_poly
+
 from tt_precise.certify import checked_zeros, checker, checking, prove
 from tt_precise.certify.checking import check
 from tt_precise.certify.pieces import FILE, Accepted, Refused, content_of, packed, unpacked
@@ -291,6 +293,16 @@ def test_the_committed_certificate_is_small() -> None:
     data = (store.home() / "reference" / FILE).read_bytes()
     assert len(data) < MOST_BYTES
     assert unpacked(data)["scene"] == "reference"
+
+
+def test_the_flow_of_constant_coefficients_is_the_exponential() -> None:
+    """Of J = [[0, 1], [-1, 0]] a rotation; and J P - P' is what is left of its series."""
+    low = checker.Room(arb(1) / 2, checker.LOW)
+    jacobian = [[checker.Poly(arb_poly([x]), low) for x in row] for row in ((0, 1), (-1, 0))]
+    flow, error = checker._flow(jacobian, low)
+    assert error < 1e-15
+    assert abs(flow[0][1](arb(1) / 2) - (arb(1) / 2).sin()) < 1e-15
+    assert abs(flow[1][1](arb(1) / 2) - (arb(1) / 2).cos()) < 1e-15
 
 
 @pytest.mark.proofs
