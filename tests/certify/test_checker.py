@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import hashlib
+import lzma
 import random
 from dataclasses import replace
 from fractions import Fraction
@@ -15,7 +17,7 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
 from flint import arb, arb_poly
 
-from tt_precise.certify import checked_zeros, checker, checking, prove
+from tt_precise.certify import checked_zeros, checker, checking, pieces, prove
 from tt_precise.certify.checking import check
 from tt_precise.certify.pieces import FILE, Accepted, Refused, content_of, packed, unpacked
 from tt_precise.golden import store
@@ -281,6 +283,25 @@ def test_200_damaged_files_are_refused(content: dict[str, Any]) -> None:
             damaged = data[:at] + bytes([data[at] ^ (1 << dice.randrange(8))]) + data[at + 1 :]
         with pytest.raises(Refused):
             unpacked(damaged)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [(" " * 1_000_000, "more than 0.9 MB"), ("[" * 100_000, "ValueError")],
+    ids=["a bomb", "a deep nest"],
+)
+def test_what_would_fill_memory_or_stack_is_refused(
+    text: str, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pieces, "MOST_BYTES", 900_000)
+    sealed = hashlib.sha256(text.encode()).hexdigest() + text
+    with pytest.raises(Refused, match=why):
+        unpacked(lzma.compress(sealed.encode(), preset=0))
+
+
+def test_what_follows_a_certificate_is_noticed(content: dict[str, Any]) -> None:
+    with pytest.raises(Refused, match="more than one"):
+        unpacked(packed(content) + b" ")
 
 
 def test_another_scene_is_refused(stored: Stored, content: dict[str, Any]) -> None:

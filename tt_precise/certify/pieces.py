@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from flint import arb, fmpz
 
+from tt_precise import json_file
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.store import Stored
 from tt_precise.untyped import Json
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "tt_precise.certificate/1"
 FILE = "certificate.json.xz"
+MOST_BYTES = 100_000_000  # unpacked; that of the reference scene has 0.8 MB
 
 
 class Refused(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
@@ -87,8 +89,13 @@ def unpacked(data: bytes) -> dict[str, Json]:
         It is not what was written.
     """
     try:
-        sealed = lzma.decompress(data).decode()
-        content = json.loads(sealed[64:])
+        unpacking = lzma.LZMADecompressor()
+        sealed = unpacking.decompress(data, MOST_BYTES).decode()
+        if not unpacking.eof or unpacking.unused_data:
+            raise Refused(
+                f"the certificate is cut off, more than one, or more than {MOST_BYTES / 1e6:g} MB"
+            )
+        content = json_file.parse(sealed[64:])
     except (lzma.LZMAError, EOFError, UnicodeDecodeError, ValueError) as error:
         raise Refused(f"the certificate cannot be read ({type(error).__name__})") from None
     if hashlib.sha256(sealed[64:].encode()).hexdigest() != sealed[:64]:
