@@ -127,7 +127,14 @@ def test_entries_that_vanish_altogether_are_compared_with_their_unit(reference: 
 
 @pytest.mark.parametrize(
     ("wanted", "expected"),
-    [(3, "double"), (11, "double"), (15, "double-double"), (28, "triple-double"), (40, "mp")],
+    [
+        (3, "double"),
+        (11, "double"),
+        (15, "double-double"),
+        (28, "triple-double"),
+        (40, "triple-double"),
+        (50, "mp"),
+    ],
 )
 def test_wanted_digits_are_delivered_by_the_cheapest_arithmetic(
     short: Scene, truth: Trajectory, wanted: int, expected: str

@@ -70,11 +70,23 @@ def test_what_the_reference_runs_cost_counts() -> None:
 
 
 def test_mp_gets_bits_for_the_digits_and_for_what_a_scene_loses() -> None:
-    fifty, hundred = cost_table.wide(50, None), cost_table.wide(100, "euler")
+    fifty, hundred = cost_table.wide(50, None, EVERY), cost_table.wide(100, "euler", EVERY)
     assert 50 / math.log10(2) < fifty.bits < 60 / math.log10(2)
     assert hundred.bits - fifty.bits == pytest.approx(50 / math.log10(2), abs=1)
     assert (fifty.formulation, hundred.formulation) == ("newton", "euler")
     assert isinstance(fifty, Setting)
+
+
+def test_triple_double_goes_on_where_the_table_ends() -> None:
+    every = EVERY | {*DOUBLES}
+    last = min(row.tolerance for row in cost_table.measured() if row.precision == "triple-double")
+    for digits in (34, 38):
+        setting = cost_table.wide(digits, None, every)
+        assert setting.precision == "triple-double"
+        assert 1e-45 < setting.tolerance < last
+    assert cost_table.wide(34, None, every).tolerance == pytest.approx(1e4 * setting.tolerance)
+    for asked in ((45, None, every), (34, "euler", every), (34, None, EVERY)):
+        assert cost_table.wide(*asked).precision == "mp"
 
 
 def test_a_formulation_that_does_not_exist_is_refused() -> None:

@@ -1,4 +1,4 @@
-"""Sweeps as a whole: on disk, interrupted, resumed, damaged, checked in quad."""
+"""Sweeps as a whole: on disk, interrupted, resumed, damaged, checked in finer arithmetic."""
 
 import json
 from collections.abc import Callable
@@ -11,6 +11,7 @@ import pandas
 import pytest
 
 from tt_precise.errors import InputError
+from tt_precise.scene import load_scene
 from tt_precise.sweep import read_rows, specification, spot_check, sweep
 from tt_precise.sweep import run as running
 from tt_precise.sweep.columns import FIXED
@@ -164,6 +165,26 @@ def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> N
     assert spoiled["largest_difference"]["min_g_n"]["value"] > 1e-3
     assert spoiled["other_outcome"]
     assert spoiled["only_in_one"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("row", [{}, {"mu": "3", "until": "1"}, {"phi_dot": "195"}])
+def test_the_spot_check_finds_what_quad_finds(
+    row: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, record = load_scene("reference").varied(**row), ("max_phi_dot", "start_E", "end_g_n")
+    found = spot_check.recomputed(scene, record)
+    monkeypatch.setattr(spot_check, "FINE", "quad")
+    # the same doubles; only g_n where contact is lost, which is zero, is another rounding error
+    assert max(differences(found, spot_check.recomputed(scene, record)).values()) < 1e-30
+
+
+def test_what_several_doubles_lack_is_done_in_quad() -> None:
+    scene = load_scene("reference").varied(until="0.001")
+    for event, precision in (("theta_min", "double-double"), ("zero:theta", "quad")):
+        assert spot_check._integrated(scene, (event,)).precision.name == precision
+    thrown = load_scene("reference").varied(phi_dot="400")
+    assert spot_check.recomputed(thrown, ())["outcome"] == "contact_lost"
 
 
 def test_differences_tell_missing_values() -> None:

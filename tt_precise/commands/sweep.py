@@ -69,7 +69,7 @@ def command() -> None:
 @click.option("--chunk", type=click.IntRange(1, 1_000_000), help="Rows of a task and of a file.")
 @click.option(
     "--recheck", type=click.IntRange(min=0), default=1000, show_default=True,
-    help="One row in so many is integrated again in quad; 0: none.",
+    help="One row in so many is integrated again in double-double; 0: none.",
 )  # fmt: skip
 @click.option("--honesty", "recheck", type=click.IntRange(min=0), hidden=True)
 @click.option("--json", "as_json", is_flag=True, help="The summary, one JSON object, on stdout.")
@@ -182,7 +182,7 @@ def lines(summary: dict[str, Json]) -> list[str]:
             shown.append(f"  {name:>13}: {found['min']:.6g} to {found['max']:.6g}")
     recheck = summary["recheck"]
     if recheck["rows"]:
-        shown.append(f"  {recheck['rows']} rows again in quad; largest differences:")
+        shown.append(f"  {recheck['rows']} rows again in double-double; largest differences:")
         shown += [
             f"  {name:>13}: {found['value']:.2g} (row {found['index']})"
             for name, found in recheck["largest_difference"].items()
@@ -256,7 +256,7 @@ def _bars(
         transient=True,
     ) as shown:
         first = shown.add_task("rows", total=rows, rate="")
-        second = shown.add_task("again in quad", total=None, rate="", visible=False)
+        second = shown.add_task("again in double-double", total=None, rate="", visible=False)
 
         def progress(done: int, all_rows: int) -> None:
             speed = shown.tasks[0].speed

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-from tt_precise.integrate.precision import DOUBLES
+from tt_precise.integrate.accuracy import RATIO
+from tt_precise.integrate.precision import DOUBLES, precision_named
+from tt_precise.integrate.system import full_tolerance
 
 TABLE = Path(__file__).with_name("cost_table.csv")
 DIGITS_PER_BIT = math.log10(2)
@@ -86,8 +88,17 @@ def cost_with_estimate(setting: Setting) -> float:
     return twice * setting.cost + (full[0] if full else math.inf)
 
 
-def wide(digits: float, formulation: str | None) -> Setting:
-    """The setting of mp whose bits hold ``digits`` where the median scene loses what it does."""
+def wide(digits: float, formulation: str | None, available: frozenset[str]) -> Setting:
+    """What has ``digits``, beyond those of the table, where the median scene loses what it does.
+
+    Triple-double down to its finest tolerance, beyond which only mp has the bits.
+    """
+    finest = [row for row in measured() if row.precision == "triple-double"]
+    if finest and "triple-double" in available and formulation in (None, "newton"):
+        last = min(finest, key=lambda row: row.tolerance)
+        tolerance = last.tolerance * 10 ** (last.digits - digits)
+        if tolerance >= RATIO * full_tolerance(precision_named("triple-double")):
+            return replace(last, tolerance=tolerance, digits=digits)
     lost = max(
         113 * DIGITS_PER_BIT - row.digits
         for row in measured()

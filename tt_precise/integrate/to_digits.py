@@ -21,7 +21,7 @@ SPREAD, KNOWN_SPREAD = 1.4, 0.3
 HOPE, WORTH_A_TRY = 1.5, 6.0
 # Digits a scene has more for each decade that it is shorter than the table's, in units of time.
 LONG, GAIN, MOST_GAIN = 177.0, 3.0, 4.0
-WIDENINGS = 4  # times that the bits of mp are raised, each time by what the last estimate missed
+WIDENINGS = 5  # tries beyond the table, each time with what the last estimate missed
 
 
 def integrate_to_digits(
@@ -46,7 +46,8 @@ def integrate_to_digits(
     whole = isinstance(wanted, int) and not isinstance(wanted, bool)
     if not whole or not 1 <= wanted <= MOST_DIGITS:
         raise InputError(f"digits: got {wanted}, expected a whole number from 1 to {MOST_DIGITS}")
-    every = settings(formulation, frozenset(filter(is_available, precisions)))
+    available = frozenset(filter(is_available, precisions))
+    every = settings(formulation, available)
     expected = wanted + SPARE - gain
     rest = [one for one in every if one.digits >= expected]
     tries = _hopeful(every, rest[0], expected) if rest else []
@@ -61,7 +62,9 @@ def integrate_to_digits(
         else:
             widened += not rest
             setting = (
-                _first(rest, needed + spread) if rest else wide(needed + widened - 1, formulation)
+                _first(rest, needed + spread)
+                if rest
+                else wide(needed + spread + widened - 1, formulation, available)
             )
             rest = rest[rest.index(setting) + 1 :] if rest else rest
         trajectory, spread = run(setting), KNOWN_SPREAD

@@ -76,7 +76,7 @@ def sweep(
     chunk
         Rows of one task and of one file.
     one_in
-        One row in so many is integrated again in quad; 0: none.
+        One row in so many is integrated again in a finer arithmetic; 0: none.
     progress, checking
         Called with rows done and all rows; and with rows recomputed and all of those.
 
@@ -160,7 +160,7 @@ def written_chunk_task(
 
 
 def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
-    """A row again in quad, in a worker."""
+    """A row again in a finer arithmetic, in a worker."""
     return spot_check.recomputed(plan.scene_of(values), plan.record)
 
 
@@ -210,14 +210,14 @@ def _check(
     one_in: int,
     checking: Counted | None,
 ) -> None:
-    """Integrate the rows of the spot check in quad, and note how they differ."""
+    """Integrate the rows of the spot check again, and note how they differ."""
     report = checking or (lambda done, all_rows: None)
     wanted = set(spot_check.drawn(spec.rows, spec.seed, one_in)) - store.checked.keys()
     asked: dict[int, dict[Hashable, Any]] = {}
 
     def calls() -> Iterator[Call]:
         for row in _rows(store, wanted):
-            # quad runs end where contact is lost; beyond, there is nothing to compare with
+            # these runs end where contact is lost; beyond, there is nothing to compare with
             if spec.contact == "bilateral" and not row["min_g_n"] > 0:
                 continue
             asked[int(row["index"])] = row

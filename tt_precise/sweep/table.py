@@ -51,7 +51,7 @@ def table(
     workers
         Processes; more than one need the usual ``if __name__ == "__main__"`` in a script.
     recheck
-        One row in so many is integrated again in quad, which takes seconds; 0: none.
+        One row in so many is integrated again in double-double; 0: none.
     others
         ``sampler``, ``seed``, ``contact`` as for a ``Specification``.
 
