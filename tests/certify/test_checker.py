@@ -254,6 +254,18 @@ def test_recorded_angles_are_checked() -> None:
 
 
 @pytest.mark.proofs
+@pytest.mark.parametrize("name", ["frictionless", "rolling"])
+def test_what_only_touches_zero_is_no_event(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    stored = beginning(name)
+    content = content_of(stored, prove(stored.scene))
+    assert check(stored, content).events == len(stored.events.rows)
+    # the negative control: a touch of which nothing is known cannot be told from two zeros
+    monkeypatch.setattr(checking._Tables, "_touches", lambda *_: [])
+    with pytest.raises(Refused, match="undecided"):
+        check(stored, content)
+
+
+@pytest.mark.proofs
 @pytest.mark.parametrize("name", ["contact-lost", "rocking", "stays-upright"])
 def test_other_scenes_are_accepted(name: str) -> None:
     stored = store.read(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 from flint import arb, arb_poly
@@ -43,20 +43,26 @@ class CheckedZeros:
         found = self.of(force, checker.finish)
         return found[0][1] if found else None
 
-    def of(self, function: Function, until: arb) -> list[tuple[int, arb]]:
-        """Direction and time of each zero of a function, in order, up to ``until``."""
+    def of(
+        self, function: Function, until: arb, touches: Sequence[arb] = ()
+    ) -> list[tuple[int, arb]]:
+        """Direction and time of each zero of a function, in order, up to ``until``.
+
+        At the times ``touches`` the function and its derivative are known to be zero: where its
+        second derivative has a sign it does not change its own, and has no other zero.
+        """
         try:
-            return self._of(function, until)
+            return self._of(function, until, touches)
         except Refused:
             if self.sharp:
                 raise
-        return self._sharper.of(function, until)
+        return self._sharper.of(function, until, touches)
 
     @cached_property
     def _sharper(self) -> CheckedZeros:
         return CheckedZeros(self.piece, sharp=True)
 
-    def _of(self, function: Function, until: arb) -> list[tuple[int, arb]]:
+    def _of(self, function: Function, until: arb, touches: Sequence[arb]) -> list[tuple[int, arb]]:
         checker, slope = self.piece, arb_poly([])
         end = min(checker.length, ((until - checker.time) / checker.unit).upper())
         value = function(self.motion).p
@@ -78,6 +84,9 @@ class CheckedZeros:
                 if (before > 0) != (after > 0):
                     zero = self._refined(function, slope, where)
                     found.append((1 if after > 0 else -1, checker.time + zero * checker.unit))
+                continue
+            within = any(a < (t - checker.time) / checker.unit < b for t in touches)
+            if within and not self._bend(function)(where).contains(0):
                 continue
             if not b - a > checker.length * CLOSEST:
                 raise self._undecided
@@ -105,9 +114,15 @@ class CheckedZeros:
 
     def _slope(self, function: Function) -> arb_poly:
         """The function's derivative by s."""
-        return function(self._moving).by[0].p
+        return function(self.piece.motion(self._moving)).by[0].p
+
+    def _bend(self, function: Function) -> arb_poly:
+        """Its second derivative by s."""
+        rates = [f * self.piece.unit for f in self.piece.rates(self._moving)]
+        pairs = zip(self._moving, rates, strict=True)
+        return function(self.piece.motion([Dual(y, [f]) for y, f in pairs])).by[0].by[0].p
 
     @cached_property
-    def _moving(self) -> Motion:
+    def _moving(self) -> list[Dual]:
         pairs = zip(self.tube, self.piece.rates(self.tube), strict=True)
-        return self.piece.motion([Dual(y, [f * self.piece.unit]) for y, f in pairs])
+        return [Dual(y, [f * self.piece.unit]) for y, f in pairs]

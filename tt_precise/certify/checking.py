@@ -20,7 +20,7 @@ from flint import arb
 
 from tt_precise.certify.balls import ball
 from tt_precise.certify.checked_zeros import CheckedZeros
-from tt_precise.certify.checker import GUARD, Checker
+from tt_precise.certify.checker import GUARD, Checker, Dual
 from tt_precise.certify.pieces import Accepted, Refused, exactly
 from tt_precise.errors import InputError
 from tt_precise.golden.digits import scale_of
@@ -107,9 +107,28 @@ class _Tables:
     def _events(self, zeros: CheckedZeros, until: arb) -> None:
         for name in catalogue(self.scene.model):
             event = event_named(name, self.scene.model)
-            for direction, time in zeros.of(event.function, until):
+            touches = self._touches(zeros, until) if name == "phi_dot_zero" else ()
+            for direction, time in zeros.of(event.function, until, touches):
                 if event.direction in (0, direction):
                     self._event(name, direction, time)
+
+    def _touches(self, zeros: CheckedZeros, until: arb) -> list[arb]:
+        """Where phi_dot is zero without changing sign, because the motion comes back.
+
+        Without friction, and rolling, time may be reversed in a mirror: a motion that starts at a
+        turning point of theta, with phi_dot = 0, has that phi_dot at every turn of the same kind.
+        """
+        scene, checker = self.scene, self.checker
+        turns = scene.start.theta_dot == 0 == scene.start.phi_dot
+        if not turns or (scene.body.mu and scene.model == "gliding"):
+            return []
+        function = event_named("theta_max", scene.model).function
+        start = [*map(arb, checker.start.first_row(checker.form, scene.record))]
+        pairs = zip(start, checker.rates(start), strict=True)
+        slope = arb(function(checker.motion([Dual(x, [f]) for x, f in pairs])).by[0])
+        if slope.contains(0):
+            return []
+        return [time for way, time in zeros.of(function, until) if (way > 0) == (slope > 0)]
 
     def _event(self, name: str, direction: int, time: arb) -> None:
         printed = self.events[name]
