@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -61,6 +62,21 @@ def test_a_wrong_number_does_not_pass(reader: list[str], copied: Path, name: str
     digit = next(i for i in range(at, len(text)) if text[i] in "0123456789")
     file.write_text(text[:digit] + str((int(text[digit]) + 5) % 10) + text[digit + 1 :])
     assert run(reader, copied) != 0
+
+
+@pytest.mark.parametrize("law", ["linear-1", "hunt-crossley-1"])
+def test_the_force_of_an_elastic_table_is_computed_in_javascript(law: str, copied: Path) -> None:
+    if shutil.which("node") is None:
+        pytest.skip("node is not installed, so reader.mjs cannot run")
+    reader = ["node", str(READERS / "reader.mjs")]
+    index, states = copied / "index.json", copied / "vectors" / "states.json"
+    index.write_text(json.dumps({"files": []}))
+    assert run(reader, copied) == 0
+    file = json.loads(states.read_text())
+    (case,) = (one for one in file["cases"] if one["name"] == law)
+    case["contact"]["damping"] = str(1.0001 * float(case["contact"]["damping"]))
+    states.write_text(json.dumps(file))
+    assert run(reader, copied) == 1
 
 
 def test_a_missing_file_does_not_pass(reader: list[str], copied: Path) -> None:
