@@ -3,10 +3,7 @@
 from dataclasses import replace
 from fractions import Fraction
 
-import pytest
-
 from tt_precise.bench import settings_table
-from tt_precise.golden import scenes
 from tt_precise.integrate import integrate
 from tt_precise.scene import load_scene
 
@@ -30,12 +27,3 @@ def test_another_ending_has_no_right_digits() -> None:
     scene = load_scene("contact-lost")
     short = replace(scene, until=Fraction(1, 100))
     assert settings_table.right_digits(integrate(short)) == 0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("wanted", [3, 6, 9, 12, 15])
-@pytest.mark.parametrize("name", scenes())
-def test_digits_are_delivered_on_every_golden_scene(name: str, wanted: int) -> None:
-    trajectory = integrate(name, digits=wanted, events=(), record=())
-    assert settings_table.right_digits(trajectory) >= wanted
-    assert trajectory.digits_throughout - settings_table.right_digits(trajectory) < 1

@@ -11,11 +11,9 @@ import pytest
 from tt_precise.errors import InputError
 from tt_precise.golden.places import home
 from tt_precise.integrate import Trajectory, catalogue, integrate
-from tt_precise.integrate.in_doubles import _compiled
 from tt_precise.integrate.precision import precision_named
 from tt_precise.mechanics.formulations import KINDS
 from tt_precise.scene import Scene, load_scene, shipped
-from tt_precise.taylor.machine import Machine
 
 FN = mpmath.MPContext()
 FN.prec = 260
@@ -49,22 +47,6 @@ def worst(run: Trajectory, rows: Table, every: int = 1) -> float:
     """Of ``every`` so many rows, and of the last one, which is the end."""
     found = [digits(row, run.at(row["t"]).values) for row in rows[:-1:every]]
     return min([*found, digits(rows[-1], run.state.values)])
-
-
-@pytest.fixture(scope="module", autouse=True)
-def quickly_compiled() -> Any:
-    """The same instructions, not optimised: the same bits, in a fifteenth of the time."""
-    made, usual = [], Machine.__init__
-
-    def quick(self: Machine, text: str, features: str | None = None, level: int = 0) -> None:
-        made.append(text)
-        usual(self, text, features, level)
-
-    _compiled.cache_clear()
-    Machine.__init__ = quick  # type: ignore[method-assign]
-    yield
-    Machine.__init__ = usual  # type: ignore[method-assign]
-    _compiled.cache_clear()
 
 
 @pytest.fixture(scope="module")
