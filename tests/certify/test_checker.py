@@ -6,6 +6,7 @@ import ast
 import hashlib
 import lzma
 import random
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -309,6 +310,25 @@ def test_what_would_fill_memory_or_stack_is_refused(
     sealed = hashlib.sha256(text.encode()).hexdigest() + text
     with pytest.raises(Refused, match=why):
         unpacked(lzma.compress(sealed.encode(), preset=0))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda c: c.update(order=10**9), lambda c: c.update(order=True),
+        lambda c: c.update(bits=10**9), lambda c: c.update(bits="200"),
+        lambda c: c["pieces"][0].__setitem__(0, 10**9),
+        lambda c: c["pieces"][0].__setitem__(1, "1p-999999999999"),
+    ],
+    ids=["order", "no order", "bits", "no bits", "unit", "length"],
+)  # fmt: skip
+def test_what_would_take_for_ever_is_refused(
+    stored: Stored, content: dict[str, Any], change: Callable[[dict[str, Any]], Any]
+) -> None:
+    endless = {**content, "pieces": [[*piece] for piece in content["pieces"]]}
+    change(endless)
+    with pytest.raises(Refused, match="expected a whole number from"):
+        check(stored, endless)
 
 
 def test_what_follows_a_certificate_is_noticed(content: dict[str, Any]) -> None:

@@ -21,7 +21,15 @@ from flint import arb
 from tt_precise.certify.balls import ball
 from tt_precise.certify.checked_zeros import CheckedZeros
 from tt_precise.certify.checker import GUARD, Checker, Dual
-from tt_precise.certify.pieces import Accepted, Refused, exactly
+from tt_precise.certify.pieces import (
+    MOST_BITS,
+    MOST_ORDER,
+    MOST_POWER,
+    Accepted,
+    Refused,
+    bounded,
+    exactly,
+)  # fmt: skip
 from tt_precise.errors import InputError
 from tt_precise.golden.digits import scale_of
 from tt_precise.golden.runs import DIGITS
@@ -37,7 +45,8 @@ from tt_precise.untyped import Json
 def check(stored: Stored, content: dict[str, Json], progress: Progress = silent) -> Accepted:
     """Verify that a certificate proves the golden data ``stored``, or raise ``Refused``."""
     try:
-        with flint.ctx.workprec(int(content["bits"]) + GUARD):
+        bounded(content["order"], 1, MOST_ORDER)
+        with flint.ctx.workprec(bounded(content["bits"], 2, MOST_BITS) + GUARD):
             return _checked(stored, content, progress)
     except Refused:
         raise
@@ -49,7 +58,7 @@ def _checked(stored: Stored, content: dict[str, Json], progress: Progress) -> Ac
     tables, pieces = _Tables(stored, Checker(stored, content)), content["pieces"]
     for i, (power, *numbers) in enumerate(pieces):
         length, *start = map(exactly, numbers)
-        tables.advance(int(power), length, start)
+        tables.advance(bounded(power, -MOST_POWER, MOST_POWER), length, start)
         progress((i + 1) / len(pieces))
     return tables.finished(len(pieces))
 

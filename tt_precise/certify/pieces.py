@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "tt_precise.certificate/1"
 FILE = "certificate.json.xz"
+MOST_BITS, MOST_ORDER, MOST_POWER = 10_000, 10_000, 100_000
 MOST_BYTES = 100_000_000  # unpacked; that of the reference scene has 0.8 MB
 
 
@@ -105,6 +106,19 @@ def unpacked(data: bytes) -> dict[str, Json]:
     return content
 
 
+def bounded(number: Json, least: int, most: int) -> int:
+    """A whole number of a certificate, which says how much work and memory it takes.
+
+    Raises
+    ------
+    Refused
+        It is none, or beyond its bounds.
+    """
+    if type(number) is not int or not least <= number <= most:
+        raise Refused(f"got {str(number)[:20]}, expected a whole number from {least} to {most}")
+    return number
+
+
 def _dyadic(number: arb) -> str:
     mantissa, exponent = number.man_exp()
     return f"{int(mantissa):x}p{int(exponent)}"
@@ -120,6 +134,7 @@ def exactly(text: str) -> arb:
     """
     try:
         mantissa, exponent = text.split("p")
-        return arb(fmpz(int(mantissa, 16))) * arb(2) ** int(exponent)
+        power = bounded(int(exponent), -MOST_POWER, MOST_POWER)
+        return arb(fmpz(int(mantissa, 16))) * arb(2) ** power
     except (ValueError, AttributeError):
         raise Refused(f"got {str(text)[:50]!r}, expected a mantissa and an exponent") from None
