@@ -336,7 +336,8 @@ class Checker:
             Dual(y, [one if i == j else None for j in places]) for i, y in enumerate(self.tube)
         ]
         rates = self.rates(state)
-        if any(rate.value.p.length() for i, rate in enumerate(rates) if i not in places):
+        moves = [p.length() or rate.value.p.length() for p, rate in zip(self.p, rates, strict=True)]
+        if any(length for i, length in enumerate(moves) if i not in places):
             raise Refused("a component does not stay zero")
         rows = (rates[i].by for i in places)
         return [[zero if d is None else d * self.unit for d in row] for row in rows]
