@@ -170,6 +170,13 @@ def test_what_was_tampered_with_is_not_certified(stored: Stored, proof: Proof, n
     assert certificate.content["mismatches"]
 
 
+def test_a_mismatch_says_in_which_line(stored: Stored, proof: Proof) -> None:
+    certificate = compared(replace(stored, trajectory=_later(stored.trajectory)), proof)
+    assert certificate.content["mismatches"] == [
+        f"{TRAJECTORY}, line 4: got t = 0.0200001, expected 0.02"
+    ]
+
+
 def test_numbers_that_no_proof_reaches_are_counted(stored: Stored, proof: Proof) -> None:
     # the proof of the first 0.02 s, held against tables of 0.05 s
     shorter = prove(replace(stored.scene, until=Fraction(1, 50)))

@@ -27,6 +27,9 @@ from tt_precise.certify.printed import compare, outward, tally
         ("1.0000e+00", "0.99996", "1e-9", 5, False, True),
         ("-1.0000e+00", "-0.999996", "1e-9", 5, True, False),
         ("-1.0000e+00", "-0.99996", "1e-9", 5, False, True),
+        # the ties themselves: either neighbour is right
+        ("2e+00", "2.5", "0", 1, True, False),
+        ("2e+00", "1.5", "0", 1, True, False),
     ],
 )
 def test_compare(
