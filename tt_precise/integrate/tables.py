@@ -114,12 +114,13 @@ class Tables:
             columns |= {"t": times.astype(float), "direction": directions}
             values = self.of.of_arrays(names, entries, long_double)
             return columns | {name: column.astype(float) for name, column in values.items()}
-        guarded = self.of.precision.guarded
-        states = self.of.states(
-            [guarded(hit.time) for hit in hits], [tuple(map(guarded, hit.state)) for hit in hits]
-        )
-        columns |= {"t": [state.t for state in states], "direction": directions}
-        return columns | {name: [state.values[name] for state in states] for name in names}
+        guarded, leaving = self.of.precision.guarded, self.of.leaving
+        unit = self.of.start.units.time
+        columns["t"] = [leaving(guarded(hit.time) * unit) for hit in hits]
+        columns["direction"] = directions
+        rows = [tuple(map(guarded, hit.state)) for hit in hits]
+        found = self.of.of_rows(names, rows) if names else {}
+        return columns | {name: list(map(leaving, column)) for name, column in found.items()}
 
     def drift(
         self, integrals: Iterable[Integral], times: Sequence[Fraction]

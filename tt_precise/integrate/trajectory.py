@@ -257,9 +257,9 @@ class Trajectory(Estimated):
         """
         return self._tables.events()
 
-    def event_table(self) -> dict[str, Array]:
-        """The columns of ``events`` by name, without pandas."""
-        return self._tables.event_columns(self._columns.names)
+    def event_table(self, names: Sequence[str] | None = None) -> dict[str, Array]:
+        """The columns of ``events`` by name, without pandas, and of the state those ``names``."""
+        return self._tables.event_columns(self._columns.names if names is None else names)
 
     @property
     def event_counts(self) -> Counter[str]:
