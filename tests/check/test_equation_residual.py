@@ -163,3 +163,17 @@ def test_what_begins_to_glide_is_joined() -> None:
     samples: Any = SimpleNamespace(state=None)
     joined = found._joined(samples, numpy.ones(4))
     assert joined.tolist() == [True, False, True, False]
+
+
+def test_what_was_summed_so_far_goes_on_in_the_next_block() -> None:
+    """Two blocks of one interval each, off by 1 and by 2."""
+    residual: Any = SimpleNamespace(setup=SimpleNamespace(joins=False))
+    total = SummedResidual(residual, "state", 0.5)
+    samples: Any = SimpleNamespace(t=numpy.array([0.0, 1.0]))
+    for off, expected in ((1.0, 1.0), (2.0, 3.0)):
+        found = SimpleNamespace(
+            bound=numpy.zeros(1), within=numpy.zeros(1), ends=numpy.array([1]),
+            state=numpy.array([[off]]),
+        )  # fmt: skip
+        residual.balance = lambda _, found=found: found
+        assert total(samples).tolist() == pytest.approx([0, expected])
