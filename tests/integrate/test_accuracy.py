@@ -176,7 +176,8 @@ def test_digits_that_are_not_reached_are_refused(
 ) -> None:
     monkeypatch.setattr(to_digits, "settings", lambda *_: [])
     monkeypatch.setattr(Trajectory, "digits_throughout", 29.96)
-    with pytest.raises(InputError, match=r"digits: got 30, but mp with \d+ bits reaches 30\.0"):
+    reached = r"digits: got 30, but triple-double with \d+ bits reaches 30\.0"
+    with pytest.raises(InputError, match=reached):
         integrate(short, digits=30)
 
 
