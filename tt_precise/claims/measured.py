@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 from tt_precise.arithmetic import Scalar
 
-MOST_DIGITS = 20  # printed; the quad reference has more
+MOST_DIGITS = 20  # printed; the fine runs have more
 DEFAULT_DIGITS = 12  # printed of a bare number, for which nobody states an error
 
 

@@ -33,6 +33,19 @@ def test_settled_values_agree_with_a_finer_run() -> None:
     assert abs(found.value - finer) < abs(finer) * 10**-28
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["reference", "below-threshold"])
+def test_fine_values_are_those_of_quad(scene: str) -> None:
+    """More digits than are ever printed, at the end and on the way; and the same events."""
+    fine, quad = (evidence.trajectory(scene, name) for name in (evidence.FINE, "quad"))
+    assert quad.precision.name == "quad" != fine.precision.name
+    assert fine.event_counts == quad.event_counts
+    for name in ("theta", "phi_dot", "E"):
+        for t in (quad.t_end, quad.t_end / 3):
+            values = [run.frame(name, times=[str(t)])[name].iloc[0] for run in (fine, quad)]
+            assert abs(values[0] - values[1]) < abs(values[1]) * 10**-22
+
+
 def test_extrema_are_not_missed_between_samples() -> None:
     values = evidence.turning_values("g_n", SHORT)["value"]
     sampled = evidence.sampled(SHORT, ("g_n",), "0.0001")["g_n"]

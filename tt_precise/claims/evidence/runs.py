@@ -13,13 +13,14 @@ from tt_precise.claims.measured import Settled
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, thresholds
 from tt_precise.integrate import Trajectory, catalogue, integrate
+from tt_precise.integrate.precision import is_available
 from tt_precise.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     import pandas
 
 SceneLike = str | Scene
-FINE = "quad"
+FINE, WHERE_MISSING = "double-double", "quad"
 
 
 def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
@@ -35,14 +36,16 @@ def trajectory(
 ) -> Trajectory:
     """A scene integrated with every event of the catalogue recorded.
 
-    Double costs milliseconds, quad some seconds, and each is made once.
+    Each is made once. In quad, which takes seconds, where double-double cannot do a scene.
     """
     loaded = load_scene(scene)
+    if precision == FINE and (loaded.in_pieces or not is_available(FINE)):
+        precision = WHERE_MISSING
     return integrate(loaded, precision, formulation=formulation, events=catalogue(loaded.model))
 
 
 def settled(value: Callable[[Trajectory], Scalar], scene: SceneLike = "reference") -> Settled:
-    """A value taken from a scene's trajectory in quad, with the digits that ``rough()`` confirms.
+    """A value taken from a scene's fine trajectory, with the digits that ``rough()`` confirms.
 
     The two runs take other steps in other arithmetics.
     """

@@ -226,7 +226,7 @@ def _run(theta: str, phi_dot: str) -> Trajectory:
 
 @cache
 def _threshold(theta: str) -> Settled:
-    """Root in phi_dot(0) of the signed first perigee, from quad, with double's confirmation."""
+    """Root in phi_dot(0) of the signed first perigee, fine, with double's confirmation."""
     fine, rough = (_root(theta, precision) for precision in (evidence.FINE, "double"))
     return Settled.of(fine, rough)
 

@@ -25,7 +25,7 @@ def potential_energy_at_8_s(printed: str = AT_8_S, scene: str = "reference") -> 
     return _energy(
         printed,
         "8",
-        "m g R (1 - alpha cos theta) at the state that quad and extended arithmetic agree on.",
+        "m g R (1 - alpha cos theta) at the state that double-double and extended agree on.",
         scene,
     )
 

@@ -16,8 +16,8 @@ from tt_precise.integrate import Trajectory
 
 SECTION = "Sec. 2.1"
 RANGES = (
-    "least and largest value over 0..8 s: extrema found as events, values in quad with the digits "
-    "that extended arithmetic confirms"
+    "least and largest value over 0..8 s: extrema found as events, values in double-double with "
+    "the digits that extended arithmetic confirms"
 )
 LATER = "10"  # s, to see enough nutations behind the climb
 PERIOD = "a nutation period is the time from one maximum of theta to the next"

@@ -64,9 +64,9 @@ def small_perturbations(share: str = "0.01", scene: SceneLike = "reference") -> 
     "QUAL-07",
     quote="values attained at t_init are taken as initial conditions, theta(t) climbs immediately",
     where=SECTION,
-    definition="starts at the states of the reference solution (quad) at t_init in definitions A, "
-    "B and C; immediately: no initiation time but 0 in definition A, and the middle between "
-    "turning points of theta rises from the second on",
+    definition="starts at the states of the reference solution (double-double) at t_init in "
+    "definitions A, B and C; immediately: no initiation time but 0 in definition A, and the middle "
+    "between turning points of theta rises from the second on",
     control={"before": "1"},
 )
 def restart(before: str = "0", scene: SceneLike = "reference") -> Finding:
