@@ -348,6 +348,14 @@ def test_the_committed_certificate_is_small() -> None:
     assert unpacked(data)["scene"] == "reference"
 
 
+def test_a_root_is_bounded_by_what_its_square_is_off() -> None:
+    low = checker.Room(arb(1) / 4, checker.LOW)
+    root = checker.Poly(arb_poly([4, 1]), low).sqrt().p
+    for x in (arb(0), arb(1) / 8, arb(1) / 4):
+        assert root(x).contains((4 + x).sqrt())
+        assert root(x).rad() < 1e-10
+
+
 def test_the_flow_of_constant_coefficients_is_the_exponential() -> None:
     """Of J = [[0, 1], [-1, 0]] a rotation; and J P - P' is what is left of its series."""
     low = checker.Room(arb(1) / 2, checker.LOW)

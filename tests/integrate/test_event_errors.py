@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
 
 import numpy
 import pytest
 
 from tt_precise import golden
 from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integrate.event_errors import _beside
 from tt_precise.scene import Scene
 
 EVENTS = ("theta_min", "phi_dot_zero", "extremum:g_n")
@@ -130,3 +133,14 @@ def test_another_top_has_its_pieces_at_other_times() -> None:
     late = run.event_errors(beside=[rolls])
     stuck = late["t"] > late["t"][late["name"] == "slip"].min() * (1 - 1e-12)
     assert numpy.isinf(late["error"][stuck]).all()
+
+
+@pytest.mark.parametrize(("at", "other"), [(0.5, "slip"), (2.0, "stick")])
+def test_beside_a_part_of_another_kind_or_after_its_end_nothing_holds(
+    at: float, other: str
+) -> None:
+    tables = SimpleNamespace(of=None)
+    part, beside = (SimpleNamespace(tables=tables, begin=0, before=b) for b in ("stick", other))
+    asked: Any = (part, [SimpleNamespace(time=at)], None, beside, 1.0)
+    late, digits = _beside(*asked)
+    assert (late.tolist(), digits.tolist()) == ([numpy.inf], [0.0])

@@ -3,6 +3,7 @@
 import math
 import pickle
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import mpmath
@@ -13,6 +14,7 @@ import tt_precise as tt
 from tt_precise import golden
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory
+from tt_precise.integrate.lifting import _flies
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.numerals import to_mpmath
@@ -272,6 +274,17 @@ def test_a_flight_begins_above_the_table_or_leaves_it() -> None:
     assert tt.integrate(scene.varied(height="0"), events=()).status == "landed"
     with pytest.raises(InputError, match="got 0 in a flight scene, expected the height"):
         scene.varied(height="0", rise="0")
+
+
+@pytest.mark.parametrize(
+    ("height", "rise", "flies"),
+    [(1, -1, True), (0, 1, True), (0, 0, True), (0, -1, False), (-1, 0, False)],
+)
+def test_what_leaves_or_stands_off_the_table_flies(height: int, rise: int, flies: bool) -> None:
+    """At the table's height it is pressed in only where it comes down."""
+    body = load_scene("elastic-linear").body.numbers(float)
+    here: Any = SimpleNamespace(body=body, vectors=SimpleNamespace(height=height, rise=rise))
+    assert _flies(here) == flies
 
 
 def test_proofs_refuse_flight() -> None:

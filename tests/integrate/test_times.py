@@ -7,7 +7,10 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.integrate.times import Times
+from tt_precise.initial_state import InitialState
+from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.times import SampleTimes, Times
+from tt_precise.scene import load_scene
 
 
 @pytest.mark.parametrize("bits", [10, 52, 53, 54, 60, 80, 200])
@@ -25,6 +28,16 @@ def test_times_are_the_nearest_doubles(bits: int) -> None:
         assert abs(left) < t * Fraction(1, 2**61)
     assert (abs(found.delay) <= numpy.spacing(found.rounded)).all()
     assert (numpy.diff(whole) >= 0).all()
+
+
+def test_the_last_sample_is_the_horizon_to_the_last_bit() -> None:
+    scene = load_scene("reference")
+    start = InitialState.of(scene, precision_named("extended").arithmetic)
+    doubles = SampleTimes.of(scene, start).doubles
+    assert doubles.rounded[-1] == float(start.until)
+    assert doubles.delay[-1] == float(start.until - float(start.until)) != 0
+    others = Times.of(scene.sample_times, start.units.time)
+    assert (doubles.delay[:-1] == others.delay[:-1]).all()
 
 
 def test_no_times_are_no_times() -> None:

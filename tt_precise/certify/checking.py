@@ -45,7 +45,7 @@ from tt_precise.untyped import Json
 def check(stored: Stored, content: dict[str, Json], progress: Progress = silent) -> Accepted:
     """Verify that a certificate proves the golden data ``stored``, or raise ``Refused``."""
     try:
-        bounded(content["order"], 1, MOST_ORDER)
+        bounded(content["order"], 0, MOST_ORDER)
         with flint.ctx.workprec(bounded(content["bits"], 2, MOST_BITS) + GUARD):
             return _checked(stored, content, progress)
     except Refused:
