@@ -138,7 +138,8 @@ def map_out(log: Path, plain: Path, file: str) -> bool:
         if tested(checkout, [file], None, 3600.0, record) in (PASSED, NOTHING):
             with log.open("a") as lines:
                 tests = json.loads(record.read_text())
-                lines.write(json.dumps({"file": file, "tests": tests}) + "\n")
+                entry = {"file": file, "sha256": _sha256(plain / file), "tests": tests}
+                lines.write(json.dumps(entry) + "\n")
             return True
     print(f"{file} fails without any mutant", flush=True)
     return False
@@ -154,12 +155,17 @@ def instrumented(plain: Path) -> Path:
 
 
 def mapped(log: Path) -> dict[str, list[Reached]]:
-    """The tests of each file that was looked at."""
+    """The tests of each file that was looked at, and is still the same."""
     lines = log.read_text().splitlines() if log.is_file() else []
     return {
         entry["file"]: [Reached(**test) for test in entry["tests"]]
         for entry in map(json.loads, lines)
+        if (ROOT / entry["file"]).is_file() and entry["sha256"] == _sha256(ROOT / entry["file"])
     }
+
+
+def _sha256(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def noted(log: Path, checkout: Path, one: Mutant, reach: Sequence[Reached], most_s: float) -> bool:
