@@ -33,6 +33,15 @@ def test_a_rotated_box_does_not_grow_by_wrapping() -> None:
         assert max(h.rad() for h in errors.hull) < 1.42
 
 
+def test_a_flat_set_stays_flat_whichever_edge_is_the_long_one() -> None:
+    """Nearly parallel edges: the long one keeps its direction, or its length would go across."""
+    with flint.ctx.workprec(80):
+        for edges, across in (((1, 1e-6), (0, 1)), ((1e-6, 1), (-1e-8, 1))):
+            errors = ErrorSet.of([arb(0, edge) for edge in edges])
+            moved = errors.moved(arb_mat([[1, 1], [0, 1e-8]]), [arb(0), arb(0)])
+            assert moved.along([arb(x) for x in across]).rad() < 1e-13
+
+
 def test_what_is_not_finite_is_not_proved() -> None:
     with flint.ctx.workprec(80), pytest.raises(NotProved):
         ErrorSet.of([arb("nan")])

@@ -94,6 +94,25 @@ def test_a_start_beside_a_pole_is_run_alone(reference: Scene) -> None:
     assert pair(beside)._pair is None
 
 
+def test_as_many_rows_as_are_bearable_and_no_more(
+    half: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+    rows = paired.Beginning.rows
+
+    def counted(beginning: paired.Beginning, every: Any) -> Any:
+        found = rows(beginning, every)
+        asked.append(found[0])
+        return found
+
+    monkeypatch.setattr(paired.Beginning, "rows", counted)
+    pair(half)
+    monkeypatch.setattr(paired, "MOST_ROWS", asked[0])
+    assert pair(half)._pair is not None
+    monkeypatch.setattr(paired, "MOST_ROWS", asked[0] - 1)
+    assert pair(half)._pair is None
+
+
 def test_a_batch_is_used_again(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     pair(half)
     monkeypatch.setattr(paired, "_build", None)

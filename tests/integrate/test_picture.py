@@ -9,7 +9,7 @@ from PIL import Image
 from tt_precise import plotting
 from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.animation import ELEVATION, _seen, _towards, sampled
+from tt_precise.integrate.animation import ELEVATION, _Picture, _seen, _towards, sampled
 from tt_precise.scene import Scene
 
 
@@ -74,6 +74,20 @@ def test_a_gif_has_its_frames(short: Trajectory, tmp_path: Path) -> None:
         picture.seek(2)
         assert picture.convert("RGB").tobytes() != first.tobytes()
     assert done[-1] == 1
+
+
+def test_words_and_panels_stand_inside_the_picture(short: Trajectory) -> None:
+    drawn = plotting.new_figure(6.0, 3.9)
+    drawn.set_layout_engine("none")
+    _Picture(drawn, sampled(short, 0.0, 0.1, 2), "a title").show(0)
+    for axes in drawn.axes:
+        box = axes.get_position()
+        assert 0 <= box.x0 < box.x1 <= 1
+        assert 0 <= box.y0 < box.y1 <= 1
+    for words in drawn.texts:
+        box = words.get_window_extent()
+        assert 0 < box.x0 < box.x1 < drawn.bbox.x1
+        assert 0 < box.y0 < box.y1 < drawn.bbox.y1
 
 
 def test_html_holds_everything(short: Trajectory, tmp_path: Path) -> None:

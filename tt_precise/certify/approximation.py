@@ -68,7 +68,7 @@ class Steps:
         for i in range(len(self._adaptive.pars)):
             self._adaptive.pars[i] = self._real(parameters[i])
         self._before: Scalar = None
-        self.length = problem.until().upper() + 1
+        self.length = arb("inf")
 
     def step(self, limit: arb | None = None) -> Piece:
         """The next piece, no longer than ``limit``.

@@ -85,10 +85,6 @@ class Enclosure:
         """Bits of the balls."""
         return self.bits + GUARD_BITS
 
-    @cached_property
-    def _begins(self) -> list[float]:
-        return [float(stretch.begin) for stretch in self.stretches]
-
     def at(self, time: arb) -> list[arb]:
         """Balls around the exact state at a time (a ball, in the problem's unit).
 
@@ -100,13 +96,11 @@ class Enclosure:
         with flint.ctx.workprec(self.working_bits):
             if not (time >= 0 and time <= self.finish):
                 raise NotProved("time", f"the proof ends at {float(self.finish):.6g}")
-            # all stretches that the ball may reach into; begins are rounded here, hence one more
-            first = bisect.bisect_right(self._begins, float(time.lower())) - 2
-            last = bisect.bisect_right(self._begins, float(time.upper())) + 1
+            # all stretches that the ball may reach into
+            first = bisect.bisect_left(self.stretches, time.lower(), key=lambda one: one.finish)
+            last = bisect.bisect_right(self.stretches, time.upper(), key=lambda one: one.begin)
             found: list[arb] = []
-            for stretch in self.stretches[max(first, 0) : last]:
-                if time < stretch.begin or time > stretch.finish:
-                    continue
+            for stretch in self.stretches[first:last]:
                 s = (time - stretch.begin) / stretch.piece.unit
                 inside = s.intersection(between(arb(0), stretch.piece.end))
                 state = stretch.state(inside)

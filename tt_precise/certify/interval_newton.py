@@ -140,10 +140,9 @@ class _Part:
         a = arb(0)
         if self.begins is not None:
             a = self._first_part(self.begins)
-            slope = self.slope.polynomial(between(arb(0), a))
             # the sign just after t = 0 is exact; an F of order 1 or more has no zero in (0, a]
-            if not self.begins.order and self.begins.sign != self._sign(a):
-                yield arb(0), a, 1 if slope > 0 else -1
+            if not self.begins.order and self.begins.sign != (after := self._sign(a)):
+                yield arb(0), a, after
         while a < end:
             b = min(2 * a, end) if a > 0 else end
             yield from self._within(a, b)
@@ -167,10 +166,9 @@ class _Part:
             where = between(a, b)
             if not self.value.polynomial(where).contains(0):
                 continue
-            slope = self.slope.polynomial(where)
-            if not slope.contains(0):
-                if self._sign(a) != self._sign(b):
-                    yield a, b, 1 if slope > 0 else -1
+            if not self.slope.polynomial(where).contains(0):
+                if self._sign(a) != (after := self._sign(b)):
+                    yield a, b, after
                 continue
             if any(a < touch < b for touch in self.touches):
                 bend = self.second.polynomial(where)

@@ -31,7 +31,7 @@ def tails_table(
     short, whole = 0, True
     for cells, state in zip(printed.rows, states, strict=True):
         texts = dict(zip(printed.columns, cells, strict=True))
-        found = [_tail(texts.get(name, ""), state.get(name), scales.get(name)) for name in names]
+        found = [_tail(texts.get(name, ""), state.get(name), scales[name]) for name in names]
         short += sum(
             state.get(name) is not None and not digits
             for name, digits in zip(names, found, strict=True)
@@ -42,7 +42,7 @@ def tails_table(
     return Table((label, *names), tuple(rows)), short
 
 
-def _tail(text: str, ball: arb | None, scale: Decimal | None) -> str:
+def _tail(text: str, ball: arb | None, scale: Decimal) -> str:
     if not text or ball is None:
         return ""
-    return tail(text, *bounds(ball), scale or Decimal(0))
+    return tail(text, *bounds(ball), scale)

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
+from pathlib import Path
 from typing import Any
 
 import numpy
@@ -26,7 +27,7 @@ from tt_precise.golden import store
 from tt_precise.golden.distance import as_decimal
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import RESOLVED, Measured, TrueRows
-from tt_precise.golden.places import MANIFEST, Folder, Located, locate
+from tt_precise.golden.places import MANIFEST, Folder, locate
 from tt_precise.golden.seal import read_whole
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -192,7 +193,9 @@ def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, st
         where = "" if folder is None else f" in {folder}"
         return None, f"no golden data of a scene {name}{where}"
     stored = read_whole(name, place.folder)
-    true = _true_rows(place, store.stamp(place.path / store.TRAJECTORY), stored)
+    stamp = store.stamp(place.path / store.TRAJECTORY)
+    make = _true_rows if stamp else _true_rows.__wrapped__  # unless it was written just now
+    true = make(place.path.resolve(), stamp)
     scene = stored.scene
     if (scene.model, scene.body, scene.start) != (
         setup.scene.model, setup.scene.body, setup.scene.start,
@@ -201,17 +204,7 @@ def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, st
     return true, ""
 
 
-_KNOWN: dict[tuple[Located, store.Stamp], TrueRows] = {}
-MOST_KNOWN = 32
-
-
-def _true_rows(place: Located, stamp: store.Stamp | None, stored: store.Stored) -> TrueRows:
-    """The rows of golden data, made once while their file stays the same."""
-    if stamp is None:
-        return TrueRows(stored.scene, stored.trajectory)
-    key = (Located(place.name, place.folder.resolve()), stamp)
-    if key not in _KNOWN:
-        while len(_KNOWN) >= MOST_KNOWN:
-            _KNOWN.pop(next(iter(_KNOWN)))
-        _KNOWN[key] = TrueRows(stored.scene, stored.trajectory)
-    return _KNOWN[key]
+@lru_cache(maxsize=32)
+def _true_rows(place: Path, stamp: store.Stamp | None) -> TrueRows:
+    stored = read_whole(place.name, place.parent)
+    return TrueRows(stored.scene, stored.trajectory)

@@ -143,8 +143,8 @@ class TrueRows:
             errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
             found.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
             # what rounding to double may have to do with is looked at in decimals
-            rounding = FAR * EPS * abs(true) / self._sizes[name][rows]
-            for at in here[defined & (errors[here] <= rounding)].tolist():
+            rounded = numpy.isclose(values[name][here], true, rtol=FAR * EPS, atol=0)
+            for at in here[rounded].tolist():
                 close.setdefault(at, []).append(name)
         for at, names in close.items():
             for name, given in zip(names, exactly(at, names), strict=True):

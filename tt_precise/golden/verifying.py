@@ -41,7 +41,7 @@ DECAYED = Decimal("1e-10")
 # that takes; no more than golden data are made with. Three doubles have all that are printed left,
 # and do not show what they lost: two doubles do.
 SPARE_BITS = 4
-MOST_BITS = LADDER[0][-1]
+MOST_BITS = max(LADDER[0])
 
 # Beyond a scene's sensitivity, rounding errors and the libraries of another machine move double by
 # less than these.

@@ -133,7 +133,7 @@ class _Picture:
 
         self.frames = frames
         self.track = frames.track
-        drawn.suptitle(title, x=0.03, y=0.97, ha="left", fontsize=10)
+        drawn.suptitle(title, x=0.03, y=0.97, ha="left", fontsize="medium")
         self.clock = drawn.text(0.03, 0.875, "", ha="left", family="monospace", fontsize=9)
         self.near = drawn.add_axes((0.0, 0.0, 0.58, 0.86))
         above = drawn.add_axes((0.66, 0.16, 0.32, 0.66))

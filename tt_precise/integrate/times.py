@@ -31,7 +31,7 @@ class Times(NamedTuple):
         import numpy
 
         above, below = [t.numerator for t in times], [t.denominator for t in times]
-        if max(map(abs, above), default=0) < EXACT and max(below, default=1) < EXACT:
+        if max(map(abs, above + below), default=0) < EXACT:
             numerator, denominator = (numpy.array(part, dtype=float) for part in (above, below))
             seconds = numerator / denominator
             exact = numerator.astype(numpy.longdouble) / denominator

@@ -88,6 +88,11 @@ def linear_euler_rates(body: Any, state: LiftedEulerState, fn: Functions) -> Lif
     return lifted.euler_rates(viscous, state, g_n, fn)
 
 
+def height(zeta: Scalar) -> Scalar:
+    """Height of the lowest point at the depth zeta^2."""
+    return -(zeta * zeta)
+
+
 def root_of_depth(state: DeepState | DeepEulerState, fn: Functions) -> Scalar:
     """zeta, the rate of t along sigma."""
     return state.zeta
@@ -96,7 +101,7 @@ def root_of_depth(state: DeepState | DeepEulerState, fn: Functions) -> Scalar:
 def hunt_crossley_rates(body: Any, state: DeepState, fn: Functions) -> DeepState:
     """d/d sigma of the state; zeta_dot = -rise/(2 zeta)."""
     zeta = state.zeta
-    here = LiftedState(*state[:8], -(zeta * zeta), state.rise)
+    here = LiftedState(*state[:8], height(zeta), state.rise)
     g_n = hunt_crossley_force(body, zeta, state.rise)
     rate = lifted.rates(body, here, contact_force(body, here, g_n, fn))
     moving = (zeta * one for one in rate[:8])
@@ -106,7 +111,7 @@ def hunt_crossley_rates(body: Any, state: DeepState, fn: Functions) -> DeepState
 def hunt_crossley_euler_rates(body: Any, state: DeepEulerState, fn: Functions) -> DeepEulerState:
     """The same in Euler angles."""
     zeta = state.zeta
-    here = LiftedEulerState(*state[:6], -(zeta * zeta), state.rise)
+    here = LiftedEulerState(*state[:6], height(zeta), state.rise)
     g_n = hunt_crossley_force(body, zeta, state.rise)
     viscous = friction.viscous_at(body, state.nu_x, state.nu_y, fn)
     rate = lifted.euler_rates(viscous, here, g_n, fn)
@@ -118,5 +123,4 @@ def resting_height(body: Any, g_n: Scalar, fn: Functions) -> Scalar:
     """The height, below zero, at which a table at rest carries ``g_n``."""
     if body.spring == "linear":
         return -(g_n / body.stiffness)
-    zeta = fn.cbrt(g_n / body.stiffness)
-    return -(zeta * zeta)
+    return height(fn.cbrt(g_n / body.stiffness))
