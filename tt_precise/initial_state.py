@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.body import Parameters, Units
@@ -17,6 +17,8 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene, Start
 from tt_precise.start import LIFTED, LiftedStart
+
+Known = TypeVar("Known")
 
 
 @dataclass(frozen=True)
@@ -67,12 +69,16 @@ class InitialState:
         """The state as ``form`` has it, in the order of its columns."""
         if self.row:
             return self.row[: len(form.columns)]
-        if form.State not in self._states:
-            self._states[form.State] = tuple(form.start(self.body, self.vectors, self.euler))
-        return self._states[form.State]
+        return self.once(form.State, lambda: tuple(form.start(self.body, self.vectors, self.euler)))
+
+    def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
+        """What ``compute`` finds, which follows from this start and ``key`` alone; then kept."""
+        if key not in self._known:
+            self._known[key] = compute()
+        return self._known[key]
 
     @cached_property
-    def _states(self) -> dict[type, tuple[Scalar, ...]]:
+    def _known(self) -> dict[Hashable, Any]:
         return {}
 
     def first_row(self, form: Formulation, record: tuple[str, ...]) -> tuple[Scalar, ...]:

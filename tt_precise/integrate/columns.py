@@ -141,7 +141,9 @@ class Columns:
         with numpy.errstate(all="ignore"):
             for name in names:
                 factor = self._factor(self.dimension(name), number)
-                columns[name] = self._entry(name, entries, q) * factor * numpy.ones(len(entries[0]))
+                values = self._entry(name, entries, q) * factor
+                several = hasattr(values, "__len__")  # some are one number for all rows
+                columns[name] = values if several else values * numpy.ones(len(entries[0]))
         return columns
 
     def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:

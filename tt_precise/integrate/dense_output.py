@@ -212,10 +212,11 @@ class DenseOutput:
                 entry[1:] = values
         else:
             self._read(read, progress)
-        start = self.start.map(number).first_row(self.setup.formulation, self.setup.record)
-        for entry, value in zip(entries, start, strict=True):
+        start = self.start.once(number, lambda: self.start.map(number))
+        row = start.first_row(self.setup.formulation, self.setup.record)
+        for entry, value in zip(entries, row, strict=True):
             entry[rounded == 0] = value
-        return moved_arrays(self.setup, self.start.body.map(number), tuple(entries), times.delay)
+        return moved_arrays(self.setup, self.start.body.map(float), tuple(entries), times.delay)
 
     def _read(
         self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
@@ -280,12 +281,13 @@ def moved_arrays(
 ) -> tuple[Array, ...]:
     """Entries at rounded times, as they are a ``delay`` of less than an ulp of time later.
 
-    ``body`` is the dimensionless one in numbers of the entries' kind.
+    ``body`` is the dimensionless one in double, in which the rates are fine enough for that.
     """
     import numpy
 
+    doubles = tuple(entry.astype(float, copy=False) for entry in entries)
     with numpy.errstate(all="ignore"):
-        rates = extended_rates(setup.formulation, setup.record, body, entries, numpy)
+        rates = extended_rates(setup.formulation, setup.record, body, doubles, numpy)
         moved = [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
     # at a pole the rates of phi and psi are undefined; there the entry stands as it is
     return tuple(numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, entries, strict=True))

@@ -56,17 +56,28 @@ class Integrator:
 
     def begin(self, setup: Setup, start: InitialState) -> None:
         """Go to ``start``, at time zero, and forget earlier events."""
-        form, number = setup.formulation, setup.precision.number
-        zero = number(setup.precision.context.mpf(0))
-        for i, value in enumerate(map(number, start.first_row(form, setup.record))):
+        key = ("begin", setup.formulation, setup.record, setup.precision)
+        zero, state, parameters = start.once(key, lambda: _first_numbers(setup, start))
+        for i, value in enumerate(state):
             self.adaptive.state[i] = value
-        horizon = (start.until,) if form.own_time else ()
-        for i, value in enumerate((*start.parameters(form), *horizon)):
-            self.adaptive.pars[i] = number(value)
+        for i, value in enumerate(parameters):
+            self.adaptive.pars[i] = value
         self.adaptive.time = zero
         self.adaptive.reset_cooldowns()
         self.hits.clear()
         self.losses.clear()
+
+
+def _first_numbers(setup: Setup, start: InitialState) -> tuple[Scalar, list[Scalar], list[Scalar]]:
+    """Time, state and parameters of ``start`` in heyoka's numbers."""
+    form, number = setup.formulation, setup.precision.number
+    horizon = (start.until,) if form.own_time else ()
+    parameters = (*start.parameters(form), *horizon)
+    return (
+        number(setup.precision.context.mpf(0)),
+        list(map(number, start.first_row(form, setup.record))),
+        list(map(number, parameters)),
+    )
 
 
 MOST_EVENTS = 1_000_000  # each takes half a kB

@@ -76,8 +76,9 @@ class Tables:
         times = self.dense_output.times(exact)
         entries = self.dense_output.arrays(times, number, progress)
         table = {"t": times.seconds, **self.of.of_arrays(names, entries, number)}
-        for name, values in table.items():
-            table[name] = numpy.where(numpy.isfinite(values), values, numpy.nan).astype(float)
+        found = numpy.array(list(table.values()), dtype=float)
+        found[~numpy.isfinite(found)] = numpy.nan
+        table = dict(zip(table, found, strict=True))
         if numbers != "text":
             return table
         return {name: _texts(values) for name, values in table.items()}
