@@ -1,12 +1,13 @@
 """Files: whole or not at all."""
 
+import errno
 import os
 from pathlib import Path
 
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.files import atomic_write, replacing
+from tt_precise.files import atomic_write, replacing, require_writable, write_together
 
 
 @pytest.mark.parametrize(
@@ -30,6 +31,36 @@ def test_replaces_and_leaves_nothing_beside(tmp_path: Path) -> None:
 def test_makes_the_folder(tmp_path: Path) -> None:
     atomic_write(tmp_path / "b" / "c" / "a.csv", "")
     assert (tmp_path / "b" / "c" / "a.csv").exists()
+
+
+def test_of_several_files_none_is_written_where_one_cannot_be(tmp_path: Path) -> None:
+    one, other = tmp_path / "one", tmp_path / "folder"
+    one.write_text("old")
+    other.mkdir()
+    with pytest.raises(InputError, match="folder"):
+        write_together({one: "new", other / "\0": "new"})
+    assert one.read_text() == "old"
+    write_together({one: "new", other / "two": b"newer"})
+    assert one.read_text() + (other / "two").read_text() == "newnewer"
+    assert {path.name for path in tmp_path.rglob("*")} == {"one", "folder", "two"}
+
+
+def test_a_full_disk_is_seen_before_the_work_and_nothing_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    require_writable(tmp_path / "a.csv")
+    require_writable("/dev/null")
+    assert list(tmp_path.iterdir()) == []
+
+    def full(_path: Path, data: bytes) -> int:
+        if data:  # an empty file fits
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return 0
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(InputError, match="No space left"):
+        require_writable(tmp_path / "a.csv")
+    assert list(tmp_path.iterdir()) == []
 
 
 def write_half(file: Path, interruption: type[BaseException]) -> None:

@@ -7,11 +7,17 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from tt_precise.errors import InputError
+
+A_PAGE = 4096  # bytes: what an empty file does not need, and the smallest one does
+
+
+class _GivenUpError(Exception):
+    """Leaves the old file."""
 
 
 @contextmanager
@@ -67,9 +73,28 @@ def shipped(name: str) -> Path:
 
 def atomic_write(path: str | Path, content: str | bytes) -> None:
     """Write ``content`` (text as UTF-8) to ``path``, all of it or nothing."""
-    data = content.encode("utf-8") if isinstance(content, str) else content
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)
+    write_together({path: content})
+
+
+def write_together(files: Mapping[str | Path, str | bytes]) -> None:
+    """Write several files, each whole, and none before there is room for all of them."""
+    with ExitStack() as stack:
+        for path, content in files.items():
+            data = content.encode("utf-8") if isinstance(content, str) else content
+            stack.enter_context(replacing(path)).write_bytes(data)
+
+
+def require_writable(path: str | Path) -> None:
+    """Find out before long work that a file cannot be written, or that its disk is full.
+
+    Raises
+    ------
+    InputError
+        It is so.
+    """
+    with suppress(_GivenUpError), replacing(path) as temporary:
+        temporary.write_bytes(bytes(A_PAGE))
+        raise _GivenUpError
 
 
 @contextmanager

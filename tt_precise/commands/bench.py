@@ -33,9 +33,11 @@ def command(only: tuple[str, ...], scenes: int, out: Path | None, as_json: bool)
     """
     from tt_precise.bench.bars import measured
     from tt_precise.errors import InputError
-    from tt_precise.files import atomic_write
+    from tt_precise.files import atomic_write, require_writable
     from tt_precise.progress import progress_bar
 
+    if out is not None:
+        require_writable(out)
     rows = []
     with tempfile.TemporaryDirectory() as scratch, progress_bar("bars") as progress:
         for row in measured(Path(scratch), scenes, only, _notify, progress):

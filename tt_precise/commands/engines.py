@@ -68,7 +68,7 @@ def command(
     from tt_precise.engines.job import SCHEMA_FILE, as_text
     from tt_precise.engines.ladder import climb
     from tt_precise.engines.rungs import rungs
-    from tt_precise.files import atomic_write
+    from tt_precise.files import atomic_write, require_writable
     from tt_precise.numerals import exact
     from tt_precise.progress import progress_bar
     from tt_precise.workers import cores
@@ -91,6 +91,8 @@ def command(
         (rung,) = (rung for rung in ladder if rung.name == job_of)
         click.echo(as_text(rung.job(largest)), nl=False)
         return 0
+    if out:
+        require_writable(out)
     at_once = workers or cores()
     if program:
         words = shlex.split(program)

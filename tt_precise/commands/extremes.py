@@ -42,10 +42,12 @@ def command(
     Exit status 1 if a case fails.
     """
     from tt_precise.extremes import cases, run_all
-    from tt_precise.files import atomic_write
+    from tt_precise.files import atomic_write, require_writable
     from tt_precise.progress import progress_bar
 
     chosen = cases(topic, quick)
+    if out is not None:
+        require_writable(out)
     begin = time.monotonic()
     with progress_bar(f"running {len(chosen)} cases") as progress:
         outcomes = run_all(chosen, progress, workers or min(4, cores()))

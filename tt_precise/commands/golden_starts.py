@@ -64,12 +64,14 @@ def command(
         raise InputError(
             "golden starts: python-flint is not installed; pip install 'tt-precise[certify]'"
         ) from None
-    from tt_precise.files import atomic_write
+    from tt_precise.files import atomic_write, require_writable
     from tt_precise.progress import progress_bar
     from tt_precise.scene import load_scene
     from tt_precise.workers import cores, local_pool
 
     known = load_scene(scene)
+    if out is not None:
+        require_writable(out)
     if sides and (reaches or events or parts != 1 or len(sides) != 2):
         raise InputError("golden starts: expected --within, or --map twice and nothing else")
     found: starts.Fate | starts_map.ProvedMap

@@ -25,12 +25,10 @@ SCHEMA = "tt_precise.report/1"
 @JSON
 def command(out: str, opened: bool, rendered: bool, as_json: bool) -> int:
     """Write the precision report: HTML, Markdown, results.json and the figures."""
-    from tt_precise.files import atomic_write
+    from tt_precise.files import require_writable
 
     folder = Path(out)
-    probe = folder / ".writable"
-    atomic_write(probe, "")  # found out now, not after a minute of work
-    probe.unlink()
+    require_writable(folder / "results.json")  # found out now, not after a minute of work
     written = _rendered(folder) if rendered else _built(folder)
     if as_json:
         click.echo(json.dumps({"schema": SCHEMA, "files": [str(path) for path in written]}))

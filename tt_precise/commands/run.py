@@ -11,6 +11,7 @@ import click
 from tt_precise.arithmetic import Scalar
 from tt_precise.commands.options import JSON, PRECISION
 from tt_precise.errors import InputError
+from tt_precise.files import require_writable
 from tt_precise.terminal import say
 from tt_precise.untyped import Json
 
@@ -225,3 +226,4 @@ def _require_columns(names: tuple[str, ...]) -> bool:
 def _require_writable(path: Path, option: str) -> None:
     if not path.parent.is_dir():
         raise InputError(f"{option}: got {path}, expected a file in a folder that exists")
+    require_writable(path)

@@ -43,12 +43,12 @@ def command(quick: bool, out: Path | None, settings_table: bool | None, as_json:
     from tt_precise.bench.findings import findings
     from tt_precise.bench.tables import GROWTH, TABLE, TradeoffTables
     from tt_precise.bench.tradeoff import measure
+    from tt_precise.files import require_writable
     from tt_precise.progress import progress_bar
 
     folder = out or (None if quick else REPORTS)
     if folder:
-        _write(folder, {".writable": ""})  # found out now, not after half an hour
-        (folder / ".writable").unlink()
+        require_writable(folder / TABLE)  # found out now, not after half an hour
     with progress_bar("methods and settings") as progress:
         bouts = plan.quick() if quick else plan.whole()
         measured = measure(bouts, lambda text: click.echo(text, err=True), progress)
@@ -95,12 +95,11 @@ def _figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame) -> dict[str, s
 
 
 def _write(folder: Path, files: dict[str, str]) -> None:
-    from tt_precise.files import atomic_write
+    from tt_precise.files import write_together
 
-    for name, content in files.items():
-        atomic_write(folder / name, content)
-        if content:
-            click.echo(str(folder / name), err=True)
+    write_together({folder / name: content for name, content in files.items()})
+    for name in files:
+        click.echo(str(folder / name), err=True)
 
 
 def _json_object(

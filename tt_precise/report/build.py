@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tt_precise.claims import Judgement, judge_all
 from tt_precise.claims.committed import run_record
-from tt_precise.files import atomic_write
+from tt_precise.files import write_together
 from tt_precise.progress import Announce, Progress, silent
 from tt_precise.report import archive, render
 from tt_precise.report.document import Report, Section
@@ -149,7 +149,7 @@ def commit() -> str:
 
 
 def write(report: Report, folder: Path) -> list[Path]:
-    """Write HTML, Markdown, JSON and figures; each file is replaced as a whole."""
+    """Write HTML, Markdown, JSON and figures; all of them, or on a full disk none."""
     results: dict[str, Json] = {
         "schema": SCHEMA,
         "provenance": dict(report.provenance),
@@ -162,6 +162,5 @@ def write(report: Report, folder: Path) -> list[Path]:
         "results.json": json.dumps(results, indent=1, sort_keys=True) + "\n",
         **{f"figures/{figure.name}.svg": figure.svg for figure in report.figures},
     }
-    for name, content in files.items():
-        atomic_write(folder / name, content)
+    write_together({folder / name: content for name, content in files.items()})
     return [folder / name for name in files]
