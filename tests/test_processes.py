@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from multiprocessing.popen_spawn_posix import Popen
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,36 @@ if __name__ == "__main__":
     else:
         time.sleep(600)
 """
+
+
+@pytest.fixture
+def noted_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of every process that ended another thread took the status, and notes it a while later."""
+    poll = Popen.poll
+    taken: dict[int, tuple[int, int]] = {}
+
+    def late(process: Popen, flag: int = os.WNOHANG) -> int | None:
+        if process.pid in taken:
+            known, looks = taken[process.pid]
+            taken[process.pid] = known, looks - 1
+            process.returncode = None if looks > 0 else known
+        elif (status := poll(process, flag)) is not None:
+            taken[process.pid] = status, 3
+            process.returncode = None
+        return process.returncode
+
+    monkeypatch.setattr(Popen, "poll", late)
+
+
+def test_a_status_that_another_thread_takes_ends_no_worker(noted_late: None) -> None:
+    """The thread of that worker died, and the other tasks of its group waited for ever."""
+    executor = Processes(1, recycle_after=1)
+    first = executor.submit_within(None, "group", os._exit, 3)
+    second = executor.submit_within(None, "group", abs, -2)
+    with pytest.raises(WorkerDiedError, match="exit status 3"):
+        first.result(timeout=60)
+    assert second.result(timeout=60) == 2
+    executor.shutdown()
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ import multiprocessing
 import os
 import signal
 import threading
+import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Hashable
@@ -28,6 +29,7 @@ from tt_precise.startup import hide_sympy_from_heyoka
 
 # a start of Python with its imports, which the time limit of a task does not count
 START_S = 60.0
+NOTED_S = 5.0  # until a thread that has taken an exit status runs again
 BEGUN, DONE, FAILED = range(3)  # what a process says of a task
 
 
@@ -229,8 +231,7 @@ class _Worker:
                     break
         except (EOFError, ConnectionError):
             self.dead = True
-            self._process.join()
-            status = self._process.exitcode
+            status = self._exit_status()
             raise WorkerDiedError(f"worker process ended, exit status {status}") from None
         if state == FAILED:
             raise result
@@ -248,8 +249,20 @@ class _Worker:
         """Let an idle process end, one that is not idle at once, and wait for it."""
         self._pipe.close()
         self.kill()
+        if self._exit_status() is not None:
+            self._process.close()
+
+    def _exit_status(self) -> int | None:
+        """Wait for the end of the process.
+
+        Another thread that starts a process looks after all others as well (``_cleanup`` of
+        multiprocessing): it may have taken the status, and not have noted it yet.
+        """
         self._process.join()
-        self._process.close()
+        until = time.monotonic() + NOTED_S
+        while (status := self._process.exitcode) is None and time.monotonic() < until:
+            time.sleep(0.001)
+        return status
 
 
 def _serve(pipe: Connection, prepare: Callable[[], object] | None) -> None:
