@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from tt_precise.arithmetic import Array, Scalar
@@ -83,7 +83,6 @@ class Columns:
     def __init__(self, setup: Setup, start: InitialState):
         self.form, self.record, self.precision = setup.formulation, setup.record, setup.precision
         self.start, self.lifts = start, setup.lifts
-        self._factors: dict[Hashable, Scalar] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -147,10 +146,8 @@ class Columns:
         return columns
 
     def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:
-        key = dimension, number
-        if key not in self._factors:
-            self._factors[key] = number(self.start.units.of_dimension(dimension))
-        return self._factors[key]
+        start = self.start
+        return start.once((dimension, number), lambda: number(start.units.of_dimension(dimension)))
 
     def array_motion(
         self, entries: tuple[Array, ...], number: Callable[[Scalar], Scalar]

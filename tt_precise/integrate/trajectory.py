@@ -193,11 +193,16 @@ class Trajectory(Estimated):
         progress
             Called with the fraction done, where the series of the steps have to be made (again).
         """
+        import numpy
         import pandas
 
         if pose:
             names = (*names, POSE)
-        return pandas.DataFrame(self.table(*names, times=times, numbers=numbers, progress=progress))
+        columns = self.table(*names, times=times, numbers=numbers, progress=progress)
+        if any(getattr(column, "dtype", object) != float for column in columns.values()):
+            return pandas.DataFrame(columns)
+        # pandas takes one array much faster than many
+        return pandas.DataFrame(numpy.array(list(columns.values())).T, columns=list(columns))
 
     def table(
         self,
