@@ -199,7 +199,7 @@ class Trajectory(Estimated):
         if pose:
             names = (*names, POSE)
         columns = self.table(*names, times=times, numbers=numbers, progress=progress)
-        if any(getattr(column, "dtype", object) != float for column in columns.values()):
+        if numbers == "text" or not self._tables.in_arrays:
             return pandas.DataFrame(columns)
         # pandas takes one array much faster than many
         return pandas.DataFrame(numpy.array(list(columns.values())).T, columns=list(columns))
