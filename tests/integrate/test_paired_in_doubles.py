@@ -8,10 +8,11 @@ import numpy
 import pytest
 
 from tt_precise.bench.settings_table import MeasuredSetting, integrated, right_digits
-from tt_precise.integrate.deviation import Deviating
+from tt_precise.integrate import deviation, integrate
+from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.paired_in_doubles import PairInDoubles
 from tt_precise.integrate.precision import precision_named
-from tt_precise.mechanics.formulations import KINDS
+from tt_precise.mechanics.formulations import COORDINATES, KINDS
 from tt_precise.scene import load_scene
 from tt_precise.taylor.numbers import added, multiples, number
 
@@ -47,39 +48,37 @@ def test_a_run_at_its_finest_has_no_reference_beside_it() -> None:
     assert integrated(scene, MeasuredSetting("newton", "double-double", 0.0), ())._pair is None
 
 
-def test_deviations_are_those_of_finite_differences() -> None:
-    x, y = numpy.array([0.3, 1.7]), numpy.array([-0.8, 2.1])
-    dx, dy = numpy.array([1.0, -0.5]), numpy.array([0.25, 3.0])
+@pytest.mark.parametrize("model", ["gliding", "rolling"])
+@pytest.mark.parametrize("coordinates", COORDINATES)
+def test_deviations_of_every_column_are_those_of_finite_differences(
+    model: str, coordinates: str
+) -> None:
+    scene = load_scene("reference" if model == "gliding" else "rolling").varied(until="0.1")
+    record = ("phi", "psi", "x", "y")
+    run = integrate(scene, formulation=coordinates, record=record, events=())
+    columns, row = Columns(run.setup, run.start), numpy.array(run._dense_output.propagation.state)
+    apart = numpy.random.default_rng(22).uniform(-1, 1, len(row))
 
-    def function(a: Any, b: Any) -> Any:
-        root = numpy.sqrt(a * a + 2)
-        turned = numpy.sin(a) * numpy.cos(b) - numpy.arctan2(b, a) / root
-        return -turned + abs(b) * numpy.hypot(a, b) + (1 - a) / b
+    def read(h: Any, fn: Any = numpy) -> Any:
+        entries = tuple((row + h * apart)[:, None])
+        return columns.of_arrays(columns.names, entries, float, fn)
 
-    found = function(Deviating(x, dx), Deviating(y, dy))
-    h = 1e-6
-    ahead, behind = (function(x + s * h * dx, y + s * h * dy) for s in (1, -1))
-    slope = (ahead - behind) / (2 * h)
-    assert numpy.allclose(found.value, function(x, y), rtol=1e-15)
-    assert numpy.allclose(found.deviation, slope, rtol=1e-8)
+    found, ahead, behind = read(1e-20j, deviation), read(1e-6), read(-1e-6)
+    for name, one in found.items():
+        slope, size = (ahead[name] - behind[name])[0] / 2e-6, 1 + abs(one.real[0])
+        assert one.real[0] == pytest.approx(read(0)[name][0], rel=1e-15)
+        assert one.imag[0] / 1e-20 == pytest.approx(slope, rel=1e-6, abs=1e-6 * size), name
 
 
-def test_what_has_no_derivative_is_refused() -> None:
-    one: Any = Deviating(numpy.ones(2), numpy.ones(2))
-    with pytest.raises(TypeError):
-        numpy.floor(one)
-
-
-@pytest.mark.parametrize("parts", [2, 3])
-def test_multiples_and_sums_in_parts(parts: int) -> None:
+def test_multiples_and_sums_in_parts() -> None:
     fn = precision_named("mp", 400).context
     step = fn.mpf(1) / 97
     counts = numpy.array([0, 1, 12345, 4_000_000])
-    for count, row in zip(counts.tolist(), multiples(step, counts, parts).tolist(), strict=True):
-        assert abs(number(row, fn) - count * step) <= count * step * fn.mpf(2) ** (-52 * parts)
+    for count, row in zip(counts.tolist(), multiples(step, counts).tolist(), strict=True):
+        assert abs(number(row, fn) - count * step) <= count * step * fn.mpf(2) ** -156
     terms = [numpy.array([1.0]), numpy.array([2.0**-70]), numpy.array([-1.0]), numpy.array([3e-30])]
     exact = sum(Fraction(float(term[0])) for term in terms)
-    total = number(added(terms, parts)[0].tolist(), fn)
+    total = number(added(terms, 3)[0].tolist(), fn)
     assert total == fn.mpf(exact.numerator) / exact.denominator
 
 

@@ -179,7 +179,7 @@ def _costs(found: dict[MeasuredSetting, Trajectory]) -> dict[MeasuredSetting, fl
                 setup, start = trajectory.setup, trajectory.start
                 begun = starts[setting]
                 if setup.precision.doubles:
-                    pair_in_doubles(run_in_doubles(setup, start), setup, begun, TIMED_EVERY)
+                    pair_in_doubles(run_in_doubles(setup, start), begun)
                 elif not (can_be_paired(setup) and propagate_pair(setup, begun, TIMED_EVERY)):
                     propagate(setup, start)
                 best[setting] = min(best[setting], time.process_time() - begin)

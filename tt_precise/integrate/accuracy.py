@@ -73,7 +73,7 @@ def digits_over_rows(
     """``worst_digits`` of many states at once: float64 arrays over rows in, one out."""
     import numpy
 
-    digits = numpy.full(len(next(iter(columns.values()))), bits * math.log10(2))
+    worst = numpy.zeros(len(next(iter(columns.values()))))
     units = Units(*map(float, units))
     with numpy.errstate(all="ignore"):
         for kind in KINDS:
@@ -85,9 +85,8 @@ def digits_over_rows(
             scale = numpy.where(scale > 0, scale, 1.0)
             for name in present:
                 # what is undefined in both, at a pole, has no error either
-                found = -numpy.log10(errors[name] / (unit[name] * scale))
-                digits = numpy.fmin(digits, found)
-    return numpy.maximum(digits, 0.0)
+                worst = numpy.fmax(worst, errors[name] / (unit[name] * scale))
+        return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
 
 
 def worst_digits(state: State, errors: Mapping[str, Scalar], units: Units) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tt_precise.arithmetic import Array, Scalar
+from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.body import Dimension
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
@@ -128,14 +128,16 @@ class Columns:
         names: Sequence[str],
         entries: tuple[Array, ...],
         number: Callable[[Scalar], Scalar] = float,
+        fn: Functions = None,
     ) -> dict[str, Array]:
         """The same from an array for each entry, an array for each column; NaN where undefined.
 
-        ``number`` makes the arrays' numbers of guarded ones: ``float`` or ``long_double``.
+        ``number`` makes the arrays' numbers of guarded ones: ``float`` or ``long_double``. ``fn``
+        are the arrays' functions, NumPy's if none are given.
         """
         import numpy
 
-        q = self.array_motion(entries, number)
+        q = self.array_motion(entries, number, fn)
         columns = {}
         with numpy.errstate(all="ignore"):
             for name in names:
@@ -150,12 +152,15 @@ class Columns:
         return start.once((dimension, number), lambda: number(start.units.of_dimension(dimension)))
 
     def array_motion(
-        self, entries: tuple[Array, ...], number: Callable[[Scalar], Scalar]
+        self,
+        entries: tuple[Array, ...],
+        number: Callable[[Scalar], Scalar],
+        fn: Functions = None,
     ) -> Motion:
         """The ``Motion`` of rows that are given as an array for each entry."""
         import numpy
 
-        return motion(self.form, self.record, self.start.body.map(number), entries, numpy)
+        return motion(self.form, self.record, self.start.body.map(number), entries, fn or numpy)
 
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
         """The ``State`` (SI) of each row, at guarded dimensionless times."""

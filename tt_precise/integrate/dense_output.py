@@ -81,6 +81,23 @@ class DenseOutput:
         self._lock = threading.RLock()
         self._propagate = again or self._propagate_alone
 
+    @property
+    def stored(self) -> bool:
+        """Whether the series of all steps are there."""
+        return self._pieces is not None
+
+    def in_parts(self, times: Array) -> Array:
+        """States of a stored run in several doubles at rising times, both in parts.
+
+        Axes (time, part, entry).
+        """
+        import numpy
+
+        ends = [float(piece.bounds[1]) for piece in self._pieces[:-1]]
+        first = numpy.searchsorted(times[:, 0], ends, side="right")
+        parts = zip(self._pieces, numpy.split(times, first), strict=True)
+        return numpy.concatenate([piece.at(part) for piece, part in parts])
+
     @cached_property
     def end_time(self) -> Scalar:
         """Dimensionless end of the solution: the exact horizon where it was reached."""

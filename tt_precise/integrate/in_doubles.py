@@ -15,6 +15,7 @@ from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import EXTREMUM, event_named
+from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import (
     FIRST_STEP,
     Pieces,
@@ -29,7 +30,7 @@ from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import MOST_EVENTS, Hit, full_tolerance, terminal_functions
 from tt_precise.progress import Progress
 from tt_precise.taylor.crossings import SignChange, Watch
-from tt_precise.taylor.numbers import number, numbers_of, split
+from tt_precise.taylor.numbers import moments, number, numbers_of
 from tt_precise.taylor.system import StepBlock, System, order_of
 
 
@@ -74,11 +75,32 @@ class ReadPiece:
         return self._piece.at(times)[:, :, : self._size]
 
     def __call__(self, time: Scalar) -> tuple[Scalar, ...]:
-        piece, fn = self._piece, self._fn
-        step = max(int(piece.begins[:, 0].searchsorted(float(time), side="right")) - 1, 0)
-        tau = (time - number(piece.begins[step], fn)) / float(piece.units[step])
-        row = piece.rows([step], [split(tau, piece.system.parts)])[0]
-        return numbers_of(row[:, : self._size], fn)
+        return numbers_of(self.at(moments([time]))[0], self._fn)
+
+
+class _Beginning(NamedTuple):
+    """A start as a system's run needs it; computed once for all runs from it."""
+
+    rows: tuple[Array, Array]
+    until: float
+    limits: dict[int, float]
+
+    @classmethod
+    def of(cls, start: InitialState, setup: Setup, system: System) -> _Beginning:
+        fn, form = setup.precision.context, setup.formulation
+
+        def made() -> _Beginning:
+            row = start.first_row(form, setup.record)
+            return cls(system.begun(row, start.parameters(form), fn), float(start.until), {})
+
+        return start.once(system, made)
+
+    def longest(self, start: InitialState, precision: Precision, order: int) -> float:
+        """The longest step that leaves a tilt beside a pole its digits."""
+        if order not in self.limits:
+            limit = longest_step(start.body, start.vectors, order, precision)
+            self.limits[order] = math.inf if limit is None else float(limit)
+        return self.limits[order]
 
 
 def propagate_in_doubles(
@@ -101,17 +123,16 @@ def propagate_in_doubles(
             f"options: got {', '.join(dict(setup.options))} with precision {setup.precision.name}, "
             "expected none: they are heyoka's"
         )
-    form, precision, until = setup.formulation, setup.precision, start.until
-    fn = precision.context
+    fn, until = setup.precision.context, start.until
     run = _Run(setup, start)
-    tolerance = float(setup.tolerance or full_tolerance(precision))
-    limit = longest_step(start.body, start.vectors, order_of(tolerance), precision)
-    state = (*start.state(form), *(fn.mpf(0) for _ in setup.record))
-    end = _End("complete", fn.mpf(0), state, 0)
+    tolerance = float(setup.tolerance or full_tolerance(setup.precision))
+    order = order_of(tolerance)
+    begun = _Beginning.of(start, setup, run.system)
     pieces = run.system.pieces(
-        state, start.parameters(form), until, tolerance, fn,
-        math.inf if limit is None else float(limit), FIRST_STEP if setup.events else None,
+        begun.rows, begun.until, tolerance, begun.longest(start, setup.precision, order),
+        FIRST_STEP if setup.events else None,
     )  # fmt: skip
+    end = _End("complete", fn.mpf(0), start.first_row(setup.formulation, setup.record), 0)
     steps = 0
     for piece in pieces if until else ():
         end = run.take(piece)
@@ -124,7 +145,7 @@ def propagate_in_doubles(
             break
     assert end.status, "a run goes on until it ends"
     hits = without_start(run.hits, run.events, setup, start, FIRST_STEP)
-    return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order_of(tolerance), hits)
+    return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits)
 
 
 class _End(NamedTuple):
@@ -171,7 +192,7 @@ class _Run:
         taken = len(piece.lengths)
         if piece.good < taken or self._crawls(piece):
             steps = min(piece.good, taken - 1)
-            time, row = piece.begins[steps], piece.coefficients[:, steps, 0, : self.size]
+            time, row = piece.begins[steps], piece.row(steps)[:, : self.size]
             return _End("failed", number(time, self.fn), numbers_of(row, self.fn), steps)
         if piece.end_time[0] < float(until):
             return _End(None, number(piece.end_time, self.fn), (), taken)

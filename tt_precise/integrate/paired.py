@@ -43,8 +43,10 @@ from tt_precise.mechanics.turning import (
     top_of,
     turned_back,
 )
+from tt_precise.numerals import to_mpmath
 from tt_precise.progress import Progress
 from tt_precise.scene import Scene
+from tt_precise.taylor.numbers import moments, multiples
 from tt_precise.untyped import Adaptive, ContinuousOutput
 
 MOST_ROWS, MOST_STEPS = 100_000, 200_000
@@ -68,6 +70,18 @@ class Beginning:
         if not 0 < scene.until <= MOST_SAMPLES * scene.sample_every:
             return None
         return SampleTimes.of(scene, self.start)
+
+    @cached_property
+    def sample_moments(self) -> Array | None:
+        """The scene's sample times in parts, if they are not too many."""
+        import numpy
+
+        unit, until = self.start.units.time, self.start.until
+        step = to_mpmath(self.scene.sample_every, self.precision.context) / unit
+        if not 0 < until <= MOST_ROWS * step:
+            return None
+        count = math.ceil(float(until / step) - 1e-9)
+        return numpy.concatenate([multiples(step, numpy.arange(count)), moments([until])])
 
     @cached_property
     def reference(self) -> InitialState:

@@ -57,8 +57,7 @@ def solve(
         )
     if precision.doubles:
         run = run_in_doubles(setup, start, progress)
-        pair = pair_in_doubles(run, setup, begun, scene.sample_every) if setup.paired else None
-        return Solution(start, run.output, pair)
+        return Solution(start, run, pair_in_doubles(run, begun) if setup.paired else None)
     if setup.paired and can_be_paired(setup):
         lanes = propagate_pair(setup, begun, scene.sample_every)
         if lanes:

@@ -12,7 +12,7 @@ from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.arithmetic import Array, Functions, Scalar
-from tt_precise.taylor.numbers import number, split
+from tt_precise.taylor.numbers import moments, number
 
 if TYPE_CHECKING:
     from tt_precise.taylor.system import StepBlock
@@ -131,33 +131,28 @@ class Watch:
     def __init__(self, first_column: int, directions: Sequence[int], fn: Functions):
         self._columns = slice(first_column, first_column + len(directions))
         self._directions, self._fn = directions, fn
-        self._ends: Array | None = None
+        self._before: StepBlock | None = None
 
     def zeros(self, piece: StepBlock, until: Scalar) -> list[SignChange]:
         """Those in the steps of ``piece`` that are numbers, before ``until``, in order of time."""
         import numpy
 
-        steps, fn = piece.good, self._fn
-        if not steps or not self._directions:
+        fn, steps = self._fn, piece.suspect
+        before, self._before = self._before, piece
+        if not len(steps):
             return []
-        left = (float(until) - piece.begins[:steps, 0]) / piece.units[:steps]
-        lengths = numpy.minimum(piece.lengths[:steps], left)
-        powers = numpy.vander(lengths, piece.order + 1, increasing=True)
-        # axes (function, step, order)
-        series = piece.coefficients[0, :steps, :, self._columns].transpose(2, 0, 1)
-        constant, last = series[:, :, 0], numpy.einsum("fsn,sn->fs", series, powers)
-        begun = constant[:, 0] if self._ends is None else self._ends
-        first = numpy.concatenate([begun[:, None], last[:, :-1]], axis=1)
-        self._ends = last[:, -1]
-        # the constant term outweighs the others nearly everywhere, and then there is no zero
-        most = numpy.einsum("fsn,sn->fs", numpy.abs(series), powers)
-        some = (numpy.abs(constant) * 1.5 <= most) | ((first >= 0) != (constant >= 0))
-        candidates = numpy.argwhere(some)
-        if not len(candidates):
-            return []
-        function, step = candidates.T
-        polynomials = series[function, step] * powers[step]
-        found = crossings(polynomials, first[function, step])
+        left = (float(until) - piece.begins[steps, 0]) / piece.units[steps]
+        lengths = numpy.minimum(piece.lengths[steps], left)
+        series, powers = self._series(piece, steps, lengths)  # axes (function, step, order)
+        first = series[:, :, 0].copy()
+        # where one begins is where the step before it ends
+        inner = steps > 0
+        first[:, inner] = self._ends(piece, steps[inner] - 1)
+        if before and not inner[0]:
+            first[:, :1] = self._ends(before, numpy.array([len(before.lengths) - 1]))
+        function, step = numpy.indices(first.shape).reshape(2, -1)
+        polynomials = (series * powers).reshape(len(step), -1)
+        found = crossings(polynomials, first.reshape(-1))
         allowed = numpy.array(self._directions)[function[found.which]]
         wanted = (allowed == 0) | (allowed == found.direction)
         which, place, direction = (part[wanted] for part in found)
@@ -165,22 +160,31 @@ class Watch:
         if not len(step):
             return []
         rates = polynomials[which][:, 1:] * numpy.arange(1, polynomials.shape[1])
-        slopes = values(rates, place) / lengths[step]
-        taus = [fn.mpf(tau) for tau in (place * lengths[step]).tolist()]
+        steps, lengths = steps[step], lengths[step]
+        units = piece.units[steps]
+        slopes = (values(rates, place) / (lengths * units)).tolist()
+        since = (place * lengths * units).tolist()
+        times = [number(b, fn) + tau for b, tau in zip(piece.begins[steps], since, strict=True)]
 
         def rows() -> Array:
-            return piece.rows(step, [split(tau, piece.system.parts) for tau in taus])
+            return piece.rows(steps, moments(times))
 
         for _ in range(NEWTONS_IN_PARTS):
-            there = rows()[numpy.arange(len(step)), :, self._columns.start + function]
-            taus = [
-                tau - number(value, fn) / slope if slope else tau
-                for tau, value, slope in zip(taus, there.tolist(), slopes.tolist(), strict=True)
+            there = rows()[numpy.arange(len(steps)), :, self._columns.start + function]
+            times = [
+                time - number(value, fn) / slope if slope else time
+                for time, value, slope in zip(times, there.tolist(), slopes, strict=True)
             ]
-        units = piece.units[step].tolist()
-        times = [
-            number(begin, fn) + tau * unit
-            for begin, tau, unit in zip(piece.begins[step], taus, units, strict=True)
-        ]
         zeros = map(SignChange, function.tolist(), times, direction.tolist(), rows())
         return sorted(zeros, key=lambda zero: zero.time)
+
+    def _series(self, piece: StepBlock, steps: Array, lengths: Array) -> tuple[Array, Array]:
+        import numpy
+
+        series = piece.coefficients[steps][:, :, self._columns].transpose(2, 0, 1)
+        return series, numpy.vander(lengths, piece.order + 1, increasing=True)
+
+    def _ends(self, piece: StepBlock, steps: Array) -> Array:
+        import numpy
+
+        return numpy.einsum("fsn,sn->fs", *self._series(piece, steps, piece.lengths[steps]))

@@ -26,10 +26,11 @@ from tt_precise.taylor.emit import (
     Value,
 )
 from tt_precise.taylor.graph import Constant, Graph, Traced, constants_of, in_order
-from tt_precise.taylor.machine import ROWS, RUN
+from tt_precise.taylor.machine import ROWS, RUN, TIMES
+from tt_precise.taylor.numbers import MOST_PARTS
 
 TOGETHER = {3: 1, 2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
-MOST_PARTS, TIMES, MOST_ORDER = 3, 5, 100
+MOST_ORDER = 100
 LONGEST = 8.0  # step in its unit; its powers stay in range where nothing else bounds it
 
 
@@ -109,18 +110,25 @@ class Kernel:
         return found
 
     def _rows(self, module: ir.Module) -> None:
-        """rows(data, plane, orders, steps, taus, count, into): of many steps, each at its tau.
+        """rows(data, plane, orders, times, steps, moments, count, into): many, each in its step.
 
-        Row by row of ``into`` all columns, part by part.
+        ``moments`` are times in three parts. Row by row of ``into`` all columns, part by part.
         """
         e = Emitter(module, "rows", ROWS, ir.VoidType())
-        data, plane, orders, steps, taus, count, into = e.arguments
+        data, plane, orders, times, steps, moments, count, into = e.arguments
         block = e.index(e.b.add(e.order(orders, 1), e.i(1)), self.columns)
-        parts = range(self.parts)
+        parts, ops = range(self.parts), SeveralDoubles(e, MOST_PARTS)
         with e.loop(e.i(0), count) as (i, _):
-            there = e.b.mul(e.b.load(e.b.gep(steps, [i])), block)
+            step = e.b.load(e.b.gep(steps, [i]))
+            there = e.b.mul(step, block)
             planes = [e.behind(data, e.b.add(there, e.b.mul(e.i(k), plane))) for k in parts]
-            tau = tuple(e.load(taus, e.index(i, self.parts, part)) for part in parts)
+            time, moment = (
+                e.behind(times, e.index(step, TIMES)), e.behind(moments, e.index(i, MOST_PARTS)),
+            )  # fmt: skip
+            unit, *begin = (e.load(time, part) for part in range(1 + MOST_PARTS))
+            now = tuple(e.load(moment, part) for part in range(MOST_PARTS))
+            since = ops.total(now, ops.negative(tuple(begin)))
+            tau = tuple(e.b.fdiv(part, unit) for part in since[: self.parts])
             for group, number in enumerate(self.horner(e, planes, orders, tau, self.columns)):
                 for part, value in enumerate(number):
                     place = part * self.columns + group * LANES
@@ -141,8 +149,9 @@ class _RunWriter:
     """run(data, plane, steps, orders, constants, tolerance, longest, until, times, work).
 
     Takes at most so many steps and returns how many; the first starts at row 0 of the first
-    block. ``times`` has five numbers a step: its unit of time, where it begins in three parts, and
-    its length in that unit; ``longest`` bounds it in the unit of ``until``.
+    block. ``times`` has six numbers a step: its unit of time, where it begins in three parts, its
+    length in that unit, and whether an output may vanish in it; ``longest`` bounds it in the unit
+    of ``until``.
     """
 
     def __init__(self, kernel: Kernel, module: ir.Module):
@@ -188,6 +197,7 @@ class _RunWriter:
                     self.sizes[parts] = self._largest(self.latest, len(kernel.pairs))
             h = self._length()
             e.store(h, time, 1 + MOST_PARTS)
+            e.store(self._may_vanish(h), time, 2 + MOST_PARTS)
             tau = SeveralDoubles(e, kernel.parts).widened((h,))
             row = padded(len(kernel.entries))
             reached = kernel.horner(e, self.block, self.orders, tau, row)
@@ -241,6 +251,25 @@ class _RunWriter:
             h = e.call("minnum", h, e.call("pow", ratio, power))
         return h
 
+    def _may_vanish(self, h: Value) -> Value:
+        """1 where the terms of an output's series outweigh half of its first one, or are none."""
+        e, kernel = self.e, self.kernel
+        first, wide = len(kernel.entries), e.spread(h)
+        groups = range(first // LANES * LANES, kernel.columns, LANES)
+        with e.loop(e.i(0), self.order, [ir.Constant(VECTOR, None)] * len(groups)) as (j, sums):
+            row = e.index(e.b.sub(self.order, j), kernel.columns)
+            for k, group in enumerate(groups):
+                term = e.load(self.block[0], e.b.add(row, e.i(group)), VECTOR)
+                sums[k] = e.b.fmul(e.b.fadd(sums[k], e.call("fabs", term)), wide)
+        found: Value = ir.Constant(ir.IntType(1), 0)
+        for i in range(first, first + len(kernel.outputs)):
+            lane = ir.Constant(ir.IntType(32), i % LANES)
+            rest = e.b.extract_element(sums[i // LANES - first // LANES], lane)
+            size = e.call("fabs", e.load(self.block[0], i))
+            small = e.b.fcmp_ordered("<", e.b.fadd(rest, rest), size)
+            found = e.b.or_(found, e.b.not_(small))
+        return e.b.uitofp(found, DOUBLE)
+
     def _largest(self, pointer: Value, count: int) -> Value:
         e = self.e
         with e.loop(e.i(0), e.i(count), [e.d(0.0)]) as (i, found):
@@ -286,15 +315,19 @@ class _RunWriter:
             for one, side in zip(pair, (self.left, self.right), strict=True):
                 self._write(value[one], side, place)
         order = ops.widened((e.b.sitofp(n, DOUBLE),))
+        # what is written nowhere else is zero: the rest of a constant, the last term of a slope
+        every = SeveralDoubles(e, kernel.parts)
+        zero = every.widened((e.d(0.0),))
         for i, (output, slope) in enumerate(kernel.outputs, len(kernel.entries)):
+            place = e.index(n, kernel.columns, i)
             if isinstance(output, Constant):
-                if first and not slope:
-                    self._write(self._constant(output), self.block, i)
-            elif not slope:
-                self._write(value[output], self.block, e.index(n, kernel.columns, i))
-            elif not first:
+                constant = first and not slope
+                self._write(self._constant(output) if constant else zero, self.block, place)
+                continue
+            self._write(zero if slope else value[output], self.block, place)
+            if slope and not first:
                 before = e.index(e.b.sub(n, e.i(1)), kernel.columns, i)
-                self._write(ops.product(order, value[output]), self.block, before)
+                self._write(every.widened(ops.product(order, value[output])), self.block, before)
         unit = ops.widened((self.unit,))
         inverses = e.index(n, MOST_PARTS)
         inverse = tuple(
@@ -305,8 +338,9 @@ class _RunWriter:
             place = e.index(e.b.add(n, e.i(1)), kernel.columns, i)
             if isinstance(rate, Traced):
                 self._write(ops.times(value[rate], inverse), self.block, place)
-            elif first:
-                self._write(ops.product(unit, self._constant(rate)), self.block, place)
+            else:
+                rest = ops.product(unit, self._constant(rate)) if first else zero
+                self._write(rest, self.block, place)
 
     def _read(self, parts: Sequence[Value], place: Value | int) -> Number:
         return tuple(self.e.load(part, place) for part in parts[: self.ops.parts])

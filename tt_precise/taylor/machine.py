@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from tt_precise.arithmetic import Array
 
 # arguments of the two functions of a kernel, as ``emit.Emitter`` has them
-RUN, ROWS = "piinpdddpp", "pinnpip"
+RUN, ROWS = "piinpdddpp", "pinpnpip"
+TIMES = 6  # numbers of a step that they keep beside its series, see ``kernel``
+MOST_IDLE, MOST_KEPT = 4, 2**21  # pieces of memory of one size that are kept; doubles in one
 _LETTERS = {
     "p": ctypes.c_void_p, "n": ctypes.c_void_p, "i": ctypes.c_int64, "d": ctypes.c_double,
 }  # fmt: skip
@@ -60,10 +62,32 @@ class Machine:
         return kind(self._engine.get_function_address(name))
 
 
+class _Lent:
+    """Memory of so many doubles, whose arrays' base it is; given back when the last one is gone.
+
+    New memory would cost a fifth of a run: its pages are made one by one when they are touched.
+    """
+
+    _idle: ClassVar[dict[int, list[Array]]] = {}
+
+    def __init__(self, size: int):
+        import numpy
+
+        size = 1 << size.bit_length()
+        alike = self._idle.setdefault(size, [])
+        self._memory = alike.pop() if alike else numpy.empty(size)
+        self.__array_interface__ = self._memory.__array_interface__
+
+    def __del__(self) -> None:
+        alike = self._idle[len(self._memory)]
+        if len(alike) < MOST_IDLE and len(self._memory) <= MOST_KEPT:
+            alike.append(self._memory)
+
+
 def aligned(size: int) -> Array:
-    """Zeros in double that begin where a line of the cache does."""
+    """Doubles, not cleared, that begin where a line of the cache does."""
     import numpy
 
     line = 64
-    whole = numpy.zeros(size + line // 8)
+    whole = numpy.asarray(_Lent(size + line // 8))
     return whole[(-whole.ctypes.data % line) // 8 :][:size]

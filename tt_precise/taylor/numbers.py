@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from mpmath.libmp import from_float, fzero, mpf_add, mpf_sub, to_float
 
 from tt_precise.arithmetic import Array, Functions, Scalar
+
+MOST_PARTS = 3
 
 
 def split(value: Scalar, parts: int) -> tuple[float, ...]:
@@ -18,6 +20,13 @@ def split(value: Scalar, parts: int) -> tuple[float, ...]:
         found.append(part)
         left = mpf_sub(left, from_float(part)) if math.isfinite(part) else fzero
     return tuple(found)
+
+
+def moments(times: Iterable[Scalar]) -> Array:
+    """Times as ``StepBlock`` takes them: axes (time, part), whatever has fewer parts."""
+    import numpy
+
+    return numpy.array([split(time, MOST_PARTS) for time in times])
 
 
 def number(parts: Sequence[float], fn: Functions) -> Scalar:
@@ -33,17 +42,17 @@ def numbers_of(row: Array, fn: Functions) -> tuple[Scalar, ...]:
     return tuple(number(parts, fn) for parts in row.T.tolist())
 
 
-def multiples(step: Scalar, counts: Array, parts: int) -> Array:
-    """An mpmath number times whole numbers up to 2^22, in parts: axes (count, part)."""
+def multiples(step: Scalar, counts: Array) -> Array:
+    """An mpmath number times whole numbers up to 2^22, as ``moments``."""
     terms, left = [], step
-    for _ in range(2 * parts):
+    for _ in range(2 * MOST_PARTS):
         # 30 bits each, so that the products are exact
         coarse = float(left)
         exponent = 30 - math.frexp(coarse)[1]
         coarse = math.ldexp(math.trunc(math.ldexp(coarse, exponent)), -exponent)
         terms.append(counts * coarse)
         left = left - coarse
-    return added(terms, parts)
+    return added(terms, MOST_PARTS)
 
 
 def added(terms: Sequence[Array], parts: int) -> Array:

@@ -9,8 +9,8 @@ from typing import Any
 
 from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
-from tt_precise.taylor.machine import Machine, aligned
-from tt_precise.taylor.numbers import added, split
+from tt_precise.taylor.machine import TIMES, Machine, aligned
+from tt_precise.taylor.numbers import split
 
 STEPS = 512  # of a piece
 # After so many steps the time has been lost that optimising takes: 9 of 14 us a step in
@@ -71,44 +71,53 @@ class System:
             # another thread may still be inside the one that is replaced
             self._slow, self.machine = self.machine, Machine(self._text)
 
+    def begun(
+        self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
+    ) -> tuple[Array, Array]:
+        """What ``pieces`` begins with, in parts: the first row and the constants.
+
+        Numbers are those of an mpmath context, ``fn``.
+        """
+        import numpy
+
+        found = numbers(self.kernel.constants, parameters, fn)
+        row = self.graph.with_turned(start, parameters, fn)
+        return numpy.array([split(x, self.parts) for x in row]).T, numpy.array(
+            [split(found[one], self.parts) for one in self.kernel.constants]
+        )
+
     def pieces(
         self,
-        start: Sequence[Scalar],
-        parameters: Sequence[Scalar],
-        until: Scalar,
+        begun: tuple[Array, Array],
+        until: float,
         tolerance: float,
-        fn: Functions,
         longest: float = math.inf,
         first: float | None = None,
     ) -> Iterator[StepBlock]:
-        """Taylor steps from ``start`` at time 0, until they reach ``until`` or are no numbers.
+        """Taylor steps from time 0, until they reach ``until`` or are no numbers.
 
-        Numbers are those of an mpmath context, ``fn``. No step is longer than ``longest``; the
-        ``first`` one has a bound of its own if it is given, and is a piece of its own then. The
-        last one may end later than ``until``.
+        No step is longer than ``longest``; the ``first`` one has a bound of its own if it is
+        given, and is a piece of its own then. The last one may end later than ``until``.
         """
         import numpy
 
         kernel, order, parts = self.kernel, order_of(tolerance), self.parts
-        found = numbers(kernel.constants, parameters, fn)
-        constants = numpy.array([split(found[one], parts) for one in kernel.constants])
-        first_row = self.graph.with_turned(start, parameters, fn)
-        row = numpy.array([split(x, parts) for x in first_row]).T
+        row, constants = begun
         orders = numpy.array(orders_of(tolerance, parts), dtype=numpy.int64)
-        work = aligned(kernel.work(order))
-        time, end = numpy.array([FIRST_UNIT, 0.0, 0.0, 0.0]), float(until)
-        longest = min(longest, end)
+        work = numpy.zeros(kernel.work(order))
+        time = numpy.array([FIRST_UNIT, 0.0, 0.0, 0.0])
+        longest = min(longest, until)
         while True:
             steps = STEPS if first is None else 1
             plane = (steps + 1) * (order + 2) * kernel.columns
             data = aligned(parts * plane)
             for part in range(parts):
                 data[part * plane :][: row.shape[1]] = row[part]
-            times = numpy.zeros((steps + 1, 5))
+            times = numpy.zeros((steps + 1, TIMES))
             times[0, :4] = time
             taken = self.machine.run(
                 data.ctypes.data, plane, steps, orders.ctypes.data, constants.ctypes.data,
-                tolerance, min(first or longest, longest), end, times.ctypes.data,
+                tolerance, min(first or longest, longest), until, times.ctypes.data,
                 work.ctypes.data,
             )  # fmt: skip
             piece = StepBlock(
@@ -119,60 +128,60 @@ class System:
             time, row = times[taken, :4], piece.end_row
             if first is not None:
                 time[0], first = FIRST_UNIT, None  # a step that was cut says nothing of the next
-            if piece.good < taken or not piece.end_time[0] < end:
+            if piece.good < taken or not piece.end_time[0] < until:
                 return
 
 
 class StepBlock:
     """The series of some steps, one behind the other, each in powers of time over its unit.
 
-    ``coefficients`` has the axes (part, step, order, column). ``begins`` are the times of the
-    steps' beginnings (step, part), ``units`` powers of two, and ``lengths`` the steps' in these.
-    Only the first ``good`` steps are finite numbers.
+    ``coefficients`` are the first parts, axes (step, order, column). ``begins`` are the times of
+    the steps' beginnings (step, part), ``units`` powers of two, and ``lengths`` the steps' in
+    these. Only the first ``good`` steps are finite numbers; outputs vanish in none but the
+    ``suspect`` ones.
     """
 
     def __init__(self, system: System, orders: Array, data: Array, times: Array, taken: int):
         import numpy
 
         self.system, self.order = system, int(orders[-1]) - 1
-        self._orders, self._data = orders, data
-        self.coefficients = data[:, :taken, : self.order + 1]
-        self.units, self.begins, self.lengths = (
-            times[:taken].T[0],
-            times[:taken, 1:4],
-            times[:taken, 4],
-        )
-        self.end_time = tuple(times[taken, 1:4].tolist())
+        self._orders, self._data, self._times = orders, data, times
         entries = len(system.graph.entries)
-        self.end_row = data[:, taken, 0, :entries].copy()
+        self._used = entries + len(system.kernel.outputs)
+        self.coefficients = data[0, :taken, : self.order + 1, : self._used]
+        self.units, self.lengths = times[:taken, 0], times[:taken, 4]
+        self.begins = times[:taken, 1:4]
+        self.end_time = tuple(times[taken, 1:4].tolist())
+        self.end_row = self.row(taken)
+        suspect = times[:taken, 5].nonzero()[0]
         # what is no number in the series of an entry leaves none where the step ends
-        finite = numpy.isfinite(data[0, 1 : taken + 1, 0, :entries]).all(axis=1)
-        finite &= numpy.isfinite(self.coefficients[0, :, :, entries:]).all(axis=(1, 2))
-        finite &= numpy.isfinite(self.lengths)
+        finite = numpy.isfinite(self.lengths)
+        finite &= numpy.isfinite(data[0, 1 : taken + 1, 0, :entries]).all(axis=1)
+        finite[suspect] &= numpy.isfinite(self.coefficients[suspect, :, entries:]).all(axis=(1, 2))
         self.good = taken if finite.all() else int(finite.argmin())
+        self.suspect = suspect[suspect < self.good]
+
+    def row(self, step: int) -> Array:
+        """The entries where a step begins: axes (part, entry)."""
+        found: Array = self._data[:, step, 0, : len(self.system.graph.entries)].copy()
+        return found
 
     def at(self, times: Array) -> Array:
-        """All columns at these times, given in parts: axes (time, part, column)."""
+        """All columns at these times, given in three parts: axes (time, part, column)."""
         import numpy
 
         steps = numpy.searchsorted(self.begins[:, 0], times[:, 0], side="right") - 1
-        steps = numpy.maximum(steps, 0)
-        taus = added([*times.T, *-self.begins[steps].T], self.system.parts)
-        return self.rows(steps, taus / self.units[steps, None])
+        return self.rows(numpy.maximum(steps, 0), times)
 
-    def rows(self, steps: Sequence[int] | Array, taus: Sequence[Sequence[float]]) -> Array:
-        """All columns in these steps, taus (in parts, of their units) behind their beginnings.
-
-        Axes (row, part, column).
-        """
+    def rows(self, steps: Array, times: Array) -> Array:
+        """The same, by the series of given steps."""
         import numpy
 
-        parts, columns = self.system.parts, self.system.kernel.columns
-        steps = numpy.ascontiguousarray(steps, dtype=numpy.int64)
-        at = numpy.ascontiguousarray(taus, dtype=float)
-        into = numpy.empty((len(steps), parts, columns))
+        times = numpy.ascontiguousarray(times)
+        into = numpy.empty((len(steps), self.system.parts, self.system.kernel.columns))
         self.system.machine.rows(
             self._data.ctypes.data, self._data[0].size, self._orders.ctypes.data,
-            steps.ctypes.data, at.ctypes.data, len(steps), into.ctypes.data,
+            self._times.ctypes.data, steps.ctypes.data, times.ctypes.data, len(steps),
+            into.ctypes.data,
         )  # fmt: skip
-        return into
+        return into[:, :, : self._used]
