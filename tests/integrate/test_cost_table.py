@@ -26,10 +26,10 @@ def two_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         "euler,extended,1e-15,19,1,14.5,99,9\n"
     )
     monkeypatch.setattr(cost_table, "TABLE", table)
-    for cached in (cost_table.measured, cost_table.settings):
+    for cached in (cost_table.measured, cost_table.settings, cost_table.cost_with_estimate):
         cached.cache_clear()
     yield
-    for cached in (cost_table.measured, cost_table.settings):
+    for cached in (cost_table.measured, cost_table.settings, cost_table.cost_with_estimate):
         cached.cache_clear()
 
 

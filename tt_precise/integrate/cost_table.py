@@ -1,9 +1,9 @@
 """What each setting of the integrator costs and delivers: the measured table behind ``digits``.
 
 ``cost_table.csv`` holds one row for each formulation, precision and tolerance; ``python -m
-tt_precise.bench.settings_table`` writes it from the golden scenes, nobody else does. Its numbers
-are only where a choice begins: whether a scene got its digits is decided by the estimate of that
-very run.
+tt_precise.bench.settings_table`` writes it from golden and seeded scenes, nobody else does. Its
+numbers are only where a choice begins: whether a scene got its digits is decided by the estimate
+of that very run.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FINER = {"double": "extended", "extended": "quad"}
 class Setting:
     """One way to integrate. ``bits`` is 0 but for mp; ``tolerance`` 0 stands for the eps.
 
-    ``digits`` of the worst entry at the worst time, in the median golden scene; ``cost`` of the
+    ``digits`` of the worst entry at the worst time, in the median scene; ``cost`` of the
     run on the reference scene, relative to double at its full accuracy.
     """
 
@@ -68,6 +68,7 @@ def settings(formulation: str | None, available: frozenset[str]) -> tuple[Settin
     return tuple(worth)
 
 
+@cache
 def cost_with_estimate(setting: Setting) -> float:
     """What a run and its reference runs cost; inf where the table does not say.
 

@@ -93,6 +93,7 @@ class DenseOutput:
         """
         import numpy
 
+        assert self._pieces is not None
         ends = [float(piece.bounds[1]) for piece in self._pieces[:-1]]
         first = numpy.searchsorted(times[:, 0], ends, side="right")
         parts = zip(self._pieces, numpy.split(times, first), strict=True)

@@ -122,11 +122,8 @@ class Kernel:
             step = e.b.load(e.b.gep(steps, [i]))
             there = e.b.mul(step, block)
             planes = [e.behind(data, e.b.add(there, e.b.mul(e.i(k), plane))) for k in parts]
-            time, moment = (
-                e.behind(times, e.index(step, TIMES)), e.behind(moments, e.index(i, MOST_PARTS)),
-            )  # fmt: skip
-            unit, *begin = (e.load(time, part) for part in range(1 + MOST_PARTS))
-            now = tuple(e.load(moment, part) for part in range(MOST_PARTS))
+            unit, *begin = (e.load(times, e.index(step, TIMES, k)) for k in range(1 + MOST_PARTS))
+            now = tuple(e.load(moments, e.index(i, MOST_PARTS, k)) for k in range(MOST_PARTS))
             since = ops.total(now, ops.negative(tuple(begin)))
             tau = tuple(e.b.fdiv(part, unit) for part in since[: self.parts])
             for group, number in enumerate(self.horner(e, planes, orders, tau, self.columns)):
@@ -378,24 +375,21 @@ class _RunWriter:
         return self.ops.products(self._read(self.sums, lane), *ends)
 
     def _quotient(self, node: Traced, value: dict[Traced, Number]) -> Number:
-        a, b = node.args
-        lane = self.kernel.lane[node]
+        (a, b), ops, lane = node.args, self.ops, self.kernel.lane[node]
         if self.first:
-            self._write(self.ops.quotient(self.ops.one, value[b]), self.inverses, lane)
-            return self.ops.quotient(value[a] if a in value else self._constant(a), value[b])
+            self._write(ops.quotient(ops.one, value[b]), self.inverses, lane)
+            return ops.quotient(value[a] if a in value else self._constant(a), value[b])
         known = self._read(self.left, lane), value[b]
-        rest = self.ops.negative(self.ops.products(self._read(self.sums, lane), known))
+        rest = ops.negative(ops.products(self._read(self.sums, lane), known))
         if a in value:
-            rest = self.ops.total(value[a], rest)
-        return self.ops.product(rest, self._read(self.inverses, lane))
+            rest = ops.total(value[a], rest)
+        return ops.product(rest, self._read(self.inverses, lane))
 
     def _root(self, node: Traced, value: dict[Traced, Number]) -> Number:
-        (a,) = node.args
-        lane = self.kernel.lane[node]
+        ops, a, lane = self.ops, value[node.args[0]], self.kernel.lane[node]
         if self.first:
-            found = self.ops.root(value[a])
-            twice = self.ops.total(found, found)
-            self._write(self.ops.quotient(self.ops.one, twice), self.inverses, lane)
+            found = ops.root(a)
+            self._write(ops.quotient(ops.one, ops.total(found, found)), self.inverses, lane)
             return found
-        rest = self.ops.total(value[a], self.ops.negative(self._read(self.sums, lane)))
-        return self.ops.product(rest, self._read(self.inverses, lane))
+        rest = ops.total(a, ops.negative(self._read(self.sums, lane)))
+        return ops.product(rest, self._read(self.inverses, lane))
