@@ -40,6 +40,7 @@ def test_fine_values_are_those_of_quad(scene: str) -> None:
     fine, quad = (evidence.trajectory(scene, name) for name in (evidence.FINE, "quad"))
     assert quad.precision.name == "quad" != fine.precision.name
     assert fine.event_counts == quad.event_counts
+    assert max(fine.drift["jellett"], quad.drift["jellett"]) < 1e-27
     for name in ("theta", "phi_dot", "E"):
         for t in (quad.t_end, quad.t_end / 3):
             values = [run.frame(name, times=[str(t)])[name].iloc[0] for run in (fine, quad)]

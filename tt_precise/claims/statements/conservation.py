@@ -22,9 +22,9 @@ def jellett_drift(printed: str = "1e-6", scene: str = "reference") -> Finding:
     """The computed solution keeps Jellett's integral to about 1e-6 of its value."""
     own, off = paper_odeint(scene), state_errors(scene)
     checks = {"odeint": at_most_order(printed, own.jellett_drift)}
-    for precision in ("double", "quad"):
-        drift = evidence.trajectory(scene, precision).drift["jellett"]
-        checks[f"heyoka, {precision}"] = at_most_order(printed, drift)
+    for precision in ("double", evidence.FINE):
+        run = evidence.trajectory(scene, precision)
+        checks[run.precision.name] = at_most_order(printed, run.drift["jellett"])
     return all_of(
         checks,
         "For the state 1e-6 in lambda meant less: in the odeint run theta was off by up to "

@@ -8,7 +8,7 @@ from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import over_time
 
 PRINTED = 1e-6
-COLOURS = (style.RED, style.ORANGE, style.GREEN, style.BLUE)
+COLOURS = (style.RED, style.ORANGE, style.SKY, style.GREEN, style.BLUE)
 
 
 @registered("conservation")
@@ -25,7 +25,7 @@ def jellett_drift() -> Figure:
         for run, colour in zip(precision_runs(), COLOURS, strict=False):
             drift = run.drift["jellett"]
             worst[run.label] = max(drift)
-            # log10 before the float: 200 bits reach 1e-60, and a drift of zero has no logarithm
+            # log10 before the float: a fine drift may underflow, and one of zero has no logarithm
             sizes = numpy.array(
                 [float(run.trajectory.precision.context.log10(x)) if x else numpy.nan
                  for x in drift]
@@ -44,6 +44,6 @@ def jellett_drift() -> Figure:
             caption="The reference solution in every precision: relative drift of Jellett's "
             f"integral, at most {shown}. Bears on NUM-03; the dashed line is the precision of "
             "order 1e-6 that the paper reports.",
-            alt="Drift of lambda against time on a logarithmic axis: four bands, each many decades "
-            "below the other, all far below the dashed line at 1e-6.",
+            alt="Drift of lambda against time on a logarithmic axis: a band for each precision, "
+            "decades below the one before, all far below the dashed line at 1e-6.",
         )

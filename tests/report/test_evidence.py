@@ -1,0 +1,20 @@
+"""The runs that the report's own sections rest on, beside the one that they rested on before."""
+
+import pytest
+
+from tt_precise.integrate import integrate
+from tt_precise.integrate.precision import is_available
+from tt_precise.report.evidence import SCENE, precision_runs, state_distance
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not is_available("triple-double"), reason="no llvmlite on this machine")
+def test_the_finest_run_is_what_200_bits_give() -> None:
+    *others, finest = precision_runs()
+    assert finest.trajectory.precision.name == "triple-double"
+    wide = integrate(SCENE, "mp")
+    assert state_distance(finest.trajectory, wide) < 1e-40
+    for one in others:
+        apart = state_distance(one.trajectory, wide)
+        assert apart == pytest.approx(one.state_error, rel=1e-6)
+        assert apart > 1e-34  # what the first bound would not let pass
