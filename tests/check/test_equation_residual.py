@@ -158,8 +158,9 @@ def test_what_begins_to_glide_is_joined() -> None:
     """At rest and without a force at one end, gliding at the other."""
     found = EquationResidual.__new__(EquationResidual)
     speeds = numpy.array([0.0, 1.0, 1.0, 0.0, 0.0])
-    values = numpy.stack([0 * speeds, speeds, 0 * speeds, 0 * speeds])
-    found._functions = lambda state, order: (values, 0 * values[:, None])  # type: ignore[method-assign]
+    found._gliding = lambda state: (speeds, 0 * speeds)  # type: ignore[method-assign]
+    scene = SimpleNamespace(lifts=False, body=SimpleNamespace(law="coulomb"))
+    found.setup = SimpleNamespace(scene=scene)  # type: ignore[assignment]
     samples: Any = SimpleNamespace(state=None)
     joined = found._joined(samples, numpy.ones(4))
     assert joined.tolist() == [True, False, True, False]

@@ -47,7 +47,7 @@ def test_a_wrong_row_of_a_top_that_lifts_is_noticed(scene: str) -> None:
     failed = tt.check.conservation(frame, scene, digits=12)
     assert [finding.name for finding in failed.failures] == ["golden"]
     skipped = tt.check.conservation(frame, scene)["equations"]
-    assert skipped.reason.startswith("the contact force needs the height")
+    assert skipped.reason.startswith("needs the height of the lowest point")
 
 
 def test_there_is_golden_data() -> None:

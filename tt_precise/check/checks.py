@@ -17,7 +17,9 @@ from tt_precise.check.contact_height import ContactVelocity
 from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.finding import Sense
 from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.compliance import CompliantTop
 from tt_precise.mechanics import quantities
+from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
 from tt_precise.mechanics.vectors import dot
 from tt_precise.scene import Scene
@@ -81,8 +83,8 @@ def _energy(integral: Integral) -> RowCheck:
     conserved = _integral(integral)
 
     def skipped(setup: CheckSetup, first: Samples) -> str:
-        if setup.scene.lifts:
-            return "needs the height of the lowest point, which no column set has"
+        if setup.scene.lifts and not setup.height_given:
+            return _no_height(setup)
         return "" if setup.velocity_known else _no_velocity(setup)
 
     def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:
@@ -94,6 +96,8 @@ def _energy(integral: Integral) -> RowCheck:
         def rise(samples: Samples) -> numpy.ndarray:
             nonlocal lowest
             energy = quantities.E(samples.q)
+            if isinstance(setup.scene.body, CompliantTop):
+                energy = energy + stored_energy(setup.body, samples.q.state.height, numpy)
             floor = numpy.minimum(numpy.minimum.accumulate(energy), lowest)
             lowest = float(floor[-1])
             return (energy - floor) / scale
@@ -101,22 +105,31 @@ def _energy(integral: Integral) -> RowCheck:
         return rise
 
     return RowCheck(
-        "energy", "E, conserved without friction, never rising with it; section 1", watch, skipped
+        "energy",
+        "E, with what an elastic table holds: conserved without friction, never rising with it; "
+        "section 1",
+        watch,
+        skipped,
     )
 
 
-# whether it is for want of the height
-_NO_FORCE = {
-    False: "the force of another friction law does not follow from the state",
-    True: "the contact force needs the height of the lowest point, which no column set has",
-}
+def _no_height(setup: CheckSetup) -> str:
+    return f"needs the height of the lowest point: columns {', '.join(setup.columns.height)}"
+
+
+def _no_force(setup: CheckSetup) -> str:
+    if setup.scene.lifts and setup.friction == "scene":
+        return _no_height(setup)
+    return "the force of another friction law does not follow from the state"
 
 
 def _contact_skipped(setup: CheckSetup, first: Samples) -> str:
     if setup.flies:
         return "there is no contact in flight"
+    if setup.scene.lifts:
+        return "the top may leave the table"
     if not setup.own_force:
-        return _NO_FORCE[setup.scene.lifts and setup.friction == "scene"]
+        return _no_force(setup)
     return "" if setup.velocity_known else _no_velocity(setup)
 
 
@@ -126,8 +139,8 @@ def _contact(setup: CheckSetup, first: Samples, limit: float) -> Watch:
 
 
 def _slip_skipped(setup: CheckSetup, first: Samples) -> str:
-    if setup.flies:
-        return "there is no contact in flight"
+    if setup.scene.lifts:
+        return "there is no contact in flight" if setup.flies else "the top may leave the table"
     if not setup.velocity_given:
         return _no_velocity(setup)
     if setup.columns.name != "rigid body" and not setup.rolling:
@@ -160,12 +173,12 @@ def _quaternion(setup: CheckSetup, first: Samples, limit: float) -> Watch:
 
 def _evolution_skipped(setup: CheckSetup, first: Samples) -> str:
     if not setup.own_force:
-        return _NO_FORCE[setup.scene.lifts and setup.friction == "scene"]
+        return _no_force(setup)
     return "" if setup.velocity_known else _no_velocity(setup)
 
 
 def _balance_skipped(setup: CheckSetup, first: Samples) -> str:
-    if setup.rolling or setup.scene.body.mu == 0:
+    if setup.rolling or setup.flies or (setup.scene.body.mu == 0 and not setup.scene.lifts):
         return "nothing is dissipated: see energy"
     return _evolution_skipped(setup, first)
 

@@ -20,6 +20,7 @@ from tt_precise.mechanics.conversion import (
 )
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.start import LIFTED
 
 if TYPE_CHECKING:
     import numpy
@@ -34,6 +35,7 @@ class ColumnSet:
     ``state(body, columns, fn)`` is the vector state and v_A.z (0 where the set has no room for
     it); ``columns`` holds every required name, and the velocity's as NaN where it is unknown.
     ``azimuth`` says whether the direction of the axis is known, which Euler angles leave open.
+    ``height`` are those that a top which may leave the table has besides.
     """
 
     name: str
@@ -41,6 +43,7 @@ class ColumnSet:
     velocity: tuple[str, ...]
     state: Callable[[Parameters, Columns, Functions], tuple[NewtonState, Scalar]]
     azimuth: bool = True
+    height: tuple[str, ...] = LIFTED
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -71,7 +74,7 @@ _ALL = (
     ColumnSet("vectors", ("kx", "ky", "kz", "Lx", "Ly", "Lz"), ("vx", "vy"), _from_vectors),
     ColumnSet(
         "rigid body", ("qw", "qx", "qy", "qz", "wx", "wy", "wz"), ("vcx", "vcy", "vcz"),
-        _from_rigid_body,
+        _from_rigid_body, height=("z",),
     ),
     ColumnSet(
         "Euler", ("theta", "theta_dot", "phi_dot", "omega_3"), ("nu_x", "nu_y"), _from_euler,
@@ -79,6 +82,7 @@ _ALL = (
     ),
 )  # fmt: skip
 COLUMN_SETS = {entry.name: entry for entry in _ALL}
+OURS = {"t", *(name for entry in _ALL for name in (*entry.names, *entry.height))}
 
 
 def known_sets(present: Sequence[str]) -> list[ColumnSet]:
@@ -130,16 +134,15 @@ def renaming(pairs: Iterable[str]) -> dict[str, str]:
     InputError
         A pair is malformed, or ``ours`` is no column that anything reads.
     """
-    ours = {"t", *(name for entry in _ALL for name in entry.names)}
     found: dict[str, str] = {}
     for pair in (part for text in pairs for part in text.split(",") if part.strip()):
         left, equals, right = (piece.strip() for piece in pair.partition("="))
         if not (left and equals and right):
             raise InputError(f"--columns: got {pair.strip()!r}, expected theirs=ours")
-        if right not in ours:
+        if right not in OURS:
             raise InputError(
                 f"--columns: got {right!r} as one of ours, expected one of: "
-                + ", ".join(sorted(ours))
+                + ", ".join(sorted(OURS))
             )
         found[left] = right
     return found
@@ -157,9 +160,8 @@ def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list
         if theirs not in names:
             raise InputError(f"{where}: no column {theirs!r} to rename among {_listed(names)}")
     result = [rename.get(name, name) for name in names]
-    ours = {"t", *(name for entry in _ALL for name in entry.names)}
     for name in result:
-        if name in ours and result.count(name) > 1:
+        if name in OURS and result.count(name) > 1:
             raise InputError(f"{where}: column {name} occurs twice, expected once")
     return result
 

@@ -17,21 +17,20 @@ need are passed over.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy
 
 from tt_precise.arithmetic import Array, Scalar
-from tt_precise.body import Parameters
+from tt_precise.check.piecewise import SolvedRows, State, rates_of, rows_under
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.shooting import follow
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.formulations import formulation
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.formulations import FLIGHT, formulation
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries, integral, solution
+from tt_precise.mechanics.taylor import integral
 from tt_precise.mechanics.vectors import cross, dot
 
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval
@@ -50,7 +49,8 @@ class Residuals:
     """Changes minus integrals of rates of every interval, and how far to trust them.
 
     ``state`` has shape (entries, intervals), ``energy`` (intervals,), both in units of their size
-    at the start; ``bound`` (intervals,) is that of the error of these numbers. ``ends`` are the
+    at the start; ``bound`` (intervals,) is that of the error of these numbers (``energy_bound``: of
+    the energy's). ``ends`` are the
     rows where the intervals end; ``within`` (s, intervals) is how far the solution was followed, 0
     where no spacing of the rows would help.
     """
@@ -58,6 +58,7 @@ class Residuals:
     state: numpy.ndarray
     energy: numpy.ndarray
     bound: numpy.ndarray
+    energy_bound: numpy.ndarray
     ends: numpy.ndarray
     within: numpy.ndarray
 
@@ -71,13 +72,17 @@ class EquationResidual:
     def __init__(self, setup: CheckSetup, first: Samples, resolved: float = RESOLVED):
         self.setup, self._resolved = setup, resolved
         self._form = formulation(setup.scene.model, "newton", setup.scene.body.law)
+        if setup.flies and setup.height_given:
+            self._form = FLIGHT["newton"]
+        self._width = 10 if setup.height_given else len(self._form.columns)
         self._time = float(numpy.sqrt(setup.body.R / setup.body.g))
         q = first.first
         spin = float(numpy.sqrt(dot(q.state.L, q.state.L))) or 1.0
         speed = float(setup.body.R * numpy.sqrt(dot(q.omega, q.omega))) or 1.0
         self._energy_size = float(INTEGRALS["energy"].scale(q)) or 1.0
-        self._entry_sizes = [1.0] * 3 + [spin] * 3 + [speed] * 2
-        one_axis = [1.0, spin, spin, spin, speed, speed]
+        lifted = [float(setup.body.R), speed] if setup.height_given else []
+        self._entry_sizes = [1.0] * 3 + [spin] * 3 + [speed] * 2 + lifted
+        one_axis = [1.0, spin, spin, spin, speed, speed, *lifted]
         self._sizes = self._entry_sizes if setup.columns.azimuth else one_axis
 
     def balance(self, samples: Samples) -> Residuals:
@@ -118,25 +123,54 @@ class EquationResidual:
                 mismatch[:, open_[better]] = finer[:, better]
                 bound[open_[better]] = finer_bound[better]
         usable = numpy.isfinite(mismatch).all(axis=0)
-        if self.setup.joins:
-            joined = self._joined(samples, steps)
-            usable, steps = usable & ~joined, numpy.where(joined, 0.0, steps)
-        bound = numpy.where(usable, bound, numpy.inf)
-        return Residuals(mismatch[:-1], mismatch[-1], bound, ends, steps)
+        if not self.setup.joins:
+            bound = numpy.where(usable, bound, numpy.inf)
+            return Residuals(mismatch[:-1], mismatch[-1], bound, bound, ends, steps)
+        joined = self._joined(samples, steps)
+        bound = numpy.where(usable & ~joined, bound, numpy.inf)
+        energy, energy_bound = mismatch[-1], bound
+        if not self.setup.scene.lifts:
+            energy = numpy.where(joined, self._at_joints(samples, steps), energy)
+            energy_bound = numpy.where(joined & numpy.isfinite(energy), EPS, bound)
+        steps = numpy.where(joined, 0.0, steps)
+        return Residuals(mismatch[:-1], energy, bound, energy_bound, ends, steps)
+
+    def _at_joints(self, samples: Samples, steps: Array) -> Array:
+        """By how much the energy rises in each interval, or falls by more than gliding can take."""
+        q = samples.q
+        speed, change = self._gliding(samples.state)
+        change = numpy.maximum(change[1:], change[:-1]) * steps
+        fastest = numpy.maximum(speed[1:], speed[:-1]) + change
+        pressed = 2 * numpy.maximum(q.force[2][1:], q.force[2][:-1])
+        fall = -numpy.diff(quantities.E(q))
+        most = q.body.mu * pressed * fastest * steps
+        return (numpy.clip(fall, 0, most) - fall) / self._energy_size
+
+    def _gliding(self, state: State) -> tuple[Array, Array]:
+        """|v_A| of each row, and twice its rate."""
+        with numpy.errstate(all="ignore"):
+            solved = SolvedRows(self.setup.scene, self.setup.body, state, 1).state
+        change = 2 * numpy.hypot(solved.vx.c[1], solved.vy.c[1])
+        return numpy.hypot(state.vx, state.vy), change
 
     def _joined(self, samples: Samples, steps: Array) -> Array:
-        """Intervals in which the contact point may have come to rest or have left it.
+        """Intervals in which the equations may have changed.
 
-        It has not where it rests at both ends, and cannot have where, from either end, twice the
-        rate of v_A would not have brought it to 0.
+        The contact point has not come to rest or left it where it rests at both ends, and cannot
+        have where, from either end, twice the rate of v_A would not have brought it to 0. Where the
+        top may leave the table, neither end's solution leaves or touches it.
         """
+        scene, state = self.setup.scene, samples.state
+        joined = numpy.zeros(len(steps), bool)
         with numpy.errstate(all="ignore"):
-            values, rates = self._functions(samples.state, 1)
-        speed = numpy.hypot(*values[-3:-1])
-        change = 2 * numpy.hypot(*rates[-3:-1, 0])
+            if scene.lifts:
+                joined = ~SolvedRows(scene, self.setup.body, state, ORDERS[-1]).stays(steps)
+        if scene.body.law != "coulomb":
+            return joined
+        speed, change = self._gliding(state)
         glides = (speed[:-1] > change[:-1] * steps) & (speed[1:] > change[1:] * steps)
         rests = (speed[:-1] == 0) & (speed[1:] == 0)
-        return ~(glides | rests)
+        return joined | ~(glides | rests)
 
     def _wanted(self, steps: numpy.ndarray) -> numpy.ndarray:
         return numpy.maximum(self._resolved * steps / (HORIZON * self._time), 4 * EPS)
@@ -144,23 +178,29 @@ class EquationResidual:
     def _followed(self, samples: Samples, found: Residuals) -> Residuals:
         """The balance with the solution followed through what the quadrature left open."""
         steps = numpy.diff(samples.t)
-        open_ = numpy.flatnonzero(~(found.bound <= self._wanted(steps)))
         # what joins two pieces is no solution of either's equations
-        if not len(open_) or self.setup.joins:
+        wide = ~(found.bound <= self._wanted(steps))
+        open_ = numpy.flatnonzero(wide & (found.within > 0))
+        if not len(open_):
             return found
-        width = len(self._form.columns)
-        start = numpy.array([entry[open_] for entry in samples.state])
-        sizes = numpy.array(self._entry_sizes[:width])
+        kind = type(samples.state)
+        sizes = numpy.array(self._entry_sizes)
         with numpy.errstate(all="ignore"):
-            shot = follow(self._rates, start[:width], steps[open_], sizes, WIDEST_BOUND)
-            start[:width] = shot.state
-            there, _ = self._functions(NewtonState(*start), 1)
-            given = NewtonState(*(entry[open_ + 1] for entry in samples.state))
+            here = kind(*(entry[open_] for entry in samples.state))
+            start, error, reached = numpy.array(here), steps[open_], steps[open_]
+            for rows, form in rows_under(self.setup.scene, self.setup.body, here):
+                width, rates = len(form.columns), rates_of(form, self.setup.body)
+                spans = steps[open_][rows]
+                shot = follow(rates, start[:width, rows], spans, sizes[:width], WIDEST_BOUND)
+                start[:width, rows], error[rows], reached[rows] = shot
+            there, _ = self._functions(kind(*start), 1)
+            given = kind(*(entry[open_ + 1] for entry in samples.state))
             mismatch = self._functions(given, 1)[0] - there
-        better = shot.error < found.bound[open_]
+        better = error < found.bound[open_]
         chosen, mismatch = open_[better], mismatch[:, better]
         found.state[:, chosen], found.energy[chosen] = mismatch[:-1], mismatch[-1]
-        found.bound[chosen], found.within[open_] = shot.error[better], shot.reached
+        found.bound[chosen], found.energy_bound[chosen] = error[better], error[better]
+        found.within[open_] = reached
         return found
 
     def _intervals(
@@ -172,7 +212,7 @@ class EquationResidual:
             ends = slice(None, -1), slice(1, None)
         else:
             both = numpy.concatenate((chosen, chosen + 1))
-            state = NewtonState(*(entry[both] for entry in samples.state))
+            state = type(samples.state)(*(entry[both] for entry in samples.state))
             values, rates = self._functions(state, order)
             ends = slice(None, count), slice(count, None)
         steps = samples.t[chosen + 1] - samples.t[chosen]
@@ -188,63 +228,27 @@ class EquationResidual:
         rounding = EPS * abs(best).max(axis=0)
         return change - best, last * shrinking + rounding
 
-    def _rates(self, entries: tuple[Scalar, ...]) -> Sequence[Scalar]:
-        form = self._form
-        found: Sequence[Scalar] = form.rates(self.setup.body, form.State(*entries), SeriesFunctions)
-        return found
-
-    def _functions(self, state: NewtonState, order: int) -> tuple[numpy.ndarray, numpy.ndarray]:
+    def _functions(self, state: State, order: int) -> tuple[numpy.ndarray, numpy.ndarray]:
         """Values (functions, rows), and Taylor coefficients of their rates, of every row."""
-        body, model = self.setup.body, self.setup.scene.model
-        width = len(self._form.columns)
         with numpy.errstate(all="ignore"):
-            entries = solution(self._rates, list(state[:width]), order)
-        if body.law == "coulomb" and model == "gliding":
-            _let_roll(body, state, entries, order)
-        full = NewtonState(*entries, *(0,) * (8 - width))
-        functions = full[:width] if self.setup.columns.azimuth else _without_azimuth(full, width)
+            solved = SolvedRows(self.setup.scene, self.setup.body, state, order)
+            power = solved.power[:order] / self._energy_size
+        full = solved.state[: self._width]
+        functions = full if self.setup.columns.azimuth else _without_azimuth(solved.state, full)
         values = [f.c[0] / size for f, size in zip(functions, self._sizes, strict=False)]
         slopes = [f.rate / size for f, size in zip(functions, self._sizes, strict=False)]
-        q, q_rows = Motion(body, full, SeriesFunctions, model), Motion(body, state, numpy, model)
+        q_rows = Motion(self.setup.body, state, numpy, self.setup.scene.model)
         values.append(quantities.E(q_rows) / self._energy_size)
-        power: Array = 0.0 if model == "rolling" else quantities.E_dot(q).c[:order]
-        if body.law == "coulomb" and model == "gliding":
-            power = numpy.where(q_rows.rolls, 0.0, power)
-        slopes.append(power / self._energy_size + numpy.zeros_like(slopes[0]))
-        return numpy.array(values), numpy.array(slopes)
+        return numpy.array(values), numpy.array([*slopes, power])
 
 
-def _let_roll(
-    body: Parameters, state: NewtonState, entries: Sequence[TaylorSeries], order: int
-) -> None:
-    """Replace, in rows at rest, the series of gliding by those of rolling.
-
-    Coulomb's friction: what such a row belongs to. An interval between a row at rest and one that
-    glides is not smooth, and its quadrature shows no convergence.
-    """
-    rest = (state.vx == 0) & (state.vy == 0)
-    if not rest.any():
-        return
-    roll = formulation("rolling", "newton")
-
-    def rates(parts: tuple[TaylorSeries, ...]) -> Sequence[Scalar]:
-        found: Sequence[Scalar] = roll.rates(body, roll.State(*parts), SeriesFunctions)
-        return found
-
-    rolling = solution(rates, [numpy.asarray(entry)[rest] for entry in state[:6]], order)
-    for whole, part in zip(entries, rolling, strict=False):
-        whole.c[:, rest] = part.c
-    for whole in entries[6:]:
-        whole.c[:, rest] = 0.0
-
-
-def _without_azimuth(state: NewtonState, width: int) -> tuple[Scalar, ...]:
+def _without_azimuth(state: Any, balanced: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
     # what turning the whole motion about the vertical leaves alone
     k, L, v = state.k, state.L, state.v
     found: tuple[Scalar, ...] = (k[2], L[2], dot(L, k), cross(L, k)[2])
-    if width == len(state):
+    if len(balanced) > 6:
         found += (v[0] * k[0] + v[1] * k[1], v[1] * k[0] - v[0] * k[1])
-    return found
+    return (*found, *balanced[8:])
 
 
 class SummedResidual:
@@ -252,7 +256,10 @@ class SummedResidual:
 
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
-        self._joins = residual.setup.joins
+        self._joins = ""
+        if residual.setup.joins:
+            lifts = residual.setup.scene.lifts
+            self._joins = "landing, a loss of contact" if lifts else "stick or slip"
         self._sum: Array = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self._worst = 0.0
@@ -263,14 +270,15 @@ class SummedResidual:
         if len(samples.t) < 2:
             return numpy.zeros(len(samples.t))
         found = self._residual.balance(samples)
-        resolved = found.bound <= self._limit
+        bound = found.energy_bound if self._part == "energy" else found.bound
+        resolved = bound <= self._limit
         self.intervals += len(resolved)
         self.unresolved += int((~resolved).sum())
         self._within = min(self._within, float(found.within[~resolved].min(initial=numpy.inf)))
         mismatch = numpy.atleast_2d(getattr(found, self._part))
         sums = numpy.cumsum(numpy.where(resolved, mismatch, 0.0), axis=1)
         sums += numpy.reshape(self._sum, (-1, 1))
-        bounds = self._bound + numpy.cumsum(numpy.where(resolved, found.bound, 0.0))
+        bounds = self._bound + numpy.cumsum(numpy.where(resolved, bound, 0.0))
         self._sum, self._bound = sums[:, -1], float(bounds[-1])
         values = numpy.maximum(abs(sums).max(axis=0) - bounds, 0.0)
         self._worst = max(self._worst, float(values.max()))
@@ -288,7 +296,7 @@ class SummedResidual:
         """What was not resolved, and from which spacing of the rows on it would be."""
         said = f"error bound {self.error_bound:.0e}"
         if self.unresolved:
-            what = "hold a stick or slip, or are too wide" if self._joins else "too wide"
+            what = f"hold a {self._joins}, or are too wide" if self._joins else "too wide"
             said += f"; {self.unresolved} of {self.intervals} intervals {what}"
             if self._within > 0:
                 said += f"; rows {_rounded_down(self._within):g} s apart would do"

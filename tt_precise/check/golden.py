@@ -33,6 +33,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.numerals import exact
 from tt_precise.progress import Progress
+from tt_precise.start import LIFTED
 
 MEANING = "correct digits of every column"
 MOST_RECOMPUTED = 1024  # rows computed afresh, evenly spread over those that need it
@@ -56,12 +57,14 @@ class GoldenDistance:
     ):
         self._setup, self._asked, self._fresh = setup, asked, fresh
         self._true, self._absent = _golden_rows(setup, folder)
-        known = [*NewtonState._fields, *EulerState._fields]
+        lifted = LIFTED if setup.scene.lifts else ()
+        known = [*NewtonState._fields, *EulerState._fields, *lifted]
         still = {"vx", "vy", "nu_x", "nu_y"} if setup.rolling else set()
         self._written = [name for name in present if name in known and name not in still]
         self._derived: list[str] = []
         if setup.columns.name == "rigid body":
             derived = NewtonState._fields if setup.velocity_known else NewtonState._fields[:6]
+            derived = (*derived, *(LIFTED if setup.height_given else ()))
             taken = {*self._written, *still}
             self._derived = [name for name in derived if name not in taken]
         self._fewest, self._evidence = FewestDigits(), Evidence()

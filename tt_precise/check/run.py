@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,7 +113,8 @@ class Request:
 
 def _checked(table: RowSource, scene: Scene, request: Request, progress: Progress) -> Result:
     setup, cutoff = _setup(table, scene, request.friction), request.cutoff
-    names = ("t", *(name for name in setup.columns.names if name in table.names))
+    height = setup.columns.height if setup.height_given else ()
+    names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in known_columns(table.names) if name not in names]
     finiteness, distance = Finiteness(also), None
     running: list[_Running] = []
@@ -176,14 +177,20 @@ def _golden(
 
 def _setup(table: RowSource, scene: Scene, friction: str) -> CheckSetup:
     chosen = choose_set(table.names, table.where)
-    given = [name for name in chosen.velocity if name in table.names]
-    if given and len(given) < len(chosen.velocity):
-        missing = [name for name in chosen.velocity if name not in given]
+    velocity = _all_or_none(table, chosen.velocity, "velocity")
+    height = scene.lifts and velocity and _all_or_none(table, chosen.height, "height and its rate")
+    return CheckSetup(scene, chosen, velocity, friction, height)
+
+
+def _all_or_none(table: RowSource, wanted: Sequence[str], what: str) -> bool:
+    given = [name for name in wanted if name in table.names]
+    missing = [name for name in wanted if name not in given]
+    if given and missing:
         raise InputError(
             f"{table.where}: has {', '.join(given)} but not {', '.join(missing)}, "
-            "expected all of the velocity or none"
+            f"expected all of the {what} or none"
         )
-    return CheckSetup(scene, chosen, bool(given), friction)
+    return bool(given)
 
 
 def _refuse(setup: CheckSetup, first: Samples, block: Block, table: RowSource) -> None:

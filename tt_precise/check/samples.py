@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.body import Parameters
 from tt_precise.check.blocks import Block
-from tt_precise.check.columns import ColumnSet
+from tt_precise.check.columns import Columns, ColumnSet
 from tt_precise.errors import InputError
+from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene import Scene
@@ -23,6 +25,9 @@ FRICTIONS = ("scene", "other")
 class CheckSetup:
     """A scene, the column set its trajectory comes in, and what is known.
 
+    ``height_given`` says whether the height of the lowest point is, which counts where the top may
+    leave the table.
+
     ``friction`` is "scene" where the trajectory obeys F = g_n (z - mu v_A) with the scene's mu
     (or the scene rolls), and "other" where the contact force is somebody else's: Coulomb's, an
     elastic one, an unknown one.
@@ -32,6 +37,7 @@ class CheckSetup:
     columns: ColumnSet
     velocity_given: bool
     friction: str = "scene"
+    height_given: bool = False
 
     def __post_init__(self) -> None:
         if self.friction not in FRICTIONS:
@@ -62,7 +68,8 @@ class CheckSetup:
     @property
     def own_force(self) -> bool:
         """Whether the contact force follows from the state."""
-        return self.friction == "scene" and (self.flies or not self.scene.lifts)
+        known = self.flies or self.height_given or not self.scene.lifts
+        return self.friction == "scene" and known
 
     @property
     def velocity_known(self) -> bool:
@@ -75,15 +82,24 @@ class CheckSetup:
         known = dict(block.values)
         if not self.velocity_given:
             known |= dict.fromkeys(self.columns.velocity, numpy.full(rows, numpy.nan))
+        state: NewtonState | LiftedState
         state, lift = self.columns.state(self.body, known, numpy)
         slip = numpy.abs(lift)
         if self.rolling:
             slip = numpy.sqrt(state.vx**2 + state.vy**2 + slip**2)
             state = state._replace(vx=0, vy=0)
+        if self.height_given:
+            state = self._lifted(state, lift, known)
         entries = [numpy.broadcast_to(numpy.asarray(x, float), rows) for x in state]
         return Samples(
-            self, known["t"], NewtonState(*entries), numpy.broadcast_to(slip, rows), block.values
+            self, known["t"], type(state)(*entries), numpy.broadcast_to(slip, rows), block.values
         )
+
+    def _lifted(self, state: NewtonState, lift: Scalar, known: Columns) -> LiftedState:
+        if "z" not in self.columns.height:
+            return LiftedState(*state, *(known[name] for name in self.columns.height))
+        body = self.body
+        return LiftedState(*state, known["z"] - body.R * (1 - body.alpha * state.kz), lift)
 
 
 @dataclass(frozen=True)
@@ -97,7 +113,7 @@ class Samples:
 
     setup: CheckSetup
     t: numpy.ndarray
-    state: NewtonState
+    state: NewtonState | LiftedState
     slip: numpy.ndarray
     given: dict[str, numpy.ndarray]
     shared: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
@@ -113,7 +129,7 @@ class Samples:
         return Samples(
             self.setup,
             _carried(self.t, later.t),
-            NewtonState(*(_carried(a, b) for a, b in entries)),
+            type(self.state)(*(_carried(a, b) for a, b in entries)),
             _carried(self.slip, later.slip),
             {name: _carried(self.given[name], later.given[name]) for name in later.given},
         )
@@ -123,7 +139,7 @@ class Samples:
         return Samples(
             self.setup,
             self.t[wanted],
-            NewtonState(*(entry[wanted] for entry in self.state)),
+            type(self.state)(*(entry[wanted] for entry in self.state)),
             self.slip[wanted],
             {name: values[wanted] for name, values in self.given.items()},
         )
@@ -131,7 +147,7 @@ class Samples:
     @cached_property
     def first(self) -> Motion:
         """The first row as a motion of numbers."""
-        state = NewtonState(*(float(entry[0]) for entry in self.state))
+        state = type(self.state)(*(float(entry[0]) for entry in self.state))
         return Motion(self.setup.body, state, numpy, self.setup.scene.model)
 
 

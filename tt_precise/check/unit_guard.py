@@ -137,7 +137,7 @@ def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict
     every force. The rest is not looked at where the contact point is off by ``most``.
     """
     found = {}
-    if setup.columns.name == "rigid body" and setup.velocity_given:
+    if setup.columns.name == "rigid body" and setup.velocity_given and not setup.scene.lifts:
         found[CONTACT] = _lift(setup, given)
         if found[CONTACT] >= most:
             return found
@@ -183,7 +183,8 @@ def _percent(part: float) -> str:
 
 
 def _refuse_other_velocities(setup: CheckSetup, rows: Samples) -> None:
-    if setup.columns.name != "rigid body" or not setup.velocity_given:
+    lifts = setup.scene.lifts
+    if setup.columns.name != "rigid body" or not setup.velocity_given or lifts:
         return
     body, q = setup.body, rows.q
     expected = -cross(q.omega, arm(body, q.k))[2]

@@ -29,6 +29,8 @@ CONVENTIONS = (
     "Euler angles: orientation is Rz(phi) Ry(theta) Rz(psi), omega_3 = psi_dot + phi_dot cos "
     "theta; nu_x is the contact velocity towards the tilt of the axis, nu_y across it "
     "(z x tilt). Undefined where the axis is vertical.",
+    "height, rise and z are read where the top may leave the table: in flight and on an elastic "
+    "table.",
     "Units: SI, angles in rad, time in s and strictly increasing.",
 )
 
@@ -43,7 +45,7 @@ def command(as_json: bool) -> int:
     sets = {
         name: {
             column: {**described(column)._asdict(), "required": column in found.required}
-            for column in ("t", *found.names)
+            for column in ("t", *found.names, *found.height)
         }
         for name, found in COLUMN_SETS.items()
     }

@@ -75,9 +75,9 @@ def contact_force(body: Any, state: LiftedState, g_n: Scalar, fn: Functions) -> 
     return (-(c * g_n * state.vx), -(c * g_n * state.vy), g_n)
 
 
-def linear_rates(body: Any, state: LiftedState, fn: Functions) -> LiftedState:
-    """Time derivative in contact with a linear table."""
-    g_n = linear_force(body, state.height, state.rise)
+def rates(body: Any, state: LiftedState, fn: Functions) -> LiftedState:
+    """Time derivative in contact; Hunt and Crossley's is not smooth at height 0."""
+    g_n = normal_force(body, state, fn)
     return lifted.rates(body, state, contact_force(body, state, g_n, fn))
 
 
@@ -117,6 +117,14 @@ def hunt_crossley_euler_rates(body: Any, state: DeepEulerState, fn: Functions) -
     rate = lifted.euler_rates(viscous, here, g_n, fn)
     moving = (zeta * one for one in rate[:6])
     return DeepEulerState(*(*moving, -state.rise / 2, zeta * rate.rise, zeta))
+
+
+def stored_energy(body: Any, height: Scalar, fn: Functions) -> Scalar:
+    """What the spring holds where the lowest point is below zero: the integral of its force."""
+    depth = abs(height) / 2 - height / 2  # 0 above the table, row by row
+    if body.spring == "linear":
+        return body.stiffness * depth * depth / 2
+    return body.stiffness * depth * depth * fn.sqrt(depth) * 2 / 5
 
 
 def resting_height(body: Any, g_n: Scalar, fn: Functions) -> Scalar:

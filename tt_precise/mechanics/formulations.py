@@ -178,7 +178,7 @@ _deep = compliant.root_of_depth
 ELASTIC = {
     form_.model + " " + form_.coordinates: form_
     for form_ in (
-        Formulation("linear", "newton", LiftedState, compliant.linear_rates),
+        Formulation("linear", "newton", LiftedState, compliant.rates),
         Formulation("linear", "euler", LiftedEulerState, compliant.linear_euler_rates),
         Formulation(
             "hunt-crossley", "newton", DeepState, compliant.hunt_crossley_rates, clock=_deep
@@ -199,6 +199,11 @@ def flight_over(spring: str, coordinates: str) -> Formulation:
 def elastic(spring: str, coordinates: str, law: str) -> Formulation:
     """The formulation of contact with an elastic table, under that law of friction."""
     return replace(ELASTIC[f"{spring} {coordinates}"], law=law)
+
+
+def elastic_in_time(spring: str, law: str) -> Formulation:
+    """As ``elastic`` in vectors and in t, in which it need not be smooth at height 0."""
+    return replace(ELASTIC["linear newton"], model=spring, law=law)
 
 
 _GLIDING_VELOCITY: dict[
