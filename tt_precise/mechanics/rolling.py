@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
-from tt_precise.mechanics.newton import NewtonState, angular_velocity, arm, axis_rate
+from tt_precise.mechanics.newton import NewtonState, arm, axis_rate
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 
 
@@ -41,21 +41,22 @@ def constraint_force(body: Parameters, state: NewtonState) -> Vector:
 
     F/m + spin_response(a x F) x a = b with b = g z - (omega_dot without force) x a
     - omega x (R alpha k_dot). With n = k x a orthogonal to a, the left side is
-    (p 1 - a a^T/I1 + c n n^T) F, p = 1/m + a^2/I1, c = 1/I3 - 1/I1, whose inverse is closed.
+    (p 1 - a a^T/I1 + c n n^T) F, p = 1/m + a^2/I1, c = 1/I3 - 1/I1, whose inverse is closed. For a
+    unit vector k, a^2 is linear in k, b is g z - R alpha L x k_dot/I1 + c R (L.k) k_dot x z, and n
+    is -R k x z.
     """
-    k = state.k
-    a = arm(body, k)
-    k_dot = axis_rate(body, state)
-    omega = angular_velocity(body, state)
-    c = 1 / body.I3 - 1 / body.I1
-    drift = scaled(c * dot(state.L, k), k_dot)
-    free = added(cross(drift, a), scaled(body.R * body.alpha, cross(omega, k_dot)))
-    b = (-free[0], -free[1], body.g - free[2])
-    n = cross(k, a)
-    p = 1 / body.m + dot(a, a) / body.I1
-    along_a = body.m * dot(a, b) / (body.I1 * p)
-    along_n = -c * dot(n, b) / (p * (p + c * dot(n, n)))
-    return added(scaled(1 / p, b), scaled(along_a, a), scaled(along_n, n))
+    m, R, alpha, I1, I3 = body.m, body.R, body.alpha, body.I1, body.I3
+    a, k_dot = arm(body, state.k), axis_rate(body, state)
+    spin = dot(state.L, state.k)
+    drift = spin / I3 - spin / I1
+    swung = scaled(R * alpha / I1, cross(state.L, k_dot))
+    b = (R * drift * k_dot[1] - swung[0], -R * drift * k_dot[0] - swung[1], body.g - swung[2])
+    p = 1 / m + R * R * (1 + alpha * alpha - 2 * alpha * state.kz) / I1
+    n = (-R * state.ky, R * state.kx, 0)
+    sideways = n[0] * n[0] + n[1] * n[1]
+    across = (n[0] * b[0] + n[1] * b[1]) / (p + sideways / I3 - sideways / I1)
+    along_a, along_n = m * dot(a, b) / I1, across / I1 - across / I3
+    return scaled(1 / p, added(b, scaled(along_a, a), scaled(along_n, n)))
 
 
 def rates(body: Parameters, state: RollingState, fn: Functions = None) -> RollingState:

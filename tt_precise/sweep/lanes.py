@@ -99,6 +99,9 @@ class Lanes:
         if build.contact == "bilateral":
             del terminal["contact_lost"]
         self._terminal = tuple(terminal)
+        options = numeric_options(Setup(formulation=form, precision=precision_named("double")))
+        # rolling compiles in a tenth of the time so, and runs as fast (1.02)
+        options["compact_mode"] |= build.model == "rolling"
         hits = array("d")
         size, parameters = len(form.columns), len(form.parameters)
         self._batch = heyoka.taylor_adaptive_batch(
@@ -115,7 +118,7 @@ class Lanes:
                 for position, one in enumerate(build.detectors)
                 if not one.turning
             ],
-            **numeric_options(Setup(formulation=form, precision=precision_named("double"))),
+            **options,
         )
         self._row_in = numpy.full(width, -1)  # which row is in each lane, -1: none
         self._goals = [0.0] * width
