@@ -10,20 +10,20 @@ import pytest
 pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
 import flint
-from flint import fmpq_poly
 
 import tt_precise as tt
 from tt_precise.certify import NotProved, prove
+from tt_precise.certify.balls import Balls
 from tt_precise.certify.jets import taylor
 from tt_precise.certify.onset import Exact, Onset, onset
+from tt_precise.certify.problem import body_of, form_of, problem_of
 from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.scene import Inclination, Scene
 
-SINE = Exact(fmpq_poly([]), fmpq_poly([1]), fmpq_poly([1]))
-COSINE = Exact(fmpq_poly([0, 1]), fmpq_poly([]), fmpq_poly([1]))
+SINE, COSINE = Exact.sine_cosine()
 
 
 def begins(scene: Scene, name: str) -> Onset | None:
@@ -38,6 +38,22 @@ def test_the_field_of_sine_and_cosine() -> None:
     assert (1 / element * element - 1).is_zero
     with pytest.raises(NotProved, match="by zero"):
         element / (SINE * SINE + COSINE * COSINE - 1)
+
+
+def test_roots_of_rational_numbers() -> None:
+    root = Exact.of(Fraction(73, 1000)).sqrt()
+    assert (root * root - Fraction(73, 1000)).is_zero
+    assert (1 / root * root - 1).is_zero
+    assert ((COSINE + root) / (SINE - root) * (SINE - root) - COSINE - root).is_zero
+    # the negative controls: near it, and not it
+    assert not (root - Fraction(27018512, 10**8)).is_zero
+    assert not (root - SINE).is_zero
+    assert (root - Fraction(27018512, 10**8)).sign(Inclination.parse("1")) == 1
+    assert (root - Fraction(27018513, 10**8)).sign(Inclination.parse("1")) == -1
+    assert (Exact.of(Fraction(9, 4)).sqrt() - Fraction(3, 2)).is_zero
+    for other in (SINE, root, Exact.of(-1)):
+        with pytest.raises(NotProved, match="not that of a rational"):
+            other.sqrt()
 
 
 def test_signs_however_small() -> None:
@@ -86,6 +102,26 @@ def test_leading_coefficients_are_those_of_mpmath(name: str) -> None:
             size = max(abs(one) for one in found)
             assert all(abs(one) < size * mpmath.mpf(10) ** -50 for one in found[: exact.order])
             assert mpmath.sign(found[exact.order]) == exact.sign
+
+
+@pytest.mark.parametrize("name", ["regularised-1e-2", "coulomb-gliding"])
+def test_leading_coefficients_with_dry_friction_are_those_of_balls(name: str) -> None:
+    scene = tt.load_scene(name)
+    form = form_of(scene)
+    with flint.ctx.workprec(200):
+        body = body_of(scene, problem_of(scene).parameters())
+        start = list(problem_of(scene).start())
+        series = taylor(lambda y: form.rates(body, form.State(*y), Balls), start, 2)
+        motion = form.motion(body, form.State(*series), Balls)
+        orders = set()
+        for event in catalogue(scene.model):
+            found = event_named(event, scene.model).function(motion).coefficients
+            exact = begins(scene, event)
+            assert exact is not None
+            orders.add(exact.order)
+            assert all(one.contains(0) for one in found[: exact.order])
+            assert found[exact.order] * exact.sign > 0
+        assert orders == {0, 1}
 
 
 def test_a_sign_that_changes_at_once_is_found() -> None:

@@ -15,6 +15,7 @@ from flint import arb
 import tt_precise as tt
 import tt_precise.certify
 from tt_precise.certify import NotProved, Proof, prove
+from tt_precise.golden import store
 from tt_precise.integrate import catalogue
 from tt_precise.scene import Inclination
 
@@ -54,6 +55,34 @@ def test_a_finer_integration_lies_in_the_enclosure(short: tt.Scene, proof: Proof
                 assert enclosed is not None
                 assert enclosed.rad() < 1e-48
                 assert enclosed.overlaps(arb(str(other.values[name]), 1e-80))
+
+
+@pytest.mark.parametrize("name", ["regularised-1e-2", "regularised-1e-4", "coulomb-gliding"])
+def test_dry_friction_is_enclosed_as_printed(name: str) -> None:
+    until = Fraction(1, 50)
+    found = prove(replace(tt.load_scene(name), until=until)).state(until)
+    table = store.read(name).trajectory
+    row = next(row for row in table.rows if Fraction(row[0]) == until)
+    for column, text in zip(table.columns[1:], row[1:], strict=True):
+        exact = found[column]
+        assert exact is not None
+        assert exact.rad() < 1e-40
+        assert abs(exact / arb(text) - 1) < 1e-33
+        # the negative control: the next number that could be printed
+        assert abs(exact / (arb(text) * (1 + arb("1e-32"))) - 1) > 5e-33
+
+
+@pytest.mark.parametrize("name", ["flight", "coulomb-flight", "elastic-linear"])
+def test_other_equations_on_the_way_are_refused(name: str) -> None:
+    with pytest.raises(NotProved, match="change them on the way"):
+        prove(name)
+
+
+@pytest.mark.proofs
+@pytest.mark.parametrize("name", ["coulomb-small-top", "coulomb-stick-slip"])
+def test_a_contact_that_sticks_is_refused(name: str) -> None:
+    with pytest.raises(NotProved, match="sticks near"):
+        prove(name)
 
 
 def test_a_coarser_integration_does_not(short: tt.Scene, proof: Proof) -> None:

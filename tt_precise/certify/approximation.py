@@ -20,6 +20,7 @@ from tt_precise.untyped import Adaptive
 # converging (heyoka steps radius/e^2). Coefficients are then of one size, which arb multiplies
 # twice as fast.
 UNIT_STEPS = 6
+SHORTEST = 1e-9  # step; before a point where the equations end they would get shorter for ever
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Steps:
         adaptive.step(write_tc=True, **limits)
         rows = [[arb(str(c)).mid() for c in row] for row in adaptive.tc]
         length = arb(str(adaptive.last_h)).mid()
-        if not (length.is_finite() and length > 0):
+        if not (length.is_finite() and length > SHORTEST):
             raise NotProved("approximation", f"heyoka made a step of {adaptive.last_h}")
         self.length = length
         unit = _power_of_two(UNIT_STEPS * float(length))

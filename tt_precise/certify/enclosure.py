@@ -16,7 +16,8 @@ from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.invariant import exact_zeros, restored, without
 from tt_precise.certify.problem import Problem
-from tt_precise.certify.step import Crossing, cross, cross_widely
+from tt_precise.certify.sets import One, SetOfStarts
+from tt_precise.certify.step import Crossing
 from tt_precise.certify.verdict import NotProved
 from tt_precise.progress import Progress, silent
 
@@ -114,12 +115,12 @@ def enclose(
     bits: int,
     *,
     ends: Callable[[Stretch], bool] | None = None,
-    starts: ErrorSet | None = None,
+    starts: SetOfStarts | None = None,
     progress: Progress = silent,
 ) -> Enclosure:
     """Enclose the solution from 0 to ``problem.until()``, or through the stretch where it ``ends``.
 
-    With ``starts`` all solutions that begin as far from the problem's start as these say.
+    With ``starts`` all of these solutions of the problem.
 
     Raises
     ------
@@ -130,12 +131,11 @@ def enclose(
     with flint.ctx.workprec(bits + GUARD_BITS):
         require_outward_rounding()
         zero = frozenset[int]() if starts else exact_zeros(problem)
-        inner = without(problem, zero)
-        steps = Steps(inner, bits)
+        course = starts or One(without(problem, zero))
+        steps = Steps(course.stepped, bits)
         until, time = problem.until(), arb(0)
-        reached = inner.start()
-        errors = starts or ErrorSet.of([arb(0)] * len(reached))
-        across = cross_widely if starts else cross
+        reached = course.stepped.start()
+        errors = ErrorSet.of([arb(0)] * len(course.problem.columns))
         stretches: list[Stretch] = []
         longest = (until + 1).upper()
         limit, ceiling, halvings = longest, longest, 0
@@ -143,8 +143,7 @@ def enclose(
         while not time > until:
             try:
                 piece = steps.step(limit)
-                shift = [x - c for x, c in zip(reached, piece.first, strict=True)]
-                crossing = across(inner, piece, errors.shifted(shift))
+                crossing = course.cross(piece, errors.shifted(course.gaps(reached, piece)))
             except NotProved as why:
                 steps.back()
                 halvings += 1
@@ -157,7 +156,7 @@ def enclose(
                 continue
             halvings, ceiling = 0, min(ceiling * FORGETTING, longest)
             limit = min(limit * 5 / 4, ceiling)
-            stretch = _stretch(problem, time, piece, crossing, zero)
+            stretch = _stretch(problem, time, course.middle(piece), crossing, zero)
             try:
                 ended = ends is not None and ends(stretch)
             except NotProved as why:

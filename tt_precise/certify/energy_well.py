@@ -2,9 +2,10 @@
 
 With strong friction the contact point almost rolls, and what is left of gliding takes hours to
 carry the axis to the vertical: no block of ``forever`` contracts where the enclosed solution is.
-The energy falls, though, as E' = -mu g_n v^2, and lambda = -L.a is constant. Given both lambda and
-the inclination, with z = cos theta, the energy is least, U(z), for L = L* = -lambda I a/(a.I a)
-and a centre of mass at rest (``mechanics.thresholds.least_energy``), and
+The energy falls, though, as E' = -mu g_n v^2 (regularised friction has a positive, smooth function
+of v for mu), and lambda = -L.a is constant. Given both lambda and the inclination, with
+z = cos theta, the energy is least, U(z), for L = L* = -lambda I a/(a.I a) and a centre of mass at
+rest (``mechanics.thresholds.least_energy``), and
 
     E = U(z) + (L - L*).I^-1 (L - L*)/2 + m s'^2/2.
 
@@ -48,7 +49,7 @@ from tt_precise.certify.vertical_spin import Reduced, TrappingBlock, entries
 from tt_precise.golden.enclosures import Enclosures
 from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.mechanics.newton import NewtonState, arm, normal_force, rates
+from tt_precise.mechanics.newton import NewtonState, arm
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
@@ -138,13 +139,13 @@ class Well:
             state = FORM.motion(body, CentreState(*k, *L, any_speed, any_speed), Balls).state
         else:
             state = NewtonState(*k, *L, around(speed), around(speed))
-        force = arb(normal_force(body, state))
+        force = arb(self.reduced.force_of(state))
         if not force > 0 or dot(L, k).contains(0):
             raise NotProved("W2", "the contact force, or the spin, may vanish")
         for i in range(DIRECTIONS if speed is not None else 0):
             angle = between(arb(i) / DIRECTIONS, arb(i + 1) / DIRECTIONS) * 2 * arb.pi()
             state = state._replace(vx=speed * angle.cos(), vy=speed * angle.sin())
-            rate = rates(body, state)
+            rate = self.reduced.rates_of(state)
             if not rate.vx * state.vx + rate.vy * state.vy < 0:
                 raise NotProved("W5", "gliding may become faster")
         return force.lower()

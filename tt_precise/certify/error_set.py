@@ -39,21 +39,6 @@ class ErrorSet:
         """A ball for each component."""
         return (self._basis * self._box).entries()
 
-    @classmethod
-    def spanned(cls, edges: arb_mat) -> ErrorSet:
-        """Contains the images of the cube |u_i| <= 1 under matrices of these balls.
-
-        There may be fewer columns than rows; the middles of the columns have to be independent.
-        """
-        size, count = edges.nrows(), edges.ncols()
-        middles = numpy.array([[float(x.mid()) for x in row] for row in edges.tolist()])
-        lengths = numpy.linalg.norm(middles, axis=0)
-        left, _, _ = numpy.linalg.svd(middles / lengths, full_matrices=True)
-        basis = arb_mat(numpy.hstack([middles / lengths, left[:, count:]]).tolist())
-        inverse = basis.inv()
-        box = (inverse * edges) * arb_mat(count, 1, [arb(0, 1)] * count)
-        return cls(basis, inverse, arb_mat(size, 1, box.entries()))
-
     def along_a_flow(self, flow: list[list[arb_poly]], end: arb) -> list[arb]:
         """Bounds of the components of P(s) x for every x in this set and 0 <= s <= end."""
         found = [arb(0)] * len(flow)
@@ -64,10 +49,6 @@ class ErrorSet:
                 largest((x, y.abs_upper())) for x, y in zip(found, image.entries(), strict=True)
             ]
         return found
-
-    def along(self, gradient: list[arb]) -> arb:
-        """A ball around gradient.x for every x in this set: narrower than that of its hull."""
-        return (arb_mat(1, len(gradient), gradient) * self._basis * self._box)[0, 0]
 
     def shifted(self, more: list[arb]) -> ErrorSet:
         """Contains x + y for every x in this set and y in the balls ``more``."""

@@ -1,13 +1,14 @@
 """The first moment: the order to which a function of the state vanishes at t = 0, and its sign.
 
 A ball around an exact zero shows neither whether it is zero nor the sign beside it. But scenes
-start from rational numbers: with s = sin theta and c = cos theta every Taylor coefficient of a
-function along the solution (rational in body, state and time) is a rational function of c and s
-with rational coefficients. Modulo s^2 + c^2 = 1 it is A(c) + s B(c) over C(c). For a rational
-theta (or pi minus one) other than 0, c is transcendental (Lindemann, 1882), and so is
-A^2 - (1 - c^2) B^2 unless it is the zero polynomial, which A = B = 0 alone makes it, 1 - c^2 being
-no square. So a coefficient is zero if and only if A = B = 0, which exact arithmetic decides; and
-where it is not, balls of enough bits decide its sign. At theta = 0 or pi all is rational anyway.
+start from rational numbers: with t = tan(theta/2) every Taylor coefficient of a function along the
+solution is (A(t) + r B(t))/C(t) with polynomials of rational coefficients. Here r is the square
+root of the rational number v^2 + epsilon^2 (v^2) that regularised friction (Coulomb's) contains, B
+is zero if there is none or it is rational. For a rational theta (or pi minus one) other than 0 t is
+transcendental (Lindemann, 1882): exp(i theta) = (1 + i t)/(1 - i t) is. So the field Q(t) contains
+no algebraic number but those of Q, not r, and a coefficient is zero if and only if A = B = 0, which
+exact arithmetic decides; where it is not, balls of enough bits decide its sign. At theta = 0 or pi
+sine and cosine are rational, and so is all but r.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from math import isqrt
 
 import flint
 from flint import arb, fmpq, fmpq_poly
@@ -32,7 +34,6 @@ from tt_precise.scene import Inclination, Scene
 
 MOST_ORDER = 6
 MOST_BITS = 1 << 16
-_SINE_SQUARED = fmpq_poly([1, 0, -1])
 
 
 @dataclass(frozen=True)
@@ -44,36 +45,44 @@ class Onset:
 
 
 class Exact:
-    """An element (A(c) + s B(c))/C(c) of the field Q(c, s), s^2 + c^2 = 1."""
+    """An element (A(t) + r B(t))/C(t), r^2 = ``square``, of the field Q(t)[r]."""
 
-    __slots__ = ("a", "b", "c")
+    __slots__ = ("a", "b", "c", "square")
 
-    def __init__(self, a: fmpq_poly, b: fmpq_poly, c: fmpq_poly):
+    def __init__(self, a: fmpq_poly, b: fmpq_poly, c: fmpq_poly, square: Fraction | None = None):
         common = a.gcd(b).gcd(c)
         scale = common * (c.leading_coefficient() / common.leading_coefficient())
-        self.a, self.b, self.c = a // scale, b // scale, c // scale
+        self.a, self.b, self.c, self.square = a // scale, b // scale, c // scale, square
 
     @classmethod
     def of(cls, number: Scalar) -> Exact:
         """A rational number, or the element itself."""
         if isinstance(number, Exact):
             return number
-        value = Fraction(number)
-        one = fmpq_poly([fmpq(value.numerator, value.denominator)])
-        return cls(one, fmpq_poly([]), fmpq_poly([1]))
+        return cls(_constant(Fraction(number)), fmpq_poly([]), fmpq_poly([1]))
+
+    @classmethod
+    def sine_cosine(cls) -> tuple[Exact, Exact]:
+        """Those of theta."""
+        zero, below = fmpq_poly([]), fmpq_poly([1, 0, 1])
+        return cls(fmpq_poly([0, 2]), zero, below), cls(fmpq_poly([1, 0, -1]), zero, below)
 
     @property
     def is_zero(self) -> bool:
         return not self.a and not self.b
 
+    def _root_squared(self, other: Exact) -> fmpq_poly:
+        return _constant(self.square or other.square or Fraction(0))
+
     def __add__(self, other: Scalar) -> Exact:
         y = Exact.of(other)
-        return Exact(self.a * y.c + y.a * self.c, self.b * y.c + y.b * self.c, self.c * y.c)
+        square = self.square or y.square
+        return Exact(self.a * y.c + y.a * self.c, self.b * y.c + y.b * self.c, self.c * y.c, square)
 
     __radd__ = __add__
 
     def __neg__(self) -> Exact:
-        return Exact(-self.a, -self.b, self.c)
+        return Exact(-self.a, -self.b, self.c, self.square)
 
     def __sub__(self, other: Scalar) -> Exact:
         return self + (-Exact.of(other))
@@ -83,20 +92,31 @@ class Exact:
 
     def __mul__(self, other: Scalar) -> Exact:
         y = Exact.of(other)
-        plain = self.a * y.a + _SINE_SQUARED * self.b * y.b
-        return Exact(plain, self.a * y.b + self.b * y.a, self.c * y.c)
+        plain = self.a * y.a + self._root_squared(y) * self.b * y.b
+        crossed = self.a * y.b + self.b * y.a
+        return Exact(plain, crossed, self.c * y.c, self.square or y.square)
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Scalar) -> Exact:
         y = Exact.of(other)
-        norm = y.a * y.a - _SINE_SQUARED * y.b * y.b
+        norm = y.a * y.a - y._root_squared(y) * y.b * y.b
         if not norm:
             raise NotProved("onset", "an exact division by zero")
-        return self * Exact(y.c * y.a, -y.c * y.b, norm)
+        return self * Exact(y.c * y.a, -y.c * y.b, norm, y.square)
 
     def __rtruediv__(self, other: Scalar) -> Exact:
         return Exact.of(other) / self
+
+    def sqrt(self) -> Exact:
+        """The square root of a rational number."""
+        if self.b or self.a.degree() > 0 or self.c.degree() > 0 or self.a[0] < 0:
+            raise NotProved("onset", "a root that is not that of a rational number")
+        square = Fraction(int(self.a[0].p), int(self.a[0].q)) / int(self.c[0])
+        root = Fraction(isqrt(square.numerator), isqrt(square.denominator))
+        if root * root == square:
+            return Exact.of(root)
+        return Exact(fmpq_poly([]), fmpq_poly([1]), fmpq_poly([1]), square)
 
     def sign(self, theta: Inclination) -> int:
         """The sign of a number that is not zero, at this inclination."""
@@ -104,12 +124,17 @@ class Exact:
         while bits <= MOST_BITS:
             with flint.ctx.workprec(bits):
                 sine, cosine = theta.sine_cosine(Balls, ball)
-                above = _at(self.a, cosine) + sine * _at(self.b, cosine)
-                value = above * _at(self.c, cosine)
+                t = arb(0) if theta.at_pole else (1 - cosine) / sine
+                above = _at(self.a, t) + ball(self.square or Fraction(0)).sqrt() * _at(self.b, t)
+                value = above * _at(self.c, t)
             if value > 0 or value < 0:
                 return 1 if value > 0 else -1
             bits *= 2
         raise NotProved("onset", f"a sign at t = 0 is undecided with {MOST_BITS} bits")
+
+
+def _constant(number: Fraction) -> fmpq_poly:
+    return fmpq_poly([fmpq(number.numerator, number.denominator)])
 
 
 def _at(polynomial: fmpq_poly, x: arb) -> arb:
@@ -122,18 +147,17 @@ def _at(polynomial: fmpq_poly, x: arb) -> arb:
 @lru_cache(maxsize=8)
 def _solution(scene: Scene, order: int) -> tuple[Scalar, tuple[Jet, ...]]:
     """The body (SI, exact) and the Taylor series of the scene's solution."""
-    form = formulation(scene.model, "newton")
+    form = formulation(scene.model, "newton", scene.body.law)
     body = scene.body.numbers(Fraction)
     if scene.start.theta.at_pole:
         sine, cosine = Exact.of(0), Exact.of(-1 if scene.start.theta.from_pi else 1)
     else:
-        sine = Exact(fmpq_poly([]), fmpq_poly([1]), fmpq_poly([1]))
-        cosine = Exact(fmpq_poly([0, 1]), fmpq_poly([]), fmpq_poly([1]))
+        sine, cosine = Exact.sine_cosine()
     start = {name: getattr(scene.start, name) for name in EulerState._fields[1:]}
     euler = EulerState(theta=None, **{name: Exact.of(value) for name, value in start.items()})
     vectors = vectors_from_euler(body, euler, None, sine_cosine=(sine, cosine))
     state = [Exact.of(value) for value in vectors[: len(form.columns)]]
-    return body, tuple(taylor(lambda y: form.rates(body, form.State(*y), None), state, order))
+    return body, tuple(taylor(lambda y: form.rates(body, form.State(*y), Balls), state, order))
 
 
 def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
@@ -142,10 +166,10 @@ def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
     None if its first ``MOST_ORDER`` coefficients are all zero, as they are where it vanishes
     identically.
     """
-    form = formulation(scene.model, "newton")
+    form = formulation(scene.model, "newton", scene.body.law)
     for order in range(MOST_ORDER + 1):
         body, series = _solution(scene, order)
-        found = evaluate(form.motion(body, form.State(*series), None))
+        found = evaluate(form.motion(body, form.State(*series), Balls))
         last = found.coefficients[order] if isinstance(found, Jet) else found
         coefficient = Exact.of(last)
         if not coefficient.is_zero:

@@ -14,7 +14,7 @@ from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.body import Parameters, Units
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.tape import Tape
-from tt_precise.errors import InputError
+from tt_precise.certify.verdict import NotProved
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.mechanics.formulations import Formulation, integrated
@@ -50,16 +50,15 @@ def problem_of(scene: Scene) -> Problem:
 
     The state is that of ``form_of``; recorded quadratures follow, scaled down as in
     ``integrate.quadratures``.
+
+    Raises
+    ------
+    NotProved
+        The scene changes its equations on the way: flight, an elastic table.
     """
-    if scene.body.law != "viscous":
-        raise InputError(
-            f"{scene.name}: got {scene.body.law} friction, expected the viscous law: proofs cover "
-            "equations without roots"
-        )
     if scene.lifts:
-        raise InputError(
-            f"{scene.name}: got a scene with flight or an elastic table, expected a rigid one that "
-            "ends where contact is lost: proofs cover one set of equations"
+        raise NotProved(
+            "equations", "flight and elastic tables change them on the way; proofs cover one set"
         )
     form = form_of(scene)
 
@@ -88,7 +87,7 @@ def problem_of(scene: Scene) -> Problem:
 
 def form_of(scene: Scene) -> Formulation:
     """The equations that are enclosed: those that heyoka integrates, in vectors."""
-    return integrated(scene.model, "newton")
+    return integrated(scene.model, "newton", scene.body.law)
 
 
 def body_of(scene: Scene, parameters: Sequence[Scalar]) -> Parameters:

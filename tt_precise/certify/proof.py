@@ -228,6 +228,12 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
     if not start > 0:
         raise NotProved("contact", "g_n is not proved to be positive at t = 0")
     enclosure = enclose(problem_of(scene), bits, ends=ends, progress=progress)
+    if enclosure.failure and scene.body.law == "coulomb":
+        raise NotProved(
+            "friction",
+            f"the contact sticks near t = {float(enclosure.finish):.4g} sqrt(R/g), where Coulomb's "
+            "law has no derivative",
+        )
     if not enclosure.stretches:
         raise enclosure.failure or NotProved("time", "the horizon is zero")
     # the last stretch reaches beyond the horizon, and so may what happens in it

@@ -1,8 +1,7 @@
 """Whole sets of starts: what becomes of every top in a box, proved at once.
 
-Real tops are not known to 34 digits. A box of starts is carried along as one set of errors around
-the solution from its middle (the theorem of ``tt_precise.certify`` holds for any such set; the tube
-of a step has to hold it). Of all solutions from the box one of these is proved:
+Real tops are not known to 34 digits. The solutions from a box of starts are enclosed by polynomials
+in time and in the start (``sets``). Of all of them one of these is proved:
 
 - they invert: contact is kept until, at some time, ``energy_well`` holds every state of the set,
   with the energy and lambda that each may have, at the inverted spin, for ever;
@@ -14,21 +13,22 @@ of a step has to hold it). Of all solutions from the box one of these is proved:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import flint
-from flint import arb, arb_mat
+from flint import arb
 
-from tt_precise.arithmetic import Arithmetic, Scalar
-from tt_precise.certify.balls import Balls, around, ball, between
+from tt_precise.arithmetic import Arithmetic
+from tt_precise.certify.balls import Balls, ball, between
 from tt_precise.certify.enclosure import Stretch, enclose
 from tt_precise.certify.energy_well import Well
-from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.interval_newton import lower_bound
 from tt_precise.certify.observed import Observer
 from tt_precise.certify.problem import BALLS, form_of, problem_of, units_of
+from tt_precise.certify.series import Fan, FanFunctions
+from tt_precise.certify.sets import SetOfStarts
 from tt_precise.certify.slopes import Slope
 from tt_precise.certify.verdict import NotProved
 from tt_precise.certify.vertical_spin import Reduced
@@ -38,12 +38,13 @@ from tt_precise.golden.manifest import scene_sha256
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import event_named
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.mechanics.quantities import QUANTITIES, jellett
 from tt_precise.mechanics.thresholds import least_energy
 from tt_precise.scene import Scene
 from tt_precise.untyped import Json
 
 BITS = 90
+DEGREE = 3  # of the set of states in the entries of a box
 INVERTS, UPRIGHT, LOST = "inverts", "goes upright", "loses contact"
 NEVER, UNDECIDED = "never inverts", "undecided"
 OFTEN = 5  # steps between two looks whether the set is held
@@ -65,8 +66,11 @@ class Box:
                 f"box: got {', '.join(f'{n}={w}' for n, w in self.reach.items()) or 'nothing'}, "
                 f"expected positive half-widths of some of {', '.join(EulerState._fields)}"
             )
-        if self.scene.model != "gliding" or self.scene.record:
-            raise InputError(f"box: got {self.scene.name}, expected a gliding top, no quadratures")
+        if self.scene.model != "gliding" or self.scene.record or self.scene.body.law != "viscous":
+            raise InputError(
+                f"box: got {self.scene.name}, expected a gliding top with viscous friction, no "
+                "quadratures"
+            )
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,6 @@ class Fate:
     crossings: dict[str, tuple[float, float]]
     bits: int
     steps: int
-    parts: int = 1
 
     @property
     def proved(self) -> bool:
@@ -116,7 +119,7 @@ class Fate:
 
     def as_dict(self) -> dict[str, Json]:
         """For JSON."""
-        facts = ("verdict", "reason", "since_s", "least_g_n", "crossings", "bits", "steps", "parts")
+        facts = ("verdict", "reason", "since_s", "least_g_n", "crossings", "bits", "steps")
         return {
             "scene": self.box.scene.name,
             "scene_sha256": scene_sha256(self.box.scene.text),
@@ -125,39 +128,18 @@ class Fate:
         }
 
 
-class _Slopes(Balls):
-    """Sine and cosine of a ball with derivatives, for the start."""
-
-    @staticmethod
-    def sin(x: Scalar) -> Scalar:
-        if not isinstance(x, Slope):
-            return Balls.sin(x)
-        y = x.value
-        return Slope(y.sin(), {i: one * y.cos() for i, one in x.partials.items()})
-
-    @staticmethod
-    def cos(x: Scalar) -> Scalar:
-        if not isinstance(x, Slope):
-            return Balls.cos(x)
-        y = x.value
-        return Slope(y.cos(), {i: one * -y.sin() for i, one in x.partials.items()})
-
-
-def edges(box: Box) -> arb_mat:
-    """How the state moves, at most, for each entry of the box: by the mean value theorem."""
-    form, names = form_of(box.scene), list(box.reach)
-    start = InitialState.of(box.scene, BALLS)
-    middle = box.scene.start
-    given = {}
-    for i, name in enumerate(names):
+def fans(box: Box, degree: int = DEGREE) -> list[Fan]:
+    """The states at the start, by component, as a series in the entries of the box."""
+    middle, given = box.scene.start, {}
+    for i, (name, reach) in enumerate(box.reach.items()):
         exact = (
             middle.theta.radians(Balls, ball) if name == "theta" else ball(getattr(middle, name))
         )
-        reach = ball(box.reach[name])
-        given[name] = Slope(exact + around(reach.upper()), {i: reach})
-    moved = start.from_another(middle, Arithmetic(_Slopes, ball), given).state(form)
-    partials = [getattr(x, "partials", {}) for x in moved]
-    return arb_mat([[arb(one.get(i, 0)) for i in range(len(names))] for one in partials])
+        given[name] = Fan({(): exact, (i,): ball(reach)}, degree)
+    start = InitialState.of(box.scene, BALLS)
+    moved = start.from_another(middle, Arithmetic(FanFunctions, ball), given)
+    states = moved.state(form_of(box.scene))
+    return [one if isinstance(one, Fan) else Fan({(): arb(one)}, degree) for one in states]
 
 
 def outcome(box: Box, events: Sequence[str] = (), bits: int = BITS) -> Fate:
@@ -187,31 +169,19 @@ class _Watch:
         self.box, self.scene, self.steps = box, box.scene, 0
         self.observer = Observer(box.scene)
         self.force = self.observer.of(QUANTITIES["g_n"].evaluate)
-        self.starts = ErrorSet.spanned(edges(box))
+        self.fans = fans(box)
         self.problem = problem_of(box.scene)
-        self.lambda_ = self._value(jellett, self._hull(), self.starts)
-        self.highest = self._value(QUANTITIES["E"].evaluate, self._hull(), self.starts).upper()
+        self.lambda_ = self.observer.of(jellett)(self.fans).range
+        self.highest = self.observer.of(QUANTITIES["E"].evaluate)(self.fans).range.upper()
         self.least, self.events = arb("inf"), {name: _Crossing(self, name) for name in events}
         self.verdict, self.reason, self.since = UNDECIDED, "", arb(0)
-
-    def _value(
-        self, function: Callable[[Motion], Scalar], hull: Sequence[arb], errors: ErrorSet
-    ) -> arb:
-        """A ball around a function on the set: from its middle, and its slope on the hull."""
-        evaluate = self.observer.of(function)
-        at_middle = arb(evaluate([x.mid() for x in self.problem.start()]))
-        slopes = evaluate([Slope(x, {i: arb(1)}) for i, x in enumerate(hull)])
-        gradient = [arb(slopes.partials.get(i, 0)) for i in range(len(hull))]
-        start = list(self.problem.start())
-        rounding = [x - x.mid() for x in start]
-        return at_middle + errors.shifted(rounding).along(gradient)
 
     def decided_at_once(self) -> bool:
         """Whether the fate of all starts is settled at t = 0."""
         return self._decided(self._hull(), arb(0))
 
     def _hull(self) -> list[arb]:
-        return [x + y for x, y in zip(self.problem.start(), self.starts.hull, strict=True)]
+        return [one.range for one in self.fans]
 
     def barred(self) -> bool:
         """Whether no start has the energy to come to the inverted spin."""
@@ -224,7 +194,8 @@ class _Watch:
     def outcome(self, bits: int) -> Fate:
         """The fate of the set."""
         if not self.decided_at_once():
-            enclosure = enclose(self.problem, bits, ends=self._ends, starts=self.starts)
+            starts = SetOfStarts(self.problem, self.fans, len(self.box.reach))
+            enclosure = enclose(self.problem, bits, ends=self._ends, starts=starts)
             if self.verdict == UNDECIDED and self.barred():
                 self.verdict = NEVER
             elif self.verdict == UNDECIDED:

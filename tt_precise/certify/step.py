@@ -27,8 +27,7 @@ FLOW_DEGREE = 10
 LONGEST_FLOW = 72  # terms; strong damping makes them large before they get small
 SMALL_TERM = 1e-10  # of the flow's polynomial, where it ends
 MOST_SPREAD = 1e-6  # of the flow's derivative, relative; wider ones add up over the steps
-MOST_BENT = 2e-3  # of the norm of a set of starts: what the width of the set bends the flow by
-WIDE = arb("1.02").mid()  # of what the linear flow makes of a set: its tube
+WIDE = arb("1.5").mid()  # of what a set's errors come to in a thinner tube: room for them
 MOST_GROWTH = 1e5  # of the norm in one step; five digits of what the step adds
 
 
@@ -111,6 +110,21 @@ class _Look:
         after = errors.moved(arb_mat(at_end), [around(x) for x in added])
         return Crossing(tuple(radius), after, self.tube, moving)
 
+    def widely(
+        self, errors: ErrorSet, defects: list[arb]
+    ) -> tuple[list[list[arb_poly]], list[list[arb]], list[arb], list[arb]]:
+        """P, and for ``cross_widely`` bounds of Q, x and e, component by component."""
+        flow, uneven = _flow(self.jacobian, self.frame)
+        bound = [[largest((arb(0), x)) for x in row] for row in _upper(self.jacobian)]
+        response = (arb_mat(bound) * self.piece.end).exp() * self.piece.end
+        bent = response * arb_mat(uneven)
+        added = (response * arb_mat(len(defects), 1, defects)).entries()
+        hull = arb_mat(len(added), 1, [x.abs_upper() for x in errors.hull])
+        beyond = zip((bent * hull).entries(), added, strict=True)
+        moved = errors.along_a_flow(flow, self.piece.end)
+        radius = [(x + y + z).upper() for x, (y, z) in zip(moved, beyond, strict=True)]
+        return flow, bent.tolist(), added, radius
+
     def norm(self, x: Sequence[arb]) -> arb:
         """max |x_i|/w_i."""
         return largest(abs(one) / w for one, w in zip(x, self.weights, strict=True))
@@ -143,47 +157,35 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
         return look.crossing(errors, flow, bent, added, [(w * reached).upper() for w in weights])
 
 
-def cross_widely(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
-    """The same for errors that are wide, those of a whole set of starts.
+def cross_widely(
+    problem: Problem, piece: Piece, errors: ErrorSet, defects: list[arb], spread: list[arb]
+) -> Crossing:
+    """The same for all solutions of a set: p(s, u) for each u instead of p(s).
 
-    Their tube is as wide as the linear flow P makes them, and a little more, and bounds are taken
-    component by component. With a matrix N of numbers at least as large as M_ii and, i not j,
-    |M_ij| for every M in A(s), |W(S) W(s)^-1| <= exp(N (S - s)) <= R = exp(N' S), where N' has N's
-    entries but no negative ones. So |Q| <= S R q for bounds q_ij of M P - P', and |x| <= S R d. In
-    place of S4, |P(s) e0| + S R (q |e0| + d) is verified to stay within the tube: so far as e is in
-    it this bounds |e| by the second part of the theorem, and e is never at the wall a first time.
+    p(s, u) is within ``spread`` of ``piece`` and has ``defects`` at most. The tube is as wide as
+    that, and bounds are taken component by component. With a matrix N of numbers at least as large
+    as M_ii and, i not j, |M_ij| for every M in A(s), |W(S) W(s)^-1| <= exp(N (S - s)) <= R =
+    exp(N' S), where N' has N's entries but no negative ones. So |Q| <= S R q for bounds q_ij of
+    M P - P', and |x| <= S R d. In place of S4, |P(s) e0| + S R (q |e0| + d) is verified to stay
+    within the tube: so far as e is in it this bounds |e| by the second part of the theorem, and e
+    is never at the wall a first time.
 
     Raises
     ------
     NotProved
         A hypothesis did not verify; that of a shorter step may.
     """
-    defects = arb_mat(len(problem.columns), 1, _defects(problem, piece))
     with flint.ctx.workprec(TUBE_BITS):
         centre = [Band.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
-        thin = [TUBE * size for size in _sizes(centre)]
-        thinly = _Look.into(problem, piece, centre, thin)
-        flow, _ = thinly.flow()
-        moved = errors.along_a_flow(flow, piece.end)
-        room = thinly.norm(moved) * (4 * MOST_BENT)
-        radii = [
-            (r + x * WIDE + w * room).upper()
-            for r, x, w in zip(thin, moved, thinly.weights, strict=True)
-        ]
-        look = _Look.into(problem, piece, centre, radii)
-        flow, uneven = _flow(look.jacobian, look.frame)
-        bound = [[largest((arb(0), x)) for x in row] for row in _upper(look.jacobian)]
-        response = (arb_mat(bound) * piece.end).exp() * piece.end
-        bent, added = response * arb_mat(uneven), (response * defects).entries()
-        hull = arb_mat(len(added), 1, [x.abs_upper() for x in errors.hull])
-        beyond = [x + y for x, y in zip((bent * hull).entries(), added, strict=True)]
-        moved = errors.along_a_flow(flow, piece.end)
-        radius = [(x + y).upper() for x, y in zip(moved, beyond, strict=True)]
-        if not all(x < r for x, r in zip(radius, radii, strict=True)):
-            raise NotProved("S4", "the set may leave its tube")
-        if not look.norm(beyond) < MOST_BENT * look.norm(moved):
-            raise NotProved("S3", "the step is too long for a polynomial of the flow")
-        return look.crossing(errors, flow, bent.tolist(), added, radius)
+        radii = [(TUBE * x + y).upper() for x, y in zip(_sizes(centre), spread, strict=True)]
+        for _ in range(2):
+            look = _Look.into(problem, piece, centre, radii)
+            flow, bent, added, radius = look.widely(errors, defects)
+            if all(x + y < r for x, y, r in zip(radius, spread, radii, strict=True)):
+                reach = [(x + y).upper() for x, y in zip(radius, spread, strict=True)]
+                return look.crossing(errors, flow, bent, added, reach)
+            radii = [(r + x * WIDE).upper() for r, x in zip(radii, radius, strict=True)]
+        raise NotProved("S4", "the set may leave its tube")
 
 
 def _defects(problem: Problem, piece: Piece) -> list[arb]:

@@ -13,10 +13,11 @@ from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls, ball, bounds
 from tt_precise.certify.printed import outward, rounded
 from tt_precise.certify.problem import BALLS
+from tt_precise.certify.verdict import NotProved
 from tt_precise.golden.enclosures import Enclosures
 from tt_precise.golden.store import TRAJECTORY
 from tt_precise.initial_state import InitialState
-from tt_precise.mechanics import newton
+from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
@@ -64,9 +65,16 @@ class Reduced:
     """The motion near a vertical spin, as a function of ``COLUMNS`` for the lambda of a scene.
 
     Or for another ``lambda_``, dimensionless, such as a ball around those of several starts.
+
+    Raises
+    ------
+    NotProved
+        Friction has no derivative at the vertical spin, where v = 0: Coulomb's law.
     """
 
     def __init__(self, scene: Scene, pole: int, lambda_: arb | None = None):
+        if scene.body.law == "coulomb":
+            raise NotProved("F1", "Coulomb's friction has no derivative where v = 0")
         start = InitialState.of(scene, BALLS)
         self.body, self.units, self.pole = start.body, start.units, pole
         self.lambda_ = arb(jellett(start.motion(Balls))) if lambda_ is None else lambda_
@@ -84,12 +92,20 @@ class Reduced:
 
     def rates(self, x: Sequence[Scalar]) -> list[Scalar]:
         """f(x)."""
-        found = newton.rates(self.body, self.state(x))
+        found = self.rates_of(self.state(x))
         return [getattr(found, name) for name in COLUMNS]
+
+    def rates_of(self, state: NewtonState) -> NewtonState:
+        """Time derivative of a whole state."""
+        return newton.rates(friction.viscous_at(self.body, state.vx, state.vy, Balls), state)
 
     def force(self, x: Sequence[Scalar]) -> Scalar:
         """g_n/(m g)."""
-        return newton.normal_force(self.body, self.state(x))
+        return self.force_of(self.state(x))
+
+    def force_of(self, state: NewtonState) -> Scalar:
+        """g_n/(m g) in a whole state."""
+        return newton.normal_force(friction.viscous_at(self.body, state.vx, state.vy, Balls), state)
 
     def limits(self) -> dict[str, arb]:
         """Values of conserved and other quantities at the vertical spin, SI."""

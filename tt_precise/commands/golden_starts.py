@@ -26,12 +26,6 @@ UNDECIDED_STATUS = 1
     "--event", "events", multiple=True, help="Also say when this happens, if it does once."
 )
 @click.option(
-    "--parts",
-    type=click.IntRange(min=1),
-    default=1,
-    help="Cut the box, in one entry, into so many, each proved by itself: parts reach farther.",
-)
-@click.option(
     "--map",
     "sides",
     multiple=True,
@@ -44,7 +38,6 @@ def command(
     scene: str,
     reaches: tuple[str, ...],
     events: tuple[str, ...],
-    parts: int,
     sides: tuple[str, ...],
     out: Path | None,
     as_json: bool,
@@ -57,7 +50,7 @@ def command(
     from tt_precise.errors import InputError
 
     try:
-        from tt_precise.certify import starts, starts_map, starts_parts
+        from tt_precise.certify import starts, starts_map
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise
@@ -67,12 +60,11 @@ def command(
     from tt_precise.files import atomic_write, require_writable
     from tt_precise.progress import progress_bar
     from tt_precise.scene import load_scene
-    from tt_precise.workers import cores, local_pool
 
     known = load_scene(scene)
     if out is not None:
         require_writable(out)
-    if sides and (reaches or events or parts != 1 or len(sides) != 2):
+    if sides and (reaches or events or len(sides) != 2):
         raise InputError("golden starts: expected --within, or --map twice and nothing else")
     found: starts.Fate | starts_map.ProvedMap
     if sides:
@@ -81,14 +73,7 @@ def command(
             found = starts_map.proved_map(known, x, y, progress)
     else:
         box = starts.Box(known, dict(_reach(text) for text in reaches))
-        if parts == 1:
-            found = starts.outcome(box, events)
-        else:
-            with (
-                local_pool(min(parts, cores())) as pool,
-                progress_bar("proving parts") as progress,
-            ):
-                found = starts_parts.outcome_in_parts(box, parts, events, pool, progress)
+        found = starts.outcome(box, events)
     content = {"schema": SCHEMA, **found.as_dict()}
     if out is not None:
         atomic_write(out, json.dumps(content, indent=1) + "\n")

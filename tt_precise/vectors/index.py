@@ -42,8 +42,6 @@ KINDS = {
     "enclosure.csv": ("enclosure", "last digits of the exact solution"),
     "events-enclosure.csv": ("enclosure", "last digits of the exact numbers at events"),
     "starts.json": ("starts", "what is proved of every start in a box"),
-    "starts-omega_3.json": ("starts", "the same of a segment of starts, in parts"),
-    "starts-theta.json": ("starts", "the same of a segment of starts, in parts"),
     "starts-map.json": ("starts", "which cells of a map have a proved fate"),
     "certificate.json.xz": ("certificate", "the steps of a proof, for a checker of its own"),
 }
