@@ -1,4 +1,4 @@
-"""Series in the start: what they say of every u, against exact values."""
+"""StartSeries in the start: what they say of every u, against exact values."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 from flint import arb
 
 from tt_precise.certify.balls import ball
-from tt_precise.certify.series import Fan, FanFunctions, Series, monomials
+from tt_precise.certify.series import Fan, FanFunctions, StartSeries, monomials
 from tt_precise.certify.verdict import NotProved
 
 CORNERS = [(Fraction(a, 2), Fraction(b, 2)) for a in range(-2, 3) for b in range(-2, 3)]
 
 
-def value(series: Series, u: tuple[Fraction, Fraction]) -> arb:
+def value(series: StartSeries, u: tuple[Fraction, Fraction]) -> arb:
     return sum(
         (term * ball(math.prod((u[i] for i in key), start=Fraction(1)))
          for key, term in series.terms.items()),
@@ -55,7 +55,7 @@ def test_results_hold_for_every_start(degree: int) -> None:
 def test_what_is_cut_off_counts() -> None:
     """The negative control: without it the square of a linear series misses values."""
     x = pair(1)[0]
-    plain = Series(x.terms, 1)
+    plain = StartSeries(x.terms, 1)
     u = CORNERS[0]
     square = value(x, u) ** 2
     assert value(x * x, u).contains(square)

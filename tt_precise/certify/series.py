@@ -29,7 +29,7 @@ def monomials(variables: int, degree: int) -> list[Monomial]:
     ]
 
 
-class Series:
+class StartSeries:
     """A power series in u over any arithmetic, cut off behind ``degree``."""
 
     def __init__(self, terms: Mapping[Monomial, Scalar], degree: int):
@@ -40,7 +40,7 @@ class Series:
 
     def __add__(self, other: Scalar) -> Self:
         found = dict(self.terms)
-        for key, term in (other.terms if isinstance(other, Series) else {(): other}).items():
+        for key, term in (other.terms if isinstance(other, StartSeries) else {(): other}).items():
             found[key] = found[key] + term if key in found else term
         return self._like(found)
 
@@ -56,7 +56,7 @@ class Series:
         return -self + other
 
     def __mul__(self, other: Scalar) -> Self:
-        if not isinstance(other, Series):
+        if not isinstance(other, StartSeries):
             return self._like({key: term * other for key, term in self.terms.items()})
         found: dict[Monomial, Scalar] = {}
         for i, a in self.terms.items():
@@ -87,7 +87,7 @@ class Series:
         return total
 
     def __truediv__(self, other: Scalar) -> Self:
-        if isinstance(other, Series):
+        if isinstance(other, StartSeries):
             return self * other.inverse()
         return self._like({key: term / other for key, term in self.terms.items()})
 
@@ -95,7 +95,7 @@ class Series:
         return self.inverse() * other
 
 
-class Fan(Series):
+class Fan(StartSeries):
     """All functions of u within a series over balls or bands: what is cut off is added to these."""
 
     @cached_property

@@ -20,7 +20,7 @@ from tt_precise.certify.balls import between
 from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.problem import Problem
-from tt_precise.certify.series import Fan, Series, monomials
+from tt_precise.certify.series import Fan, StartSeries, monomials
 from tt_precise.certify.step import Crossing, cross, cross_widely
 from tt_precise.certify.verdict import NotProved
 
@@ -56,8 +56,8 @@ class SetOfStarts(One):
         def rates(
             parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
         ) -> Sequence[Scalar]:
-            given = [Series({(): one}, self.degree) for one in parameters]
-            series = [Series(terms, self.degree) for terms in self._folded(state)]
+            given = [StartSeries({(): one}, self.degree) for one in parameters]
+            series = [StartSeries(terms, self.degree) for terms in self._folded(state)]
             found = problem.tape(given, series)
             return [one.terms.get(key, state[0] * 0) for one in found for key in self.keys]
 
