@@ -241,6 +241,47 @@ def test_what_the_index_finds(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "index.json: no index" in capsys.readouterr().out
 
 
+def test_an_index_that_was_sealed_again_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever edits a file may write its hash anew; what can be computed is, and nothing is new."""
+    for name in ("rolling", "vectors"):
+        shutil.copytree(home() / name, tmp_path / name)
+    texts = {one.name: one.read_text("utf-8") for one in (tmp_path / "vectors").iterdir()}
+    monkeypatch.setattr(index, "vector_texts", lambda _: texts)
+    file, vectors = tmp_path / "index.json", tmp_path / "vectors" / "states.json"
+    whole = index.index_text(tmp_path)
+
+    def found() -> list[str]:
+        problems = index.verify(tmp_path)
+        file.write_text(whole)
+        vectors.write_text(texts["states.json"])
+        return problems
+
+    file.write_text(whole)
+    assert found() == []
+    vectors.write_text(texts["states.json"].replace("7", "8", 1))
+    file.write_text(index.index_text(tmp_path))
+    assert found() == ["vectors/states.json: differs from what is computed now"]
+    vectors.unlink()
+    file.write_text(index.index_text(tmp_path))
+    assert found() == ["vectors/states.json: missing"]
+    (tmp_path / "rolling" / "notes.csv").write_text("t\n")
+    assert found() == ["rolling/notes.csv: no file of the reference data"]
+    (tmp_path / "rolling" / "notes.csv").unlink()
+    entry = json.loads(whole)["files"][0]
+    for changed in (
+        {"schema": "tt_precise.index/2"}, {"licence": "none"}, {"units": "cgs"}, {"more": 1},
+        {"files": [{**entry, "sha256": 64 * "0"}, *json.loads(whole)["files"]]},
+    ):  # fmt: skip
+        file.write_text(json.dumps({**json.loads(whole), **changed}, indent=1) + "\n")
+        assert found() == ["index.json: differs from what is made now, beside the files"], changed
+    for name in entry:
+        files = [{**entry, name: "other"}, *json.loads(whole)["files"][1:]]
+        file.write_text(json.dumps({**json.loads(whole), "files": files}))
+        assert found(), name
+
+
 def test_an_empty_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["golden", "vectors", "--build", "--index-only", "--folder", str(tmp_path)]) == 2
     assert "expected one with golden data" in capsys.readouterr().err

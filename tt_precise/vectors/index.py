@@ -88,6 +88,16 @@ def stale(folder: Path) -> Iterator[str]:
     for path in sorted(listed.keys() & present.keys()):
         if listed[path] != present[path]:
             yield f"{path}: not as {INDEX} says"
+    if listed == present and file.read_text("utf-8") != index_text(folder):
+        yield f"{INDEX}: differs from what is made now, beside the files"
+    for path in sorted(_files(folder) - present.keys() - {INDEX, "README.md"}):
+        yield f"{path}: no file of the reference data"
+
+
+def _files(folder: Path) -> set[str]:
+    """All that is not hidden."""
+    found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    return {path.as_posix() for path in found if not any(part[0] == "." for part in path.parts)}
 
 
 def _listed(index: dict[str, Json]) -> dict[str, dict[str, Json]]:
