@@ -91,3 +91,12 @@ def test_a_rolling_scene_has_its_own_catalogue(capsys: pytest.CaptureFixture[str
     assert cli.main(["events", "rolling", "--precision", "extended", "--json"]) == 0
     names = {event["name"] for event in json.loads(capsys.readouterr().out)["events"]}
     assert {"theta_min", "theta_max"} <= names <= set(catalogue("rolling"))
+
+
+def test_a_flight_has_no_climb(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["events", "flight"]) == 0
+    out = capsys.readouterr().out
+    assert "equator" in out
+    assert "t_init" not in out
+    assert cli.main(["events", "flight", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["climb"] is None

@@ -33,12 +33,13 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
     names = tuple(only.split(",")) if only else catalogue(loaded.model)
     with progress_bar(f"integrating {loaded.name}") as progress:
         trajectory = integrate(loaded, precision, events=names, progress=progress)
-    times = trajectory.inversion
-    climb = {
-        f"{when}_{definition}": getattr(getattr(times, definition), when)
-        for definition in "ABC"
-        for when in ("t_init", "t_end")
-    }
+    climb = None
+    if loaded.model != "flight":  # in which a top turns over, and climbs nowhere
+        climb = {
+            f"{when}_{definition}": getattr(getattr(trajectory.inversion, definition), when)
+            for definition in "ABC"
+            for when in ("t_init", "t_end")
+        }
     if as_json:
         text, context = trajectory.precision.text, trajectory.precision.context
         content = {
@@ -47,7 +48,8 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
             "status": trajectory.status,
             "t_end": text(context.mpf(trajectory.t_end)),
             "events": event_rows(trajectory),
-            "climb": {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()},
+            "climb": climb
+            and {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()},
         }
         click.echo(json.dumps(content))
         return 0
@@ -60,7 +62,7 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
         direction = {1: "rising", -1: "falling"}.get(int(sign), "")
         lines.append(f"{float(t):18.12f} s  {name:<20} {direction:<8} {shown}")
     say(lines)
-    for key, time in climb.items():
+    for key, time in (climb or {}).items():
         click.echo(f"{key:>9}: {'none' if time is None else f'{float(time):.12f} s'}")
     return 0
 

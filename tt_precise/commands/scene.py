@@ -137,7 +137,8 @@ def summary(scene: Scene) -> dict[str, Json]:
         "title": scene.title,
         "source": scene.source,
         "model": scene.model,
-        "friction": body.law,
+        "friction": body.law if scene.model == "gliding" and body.mu else "none",
+        "flies": scene.flies,
         "body": shown,
         "start": start,
         "given": {name: str(value) for name, value in scene.given.items()},
@@ -153,7 +154,9 @@ def summary(scene: Scene) -> dict[str, Json]:
 
 
 def balance(scene: Scene) -> str:
-    """Where the top rests without spin."""
+    """Where the top rests on a table without spin."""
+    if scene.model == "flight":
+        return "none: nothing carries the top"
     height = float(scene.body.alpha * scene.body.R) * 1000
     return (
         f"rests at theta = 0, with the centre of mass {height:.3g} mm below the centre of the "
@@ -169,6 +172,11 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
 
     found = []
     body, start = scene.body, scene.start
+    unit = body.m * body.R**2
+    if max(body.I1, body.I3) > unit:
+        found.append("a moment of inertia is above m R^2, which no mass inside the sphere has")
+    if scene.model == "flight":
+        return found
     if not 1 - body.alpha < body.gamma < 1 + body.alpha:
         found.append(
             f"gamma = {float(body.gamma):.4g} lies outside 1 - alpha to 1 + alpha "
@@ -176,13 +184,10 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
         )
     elif any(ratio is not None and abs(abs(ratio) - 1) < 0.05 for ratio in ratios.values()):
         found.append("lambda is within 5 % of a threshold: what it does may take very long")
-    unit = body.m * body.R**2
-    if max(body.I1, body.I3) > unit:
-        found.append("a moment of inertia is above m R^2, which no mass inside the sphere has")
     if start.theta.at_pole:
         found.append("the axis is vertical: Euler angles are undefined, and a perfect top stays so")
     if scene.model != "rolling" and body.mu == 0:
-        found.append("no friction: the top never inverts")
+        found.append("no friction: nothing drives the top to the inverted spin")
     if isinstance(start, LiftedStart):
         return found  # there need be no contact
     double = precision_named("double")
@@ -206,10 +211,9 @@ def lines(content: dict[str, Json]) -> str:
     given = ", ".join(f"{name} = {_short(value)}" for name, value in content["given"].items())
     text = [
         f"{content['scene']}: {content['title']}",
-        f"  model      {content['model']}, {content['friction']} friction, "
-        f"until {content['until']} s",
+        f"  model      {content['model']}, {_forces(content, body)}, until {content['until']} s",
         f"  body       m {body['m']} kg, R {body['R']} m, alpha {body['alpha']}, "
-        f"I1 {body['I1']} and I3 {body['I3']} (m R^2), g {body['g']} m/s^2, mu {body['mu']}",
+        f"I1 {body['I1']} and I3 {body['I3']} (m R^2), g {body['g']} m/s^2",
         "  start      "
         + ", ".join(f"{name} {_short(value)}" for name, value in content["start"].items()),
         *([f"  given      {given}"] if given else []),
@@ -220,6 +224,28 @@ def lines(content: dict[str, Json]) -> str:
         *(f"  WARNING    {warning}" for warning in content["warnings"]),
     ]
     return "\n".join(text)
+
+
+def _forces(content: dict[str, Json], body: dict[str, str]) -> str:
+    """What acts on the top beside its weight."""
+    if content["model"] == "flight":
+        return "nothing touches the top"
+    if content["model"] == "rolling":
+        return "with the force that keeps it rolling"
+    friction, unit = content["friction"], " s/m" if content["friction"] == "viscous" else ""
+    found = (
+        "without friction" if friction == "none" else f"{friction} friction mu {body['mu']}{unit}"
+    )
+    if friction == "regularised":
+        found += f", epsilon {body['epsilon']} m/s"
+    if "spring" in body:
+        power = "" if body["spring"] == "linear" else "^(3/2)"
+        damping = "N s/m" if body["spring"] == "linear" else "s/m"
+        found += (
+            f", an elastic table ({body['spring']}, stiffness {body['stiffness']} N/m{power}, "
+            f"damping {body['damping']} {damping})"
+        )
+    return found + (", flying where contact is lost" if content["flies"] else "")
 
 
 def _short(value: str) -> str:

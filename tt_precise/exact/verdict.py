@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tt_precise.arithmetic import Scalar
+from tt_precise.compliance import CompliantTop
 from tt_precise.scene import Scene, Start
 
 
@@ -34,6 +35,8 @@ def inversion(
         return InversionVerdict(
             None, "Theorem 1.1 is about gliding with friction, which this scene lacks"
         )
+    if isinstance(scene.body, CompliantTop):
+        return InversionVerdict(None, "Theorem 1.1 is about a rigid table")
     if _steady(scene.start):
         if scene.start.theta.from_pi:
             return InversionVerdict(
@@ -43,6 +46,10 @@ def inversion(
             False, "starts exactly as the upright spin, a steady motion, which only leaves it "
             "when perturbed"
         )  # fmt: skip
+    if scene.body.law == "coulomb":
+        return InversionVerdict(
+            None, "Theorem 1.1 is about friction that lets no top stick, as Coulomb's may"
+        )
     if not on_table:
         return InversionVerdict(None, "Theorem 1.1 needs g_n > 0, which fails at the start")
     size = abs(lambda_)
