@@ -196,6 +196,20 @@ def test_a_solution_that_ends_gives_no_more_than_numbers() -> None:
     assert len(times) > 100
 
 
+@pytest.mark.parametrize("parts", [2, 3])
+def test_a_solution_may_be_as_fast_as_it_likes(parts: int) -> None:
+    """x = exp(-1e14 t): in the first unit of time its terms have no doubles."""
+    fast = FN.mpf(10) ** 14
+    made = System(parts, 1, 1, lambda y, p, fn: ([-p[0] * y[0]], []))
+    begun = made.begun((FN.mpf(1),), (fast,), FN)
+    (block,) = made.pieces(begun, 1e-13, FULL[parts])
+    assert block.good == len(block.lengths)
+    end = sum(map(FN.mpf, block.end_time))
+    (found,) = numbers_of(block.end_row, FN)
+    assert end >= 1e-13
+    assert abs(found - FN.exp(-end * fast)) < EPS[parts]
+
+
 def test_orders_fall_with_the_parts_and_rise_with_accuracy() -> None:
     for tolerance in (1e-16, 1e-20, 1e-32, FULL[3]):
         three, two, one = orders_of(tolerance, 3)

@@ -31,14 +31,14 @@ def losing(name: str) -> Scene:
 @case(
     "contact lost, {scene}, in {precision}",
     expected="at the same time as in a finer arithmetic",
-    source="higher precision: quad, and for quad 200 bits",
+    source="higher precision: triple-double",
     over={"scene": LOSING, "precision": ("double", "extended", "quad")},
     quick=lambda scene, precision: scene == "mu = 3" and precision != "quad",
     control={"integrate": perturbed.integrating(I3="1e-12")},
 )
 def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Observation:
     """The end of the model is a root, found as well as the state is known."""
-    fine = _integrated(scene, "mp" if precision == "quad" else "quad")
+    fine = _integrated(scene, "triple-double")
     run = integrate(losing(scene), precision)
     error = abs(fine.precision.context.mpf(run.t_end) - fine.t_end) / run.precision.eps
     finite(value for value in run.state.values.values())
@@ -69,14 +69,14 @@ def plane_loss(precision: str, integrate: Integrate = integrate) -> Observation:
 @case(
     "a horizon {side} the loss of contact",
     expected="complete before it, contact_lost after it, 1e-13 s away",
-    source="g_n changes its sign there, in quad",
+    source="g_n changes its sign there, in triple-double",
     over={"side": ("before", "after")},
     quick=True,
     control={"shift": "1e-12"},
 )
 def narrow_horizon(side: str, shift: str = "0") -> Observation:
     """The model holds to the last instant, and not an instant longer."""
-    lost = Fraction(str(_integrated("mu = 3", "quad").t_end)) + Fraction(shift) * (
+    lost = Fraction(str(_integrated("mu = 3", "triple-double").t_end)) + Fraction(shift) * (
         1 if side == "before" else -1
     )
     until = lost + (-NARROW_S if side == "before" else NARROW_S)

@@ -48,7 +48,7 @@ def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> 
 
 @case(
     "mu = {mu} s/m from the reference start",
-    expected="double agrees with quad",
+    expected="double agrees with triple-double",
     source="higher precision",
     over={"mu": FRICTIONS},
     quick=lambda mu: mu == "1e-12",
@@ -63,7 +63,7 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation
         run = integrate(scene)
         seconds.append(time.perf_counter() - begin)
     short = varied(mu=mu, until=LIMIT_S)
-    distance = vector_distance(integrate(short), _quad(short))
+    distance = vector_distance(integrate(short), _fine(short))
     return together(
         within(distance / 2.0**-52, 30, "eps"),
         same(run.status, "complete"),
@@ -147,21 +147,21 @@ def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Observation:
 @case(
     "mu = {mu} s/m against no friction",
     expected="the distance from the frictionless solution is in proportion to mu",
-    source="the solution depends smoothly on mu; the slope from mu = 1e-5 in quad",
+    source="the solution depends smoothly on mu; the slope from mu = 1e-5 in triple-double",
     over={"mu": ("1e-6", "1e-9", "1e-12")},
     quick=lambda mu: mu == "1e-12",
     control={"integrate": perturbed.integrating(mu="1e-3")},
 )
 def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observation:
     """Linear response at the other edge of friction."""
-    none, some = (_quad(varied(mu=one, until=LIMIT_S)) for one in ("0", "1e-5"))
-    little = integrate(varied(mu=mu, until=LIMIT_S), "quad")
+    none, some = (_fine(varied(mu=one, until=LIMIT_S)) for one in ("0", "1e-5"))
+    little = integrate(varied(mu=mu, until=LIMIT_S), "triple-double")
     fn = none.precision.context
     per_mu = [
         (fn.mpf(run.state.Lx) - none.state.Lx) / fn.mpf(one)
         for one, run in (("1e-5", some), (mu, little))
     ]
-    # the quadratic term, about mu itself, and 34 digits less those of mu
+    # the quadratic term, about mu itself, and 46 digits less those of mu
     return within(abs(per_mu[1] / per_mu[0] - 1), 1e-4, "off the slope")
 
 
@@ -188,13 +188,13 @@ def frictionless(until: str, precision: str, mu: str = "0") -> Observation:
 
 
 @cache
-def _quad(scene: Scene) -> Trajectory:
-    return integrate(scene, "quad")
+def _fine(scene: Scene) -> Trajectory:
+    return integrate(scene, "triple-double")
 
 
 @cache
 def _rolling() -> Trajectory:
-    return integrate(replace(varied(until=LIMIT_S), model="rolling"), "quad")
+    return integrate(replace(varied(until=LIMIT_S), model="rolling"), "triple-double")
 
 
 def _constraint_force(run: Trajectory) -> Scalar:

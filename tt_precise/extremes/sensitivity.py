@@ -145,19 +145,19 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
 
 @case(
     "derivative by {name} at the reference scene's most sensitive time",
-    expected="the difference quotient of two runs in quad",
+    expected="the difference quotient of two runs in triple-double",
     source="higher precision",
     over={"name": tuple(VARIED)},
     control={"varied": perturbed.integrating(alpha="1e-6")},
 )
-def derivative_in_quad(name: str, varied: Integrate = integrate) -> Observation:
+def derivative_by_differences(name: str, varied: Integrate = integrate) -> Observation:
     """Matrices of variational equations against runs that know nothing of them."""
     import numpy
 
     how = _sensitivity("reference")
     now = int(how.condition.argmax())
     scene = replace(load_scene("reference"), until=Fraction(round(how.times[now] * 100), 100))
-    runs = [varied(_nudged(scene, name, sign * NUDGE), "quad") for sign in (1, -1)]
+    runs = [varied(_nudged(scene, name, sign * NUDGE), "triple-double") for sign in (1, -1)]
     context = runs[0].precision.context
     starts, ends = ([_row(run, at) for run in runs] for at in (0, 1))
     nudge = context.mpf(NUDGE.numerator) / NUDGE.denominator

@@ -35,9 +35,9 @@ def blowing_up(name: str) -> Scene:
 @case(
     "denominator of g_n to 0, {motion}",
     expected="stopped as singular_contact before the blow-up, by less than 1e-12 s, and where "
-    "quad stops",
+    "the fine run stops",
     source="the denominator falls as the square root of the time that is left: its square, taken "
-    "from the states in quad, is extrapolated to zero",
+    "from the states in triple-double, is extrapolated to zero",
     over={"motion": NAMES},
     quick=lambda motion: motion in (NAMES[2], NAMES[6]),
     control={"integrate": perturbed.integrating(I1="1e-12")},
@@ -45,12 +45,12 @@ def blowing_up(name: str) -> Scene:
 def blow_up(motion: str, integrate: Integrate = integrate) -> Observation:
     """The time of the blow-up is bracketed from below by every run."""
     scene = blowing_up(motion)
-    run, fine = integrate(scene, contact="bilateral"), _quad(motion)
+    run, fine = integrate(scene, contact="bilateral"), _fine(motion)
     finite(run.state.values.values())
     fn = fine.precision.context
     left = _blow_up_time(motion) - fine.t_end
     return together(
-        within(abs(fn.mpf(run.t_end) - fine.t_end) / 2.0**-52, 30, "eps s from quad's"),
+        within(abs(fn.mpf(run.t_end) - fine.t_end) / 2.0**-52, 30, "eps s from the fine run's"),
         Observation(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
         same(run.status, "singular_contact"),
     )
@@ -67,7 +67,7 @@ def blow_up(motion: str, integrate: Integrate = integrate) -> Observation:
 )
 def square_root(motion: str, exponent: int = 2) -> Observation:
     """The law of the approach, over four decades of the time left."""
-    fine, fn = _quad(motion), _quad(motion).precision.context
+    fine, fn = _fine(motion), _fine(motion).precision.context
     end = _blow_up_time(motion)
     left = [fn.mpf(10) ** -k for k in (8, 12)]
     early, late = (_denominator(fine, end - span) ** exponent / span for span in left)
@@ -94,7 +94,7 @@ def lost_first(motion: str, contact: str = "unilateral") -> Observation:
 
 @case(
     "numerator and denominator of g_n both at 1e-{k} I1",
-    expected="no blow-up: double ends with quad's status, at quad's time",
+    expected="no blow-up: double ends as triple-double does, at the same time",
     source="higher precision",
     over={"k": (1, 3, 5, 7, 9, 12)},
     quick=lambda k: k in (3, 12),
@@ -103,7 +103,7 @@ def lost_first(motion: str, contact: str = "unilateral") -> Observation:
 def both_at_once(k: int, integrate: Integrate = integrate) -> Observation:
     """A force 0/0 at the start: it is 1 m g there, and small changes decide what follows."""
     scene = _at_both_zeros(k)
-    run, fine = integrate(scene), _both_in_quad(k)
+    run, fine = integrate(scene), _both_fine(k)
     finite(run.state.values.values())
     fn = fine.precision.context
     apart = abs(fn.mpf(run.t_end) - fine.t_end) / fine.precision.exact(scene.until)
@@ -133,19 +133,19 @@ def _at_both_zeros(k: int) -> Scene:
 
 
 @cache
-def _both_in_quad(k: int) -> Trajectory:
-    return integrate(_at_both_zeros(k), "quad")
+def _both_fine(k: int) -> Trajectory:
+    return integrate(_at_both_zeros(k), "triple-double")
 
 
 @cache
-def _quad(motion: str) -> Trajectory:
-    return integrate(blowing_up(motion), "quad", contact="bilateral")
+def _fine(motion: str) -> Trajectory:
+    return integrate(blowing_up(motion), "triple-double", contact="bilateral")
 
 
 @cache
 def _blow_up_time(motion: str) -> Scalar:
     """Where the square of the denominator, extrapolated from two states, vanishes (s)."""
-    fine = _quad(motion)
+    fine = _fine(motion)
     fn = fine.precision.context
     first, second = (fine.t_end - fn.mpf(span) for span in ("1e-12", "1e-14"))
     a, b = (_denominator(fine, t) ** 2 for t in (first, second))

@@ -8,7 +8,7 @@ what is asked about it is asked of that piece, in its own time since its begin.
 from __future__ import annotations
 
 import bisect
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -204,13 +204,15 @@ class PiecewiseTables(Tables):
             max(time - as_fraction(piece.begin_s), Fraction(0)), as_fraction(piece.output.end)
         )
 
-    def event_columns(self, names: Sequence[str]) -> dict[str, Array]:
+    def event_columns(
+        self, names: Sequence[str], at: Container[str] | None = None
+    ) -> dict[str, Array]:
         """The recorded events in order of time, those that join the pieces among them."""
         context, leaving = self.of.precision.context, self.of.leaving
         columns: dict[str, Array] = {name: [] for name in ("name", "t", "direction", *names)}
         pieces = self.dense_output.pieces
         for number, piece in enumerate(pieces, start=1):
-            found = piece.tables.event_columns(names)
+            found = piece.tables.event_columns(names, at)
             found["t"] = [leaving(context.mpf(t) + piece.begin_s) for t in found["t"]]
             for name, column in columns.items():
                 column += list(found[name])
@@ -220,7 +222,7 @@ class PiecewiseTables(Tables):
                 time = leaving(context.mpf(piece.output.end) + piece.begin_s)
                 row = {"name": piece.ended, "t": time, "direction": FALLING} | state.values
                 for name, column in columns.items():
-                    column.append(row[name])
+                    column.append(row.get(name))
         return columns
 
     def drift(

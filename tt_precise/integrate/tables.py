@@ -7,7 +7,8 @@ precision, row by row.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import itertools
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
@@ -101,8 +102,14 @@ class Tables:
         columns = self.event_columns(self.of.names)
         return pandas.DataFrame(columns if columns["name"] else [], columns=list(columns))
 
-    def event_columns(self, names: Sequence[str]) -> dict[str, Array]:
-        """The same as columns, without pandas, with those entries of the state that are named."""
+    def event_columns(
+        self, names: Sequence[str], at: Container[str] | None = None
+    ) -> dict[str, Array]:
+        """The same as columns, without pandas, with those quantities that are named.
+
+        In wide arithmetics, where they take their time, only ``at`` the events of these names, if
+        any are given; they are missing elsewhere.
+        """
         import numpy
 
         hits = sorted(self.dense_output.propagation.hits, key=lambda hit: hit.time)
@@ -119,9 +126,12 @@ class Tables:
         unit = self.of.start.units.time
         columns["t"] = [leaving(guarded(hit.time) * unit) for hit in hits]
         columns["direction"] = directions
-        rows = [tuple(map(guarded, hit.state)) for hit in hits]
-        found = self.of.of_rows(names, rows) if names else {}
-        return columns | {name: list(map(leaving, column)) for name, column in found.items()}
+        asked = [names and (at is None or hit.name in at) for hit in hits]
+        rows = [tuple(map(guarded, hit.state)) for hit in itertools.compress(hits, asked)]
+        for name, column in self.of.of_rows(names, rows).items():
+            found = map(leaving, column)
+            columns[name] = [next(found) if one else None for one in asked]
+        return columns
 
     def drift(
         self, integrals: Iterable[Integral], times: Sequence[Fraction]

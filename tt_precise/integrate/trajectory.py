@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
@@ -262,9 +262,14 @@ class Trajectory(Estimated):
         """
         return self._tables.events()
 
-    def event_table(self, names: Sequence[str] | None = None) -> dict[str, Array]:
-        """The columns of ``events`` by name, without pandas, and of the state those ``names``."""
-        return self._tables.event_columns(self._columns.names if names is None else names)
+    def event_table(
+        self, names: Sequence[str] | None = None, at: Container[str] | None = None
+    ) -> dict[str, Array]:
+        """The columns of ``events`` by name, without pandas, and of the state those ``names``.
+
+        ``at`` names events; elsewhere entries of the state may be missing.
+        """
+        return self._tables.event_columns(self._columns.names if names is None else names, at)
 
     @property
     def event_counts(self) -> Counter[str]:
@@ -355,7 +360,7 @@ class Trajectory(Estimated):
         run = self if complete else self.again(events=NEEDED, record=())
         double = self.precision.name == "double"
         return from_events(
-            run._tables.event_columns(("theta", "phi_dot")),
+            run.event_table(("theta", "phi_dot"), at=("theta_min", "theta_max")),
             math.pi if double else +self.precision.context.pi,
             mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
         )

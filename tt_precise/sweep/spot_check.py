@@ -52,16 +52,13 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
         found[f"t_init_{which}"], found[f"t_end_{which}"] = climb.t_init, climb.t_end
         found[f"climb_{which}"] = climb.duration
     found |= {"t_stop": run.t_end, "t_equator": times.equator}
-    turning = run.event_table(names=())
     for part in parts(record):
         asked = f"{part.part}_{part.quantity}"
-        names = turning_events(part.quantity)
-        found_at = zip(turning["t"], turning["name"], strict=True)
-        inner = [t for t, name in found_at if part.extreme and name in names]
-        values = run.frame(part.quantity, times=[0, *inner, run.t_end])[part.quantity]
-        chosen = {"start": values.iloc[0], "end": values.iloc[-1]}
+        ends = run.frame(part.quantity, times=[0, run.t_end])[part.quantity].tolist()
+        chosen = dict(zip(("start", "end"), ends, strict=True))
         if part.extreme:
-            known = [value for value in values if value is not None]
+            inner = run.event_table((part.quantity,), at=turning_events(part.quantity))
+            known = [value for value in (*ends, *inner[part.quantity]) if value is not None]
             chosen |= {"min": min(known), "max": max(known)}
         found[asked] = chosen[part.part]
     if run.status == "complete":

@@ -17,9 +17,9 @@ from tt_precise.taylor.numbers import moments, number
 if TYPE_CHECKING:
     from tt_precise.taylor.system import StepBlock
 
-NEWTONS_IN_PARTS = 3  # from double to twice and three times as many digits, and once more
 HALVINGS = 40  # beyond, two zeros are one touching: no change of sign
 BISECTIONS, NEWTONS = 8, 6
+MOST_NEWTONS = 8  # in parts, each with 15 digits more where the slope has as many
 
 
 class Crossings(NamedTuple):
@@ -169,12 +169,16 @@ class Watch:
         def rows() -> Array:
             return piece.rows(steps, moments(times))
 
-        for _ in range(NEWTONS_IN_PARTS):
+        near = 2.0 ** (8 - 52 * piece.system.parts)
+        for _ in range(MOST_NEWTONS):
             there = rows()[numpy.arange(len(steps)), :, self._columns.start + function]
-            times = [
-                time - number(value, fn) / slope if slope else time
-                for time, value, slope in zip(times, there.tolist(), slopes, strict=True)
+            off = [
+                number(value, fn) / slope if slope else fn.mpf(0)
+                for value, slope in zip(there.tolist(), slopes, strict=True)
             ]
+            times = [time - one for time, one in zip(times, off, strict=True)]
+            if all(abs(one) <= near * time for one, time in zip(off, times, strict=True)):
+                break
         zeros = map(SignChange, function.tolist(), times, direction.tolist(), rows())
         return sorted(zeros, key=lambda zero: zero.time)
 

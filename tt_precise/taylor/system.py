@@ -16,7 +16,8 @@ STEPS = 512  # of a piece
 # After so many steps the time has been lost that optimising takes: 9 of 14 us a step in
 # double-double and 18 of 31 us in triple-double, 0.5 and 2.5 s to compile.
 WORTH_OPTIMISING = 60_000
-FIRST_UNIT = 2.0**-3  # of time; any that 57 powers of do not take out of range
+# of time; where 57 powers of it are out of range, less by and by
+FIRST_UNIT, LESS, LEAST_UNIT = 2.0**-3, 2.0**-16, 2.0**-200
 SPARE = 4  # orders computed in more parts than they need in theory
 
 
@@ -124,10 +125,18 @@ class System:
                 self, orders, data.reshape(parts, steps + 1, order + 2, -1), times, taken
             )
             self._stepped(taken)
-            yield piece
-            time, row = times[taken, :4], piece.end_row
-            if first is not None:
-                time[0], first = FIRST_UNIT, None  # a step that was cut says nothing of the next
+            if piece.good < taken and times[piece.good, 0] > LEAST_UNIT:
+                # its terms may only be too large for this unit of time
+                taken, shorter = piece.good, LESS
+                piece = StepBlock(self, orders, piece.data, times, taken)
+            else:
+                shorter = 1.0
+            if taken:
+                yield piece
+                time, row = times[taken, :4], piece.end_row
+                if first is not None:
+                    time[0], first = FIRST_UNIT, None  # a cut step says nothing of the next
+            time[0] *= shorter
             if piece.good < taken or not piece.end_time[0] < until:
                 return
 
@@ -145,7 +154,7 @@ class StepBlock:
         import numpy
 
         self.system, self.order = system, int(orders[-1]) - 1
-        self._orders, self._data, self._times = orders, data, times
+        self._orders, self.data, self._times = orders, data, times
         entries = len(system.graph.entries)
         self._used = entries + len(system.kernel.outputs)
         self.coefficients = data[0, :taken, : self.order + 1, : self._used]
@@ -155,7 +164,7 @@ class StepBlock:
         self.end_row = self.row(taken)
         suspect = times[:taken, 5].nonzero()[0]
         # what is no number in the series of an entry leaves none where the step ends
-        finite = numpy.isfinite(self.lengths)
+        finite = numpy.isfinite(self.lengths) & (self.lengths > 0)
         finite &= numpy.isfinite(data[0, 1 : taken + 1, 0, :entries]).all(axis=1)
         finite[suspect] &= numpy.isfinite(self.coefficients[suspect, :, entries:]).all(axis=(1, 2))
         self.good = taken if finite.all() else int(finite.argmin())
@@ -163,7 +172,7 @@ class StepBlock:
 
     def row(self, step: int) -> Array:
         """The entries where a step begins: axes (part, entry)."""
-        found: Array = self._data[:, step, 0, : len(self.system.graph.entries)].copy()
+        found: Array = self.data[:, step, 0, : len(self.system.graph.entries)].copy()
         return found
 
     def at(self, times: Array) -> Array:
@@ -180,7 +189,7 @@ class StepBlock:
         times = numpy.ascontiguousarray(times)
         into = numpy.empty((len(steps), self.system.parts, self.system.kernel.columns))
         self.system.machine.rows(
-            self._data.ctypes.data, self._data[0].size, self._orders.ctypes.data,
+            self.data.ctypes.data, self.data[0].size, self._orders.ctypes.data,
             self._times.ctypes.data, steps.ctypes.data, times.ctypes.data, len(steps),
             into.ctypes.data,
         )  # fmt: skip

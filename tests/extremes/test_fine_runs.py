@@ -1,0 +1,32 @@
+"""The runs in triple-double that cases are held against, beside heyoka's quad that they were."""
+
+import pytest
+
+from tt_precise.extremes.contact_loss import LOSING, losing
+from tt_precise.extremes.singular_contact import NAMES, _at_both_zeros, blowing_up
+from tt_precise.integrate import integrate
+from tt_precise.scene import Scene
+
+SCENES = {
+    **{f"contact lost, {name}": (losing(name), "unilateral") for name in LOSING},
+    **{f"blow-up, {name}": (blowing_up(name), "bilateral") for name in NAMES},
+    **{f"0/0 but for 1e-{k}": (_at_both_zeros(k), "unilateral") for k in (3, 5, 7, 9, 12)},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", SCENES)
+def test_they_end_as_quad_does(which: str) -> None:
+    scene: Scene
+    scene, contact = SCENES[which]
+    quad, fine, rough = (
+        integrate(scene, name, contact=contact, events=())
+        for name in ("quad", "triple-double", "double")
+    )
+    number = fine.precision.context.mpf
+    assert fine.status == quad.status
+    assert abs(fine.t_end - number(quad.t_end)) < 1e-28
+    # a state behind which the force blows up is as uncertain as the square root of the time
+    apart = [fine.state.values[n] - number(quad.state.values[n]) for n in ("kx", "ky", "kz")]
+    assert max(map(abs, apart)) < 1e-15
+    assert abs(fine.t_end - number(rough.t_end)) > 1e-28  # which the first bound would not let pass
