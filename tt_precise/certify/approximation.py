@@ -68,7 +68,6 @@ class Steps:
         # heyoka counts the parameters that the equations contain up to the last one
         for i in range(len(self._adaptive.pars)):
             self._adaptive.pars[i] = self._real(parameters[i])
-        self._before: Scalar = None
         self.length = arb("inf")
 
     def step(self, limit: arb | None = None) -> Piece:
@@ -80,7 +79,6 @@ class Steps:
             heyoka found no way forward.
         """
         adaptive = self._adaptive
-        self._before = [adaptive.state[i] + 0 for i in range(len(adaptive.state))]
         limits = {} if limit is None else {"max_delta_t": self._real(_decimal(limit))}
         adaptive.step(write_tc=True, **limits)
         rows = [[arb(str(c)).mid() for c in row] for row in adaptive.tc]
@@ -91,9 +89,14 @@ class Steps:
         unit = _power_of_two(UNIT_STEPS * float(length))
         return Piece(tuple(_scaled(row, unit) for row in rows), unit, length / unit)
 
-    def back(self) -> None:
-        """Undo the last step, to make it again with a shorter limit."""
-        for i, value in enumerate(self._before):
+    @property
+    def state(self) -> list[Scalar]:
+        """Where it is, for ``back``."""
+        return [x + 0 for x in self._adaptive.state]
+
+    def back(self, state: list[Scalar]) -> None:
+        """Be where it was, to go on from there with a shorter limit."""
+        for i, value in enumerate(state):
             self._adaptive.state[i] = value
 
 

@@ -105,21 +105,28 @@ def certify(
     NotProved
         Nothing at all could be proved.
     """
-    made = proved(scene, folder, bits, pieces, progress)
+    made = proved(scene, folder, bits, pieces, progress=progress)
     write(made, folder)
     return made
 
 
-def attempted(scene: str, folder: Path | None, bits: int, pieces: bool) -> Certificate | str:
+def attempted(
+    scene: str, folder: Path | None, bits: int, pieces: bool, workers: int = 1
+) -> Certificate | str:
     """What ``proved`` returns, or why nothing could be proved: for a worker process."""
     try:
-        return proved(scene, folder, bits, pieces)
+        return proved(scene, folder, bits, pieces, workers)
     except NotProved as why:
         return str(why)
 
 
 def proved(
-    scene: str, folder: Path | None, bits: int, pieces: bool, progress: Progress = silent
+    scene: str,
+    folder: Path | None,
+    bits: int,
+    pieces: bool,
+    workers: int = 1,
+    progress: Progress = silent,
 ) -> Certificate:
     """What can be proved about golden data; nothing is written.
 
@@ -132,7 +139,7 @@ def proved(
     """
     stored = store.read(scene, folder)
     while True:
-        proof = prove(stored.scene, bits, progress=progress)
+        proof = prove(stored.scene, bits, workers=workers, progress=progress)
         certificate = compared(stored, proof)
         if certificate.settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
             break

@@ -10,19 +10,21 @@ from functools import cached_property
 import flint
 from flint import arb, arb_poly
 
+from tt_precise.certify.ahead import Ahead
 from tt_precise.certify.approximation import Piece, Steps
 from tt_precise.certify.balls import between, require_outward_rounding
 from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
-from tt_precise.certify.invariant import exact_zeros, restored, without
+from tt_precise.certify.invariant import exact_zeros, restored
 from tt_precise.certify.problem import Problem
 from tt_precise.certify.sets import One, SetOfStarts
 from tt_precise.certify.step import Crossing
 from tt_precise.certify.verdict import NotProved
 from tt_precise.progress import Progress, silent
+from tt_precise.workers import Inline, Pool
 
 GUARD_BITS = 16  # balls are this much finer than heyoka's numbers
-NEARLY, FORGETTING = 0.9, 1.01  # of the length of a step that failed; by which each step raises it
+ALONE = Pool(Inline(), lambda: 1)
 MOST_HALVINGS = 12  # of a step that does not verify, before the proof ends there
 
 
@@ -116,11 +118,12 @@ def enclose(
     *,
     ends: Callable[[Stretch], bool] | None = None,
     starts: SetOfStarts | None = None,
+    pool: Pool = ALONE,
     progress: Progress = silent,
 ) -> Enclosure:
     """Enclose the solution from 0 to ``problem.until()``, or through the stretch where it ``ends``.
 
-    With ``starts`` all of these solutions of the problem.
+    With ``starts`` all of these solutions of the problem. Workers of a ``pool`` prepare the steps.
 
     Raises
     ------
@@ -131,31 +134,25 @@ def enclose(
     with flint.ctx.workprec(bits + GUARD_BITS):
         require_outward_rounding()
         zero = frozenset[int]() if starts else exact_zeros(problem)
-        course = starts or One(without(problem, zero))
-        steps = Steps(course.stepped, bits)
+        course = starts or One(problem, zero, pool)
         until, time = problem.until(), arb(0)
+        ahead = Ahead(course, Steps(course.stepped, bits), (until + 1).upper())
         reached = course.stepped.start()
         errors = ErrorSet.of([arb(0)] * len(course.problem.columns))
         stretches: list[Stretch] = []
-        longest = (until + 1).upper()
-        limit, ceiling, halvings = longest, longest, 0
-        failure: NotProved | None = None
+        halvings, failure = 0, None
         while not time > until:
+            made = ahead.next()
             try:
-                piece = steps.step(limit)
-                crossing = course.cross(piece, errors.shifted(course.gaps(reached, piece)))
+                piece, crossing = made.proved(course, reached, errors)
             except NotProved as why:
-                steps.back()
                 halvings += 1
                 if halvings > MOST_HALVINGS:
                     failure = why
                     break
-                # steps that failed stay in mind, for those to come are much alike
-                ceiling = min(ceiling, steps.length) * NEARLY
-                limit = min(limit, steps.length) / 2
+                ahead.again(made)
                 continue
-            halvings, ceiling = 0, min(ceiling * FORGETTING, longest)
-            limit = min(limit * 5 / 4, ceiling)
+            halvings = 0
             stretch = _stretch(problem, time, course.middle(piece), crossing, zero)
             try:
                 ended = ends is not None and ends(stretch)

@@ -29,7 +29,7 @@ class Problem:
 
     ``rates`` is generic in the arithmetic, analytic, and free of time. ``parameters`` and
     ``start`` return balls around the exact numbers, in the working precision of the moment: as
-    tight as one asks.
+    tight as one asks. ``scene`` is where it comes from, if it does.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Problem:
     parameters: Callable[[], Sequence[arb]]
     start: Callable[[], Sequence[arb]]
     until: Callable[[], arb]
+    scene: Scene | None = None
 
     @cached_property
     def tape(self) -> Tape:
@@ -82,7 +83,9 @@ def problem_of(scene: Scene) -> Problem:
     def until() -> arb:
         return dimensionless_time(scene, scene.until)
 
-    return Problem(scene.name, (*form.columns, *scene.record), rates, parameters, start, until)
+    return Problem(
+        scene.name, (*form.columns, *scene.record), rates, parameters, start, until, scene
+    )
 
 
 def form_of(scene: Scene) -> Formulation:

@@ -28,6 +28,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, jellett
 from tt_precise.numerals import exact
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene, load_scene
+from tt_precise.workers import local_pool
 
 BITS = 200
 
@@ -207,8 +208,12 @@ class Proof:
         return bool(lambda_ < 0)
 
 
-def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) -> Proof:
+def prove(
+    scene: str | Scene, bits: int = BITS, *, workers: int = 1, progress: Progress = silent
+) -> Proof:
     """Enclose the scene's exact solution until its horizon, or until contact is lost.
+
+    What is proved is the same, bit for bit, for any number of ``workers`` (processes).
 
     Raises
     ------
@@ -227,7 +232,8 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
     start = arb(function(problem_of(scene).start()))
     if not start > 0:
         raise NotProved("contact", "g_n is not proved to be positive at t = 0")
-    enclosure = enclose(problem_of(scene), bits, ends=ends, progress=progress)
+    with local_pool(workers) as pool:
+        enclosure = enclose(problem_of(scene), bits, ends=ends, pool=pool, progress=progress)
     if enclosure.failure and scene.body.law == "coulomb":
         raise NotProved(
             "friction",

@@ -9,9 +9,11 @@ of errors, and it may grow by what the width of the whole set bends the flow.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
+import flint
 from flint import arb, arb_poly
 
 from tt_precise.arithmetic import Functions, Scalar
@@ -19,17 +21,23 @@ from tt_precise.certify.approximation import Piece
 from tt_precise.certify.balls import between
 from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
-from tt_precise.certify.problem import Problem
+from tt_precise.certify.invariant import without
+from tt_precise.certify.problem import Problem, problem_of
 from tt_precise.certify.series import Fan, StartSeries, monomials
-from tt_precise.certify.step import Crossing, cross, cross_widely
+from tt_precise.certify.step import Crossing, Prepared, cross, cross_widely
 from tt_precise.certify.verdict import NotProved
+from tt_precise.scene import Scene
+from tt_precise.workers import Inline, Pool
 
 
 class One:
-    """The solution of ``problem``."""
+    """The solution of ``problem`` without the components ``zeros``; a pool's workers help."""
 
-    def __init__(self, problem: Problem):
-        self.problem = self.stepped = problem
+    def __init__(self, problem: Problem, zeros: frozenset[int], pool: Pool):
+        self.problem = self.stepped = without(problem, zeros)
+        self._zeros, self._executor = zeros, pool.executor
+        self._scene = problem.scene if pool.size() > 1 else None
+        self.ahead = 2 * pool.size() if self._scene else 1
 
     def middle(self, piece: Piece) -> Piece:
         """Itself."""
@@ -39,16 +47,31 @@ class One:
         """What the end of one piece and the beginning of the next differ by."""
         return [x - y for x, y in zip(reached, piece.first, strict=True)]
 
-    def cross(self, piece: Piece, errors: ErrorSet) -> Crossing:
-        """One step of the theorem."""
-        return cross(self.problem, piece, errors)
+    def begin(self, piece: Piece) -> Callable[[ErrorSet], Crossing]:
+        """One step of the theorem, but for the errors at its start; it raises ``NotProved``."""
+        if self._scene is None:
+            return lambda errors: cross(self.problem, piece, errors)
+        bits = flint.ctx.prec
+        future = self._executor.submit(_prepared, self._scene, self._zeros, bits, piece)
+        return lambda errors: future.result().crossing(errors)
+
+
+@lru_cache(maxsize=2)
+def _problem(scene: Scene, zeros: frozenset[int]) -> Problem:
+    return without(problem_of(scene), zeros)
+
+
+def _prepared(scene: Scene, zeros: frozenset[int], bits: int, piece: Piece) -> Prepared:
+    """For another process."""
+    with flint.ctx.workprec(bits):
+        return Prepared.of(_problem(scene, zeros), piece)
 
 
 class SetOfStarts(One):
     """All solutions of ``problem`` that begin at ``fans``, one for each component."""
 
     def __init__(self, problem: Problem, fans: Sequence[Fan], variables: int):
-        super().__init__(problem)
+        super().__init__(problem, frozenset(), Pool(Inline(), lambda: 1))
         self.degree = fans[0].degree
         self.keys = monomials(variables, self.degree)
         names = ["".join(f"_{i}" for i in key) for key in self.keys]
@@ -83,14 +106,11 @@ class SetOfStarts(One):
         apart = super().gaps(reached, piece)
         return [Fan(terms, self.degree).range for terms in self._folded(apart)]
 
-    def cross(self, piece: Piece, errors: ErrorSet) -> Crossing:
-        """One step of the theorem for each u.
+    def begin(self, piece: Piece) -> Callable[[ErrorSet], Crossing]:
+        """One step of the theorem for each u, but for the errors at its start."""
+        return lambda errors: self._cross(piece, errors)
 
-        Raises
-        ------
-        NotProved
-            A hypothesis did not verify; that of a shorter step may.
-        """
+    def _cross(self, piece: Piece, errors: ErrorSet) -> Crossing:
         time = between(arb(0), piece.end)
         spread = [
             sum((p(time).abs_upper() for key, p in terms.items() if key), start=arb(0)).upper()

@@ -94,21 +94,11 @@ class _Look:
             raise NotProved("S3", "the step is too long for a polynomial of the flow")
         return flow, spread
 
-    def crossing(
-        self,
-        errors: ErrorSet,
-        flow: list[list[arb_poly]],
-        bent: list[list[arb]],
-        added: list[arb],
-        radius: list[arb],
-    ) -> Crossing:
-        """What is proved: Q is within ``bent``, x within ``added``, e within ``radius``."""
-        end, places = self.piece.end, range(len(flow))
-        at_end = [[flow[i][j](end) + around(bent[i][j]) for j in places] for i in places]
+    @property
+    def moving(self) -> tuple[Band, ...]:
+        """Bands of unit f over the tube."""
         rates = self.problem.tape(self.problem.parameters(), self.tube)
-        moving = tuple(Band.of(rate, self.tube[0].frame) * self.piece.unit for rate in rates)
-        after = errors.moved(arb_mat(at_end), [around(x) for x in added])
-        return Crossing(tuple(radius), after, self.tube, moving)
+        return tuple(Band.of(rate, self.tube[0].frame) * self.piece.unit for rate in rates)
 
     def widely(
         self, errors: ErrorSet, defects: list[arb]
@@ -125,9 +115,87 @@ class _Look:
         radius = [(x + y + z).upper() for x, (y, z) in zip(moved, beyond, strict=True)]
         return flow, bent.tolist(), added, radius
 
-    def norm(self, x: Sequence[arb]) -> arb:
-        """max |x_i|/w_i."""
-        return largest(abs(one) / w for one, w in zip(x, self.weights, strict=True))
+
+@dataclass(frozen=True)
+class Prepared:
+    """Hypotheses S1 to S3, whatever the errors are: all that takes long about a step.
+
+    ``room`` is the width of the tube in the norm of ``weights``, ``spread`` bounds that of Q.
+    """
+
+    end: arb
+    tube: tuple[Band, ...]
+    rates: tuple[Band, ...]
+    flow: list[list[arb_poly]]
+    weights: list[arb]
+    defect: arb
+    gain: arb
+    growth: arb
+    spread: arb
+    room: arb
+
+    @classmethod
+    def of(cls, problem: Problem, piece: Piece) -> Prepared:
+        """Verify them for one piece.
+
+        Raises
+        ------
+        NotProved
+            A hypothesis did not verify.
+        """
+        defects = _defects(problem, piece)
+        with flint.ctx.workprec(TUBE_BITS):
+            centre = [Band.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
+            radii = [TUBE * size for size in _sizes(centre)]
+            look = _Look.into(problem, piece, centre, radii)
+            defect = _size(defects, look.weights)
+            room = min((r / w).lower() for r, w in zip(radii, look.weights, strict=True))
+            flow, spread = look.flow()
+            return cls(
+                piece.end, look.tube, look.moving, flow, look.weights, defect, look.gain,
+                look.growth, spread, room,
+            )  # fmt: skip
+
+    def crossing(self, errors: ErrorSet) -> Crossing:
+        """S4 for these errors, and what is proved.
+
+        Raises
+        ------
+        NotProved
+            It did not verify.
+        """
+        with flint.ctx.workprec(TUBE_BITS):
+            weights, defect = self.weights, self.defect
+            reached = ((_size(errors.hull, weights) + defect * self.end) * self.growth).upper()
+            if not reached < self.room:
+                raise NotProved(
+                    "S4",
+                    f"errors up to {float(reached):.2g} may leave the tube of "
+                    f"{float(self.room):.2g}",
+                )
+            bent = [[self.spread * wi / wj for wj in weights] for wi in weights]
+            added = [w * defect * self.gain for w in weights]
+            after = _after(errors, self.flow, self.end, bent, added)
+            radius = tuple((w * reached).upper() for w in weights)
+            return Crossing(radius, after, self.tube, self.rates)
+
+
+def _size(x: Sequence[arb], weights: Sequence[arb]) -> arb:
+    """max |x_i|/w_i."""
+    return largest(abs(one) / w for one, w in zip(x, weights, strict=True))
+
+
+def _after(
+    errors: ErrorSet,
+    flow: list[list[arb_poly]],
+    end: arb,
+    bent: list[list[arb]],
+    added: list[arb],
+) -> ErrorSet:
+    """The errors at the end, where Q is within ``bent`` and x within ``added``."""
+    places = range(len(flow))
+    at_end = [[flow[i][j](end) + around(bent[i][j]) for j in places] for i in places]
+    return errors.moved(arb_mat(at_end), [around(x) for x in added])
 
 
 def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
@@ -138,23 +206,7 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
     NotProved
         A hypothesis did not verify; that of a shorter step may.
     """
-    defects = _defects(problem, piece)
-    with flint.ctx.workprec(TUBE_BITS):
-        centre = [Band.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
-        radii = [TUBE * size for size in _sizes(centre)]
-        look = _Look.into(problem, piece, centre, radii)
-        defect = look.norm(defects)
-        reached = ((look.norm(errors.hull) + defect * piece.end) * look.growth).upper()
-        room = min((r / w).lower() for r, w in zip(radii, look.weights, strict=True))
-        if not reached < room:
-            raise NotProved(
-                "S4", f"errors up to {float(reached):.2g} may leave the tube of {float(room):.2g}"
-            )
-        flow, spread = look.flow()
-        weights = look.weights
-        bent = [[spread * wi / wj for wj in weights] for wi in weights]
-        added = [w * defect * look.gain for w in weights]
-        return look.crossing(errors, flow, bent, added, [(w * reached).upper() for w in weights])
+    return Prepared.of(problem, piece).crossing(errors)
 
 
 def cross_widely(
@@ -183,7 +235,8 @@ def cross_widely(
             flow, bent, added, radius = look.widely(errors, defects)
             if all(x + y < r for x, y, r in zip(radius, spread, radii, strict=True)):
                 reach = [(x + y).upper() for x, y in zip(radius, spread, strict=True)]
-                return look.crossing(errors, flow, bent, added, reach)
+                after = _after(errors, flow, piece.end, bent, added)
+                return Crossing(tuple(reach), after, look.tube, look.moving)
             radii = [(r + x * WIDE).upper() for r, x in zip(radii, radius, strict=True)]
         raise NotProved("S4", "the set may leave its tube")
 

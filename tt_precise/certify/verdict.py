@@ -12,3 +12,6 @@ class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
     def __init__(self, hypothesis: str, reason: str):
         super().__init__(f"not proved ({hypothesis}): {reason}")
         self.hypothesis, self.reason = hypothesis, reason
+
+    def __reduce__(self) -> tuple[type[NotProved], tuple[str, str]]:
+        return NotProved, (self.hypothesis, self.reason)

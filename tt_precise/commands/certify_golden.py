@@ -35,7 +35,7 @@ CHECK_FAILED = 1
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
-    help="Scenes that are proved at once; by default one for each core.",
+    help="Processes; by default one for each core. They take a scene each, or share one.",
 )
 @JSON
 def command(
@@ -72,9 +72,11 @@ def command(
     if checked:
         return _check(scenes, folder, bits, as_json)
     found, nothing = [], []
-    calls = [Call(name, (name, folder, bits, certificate)) for name in dict.fromkeys(scenes)]
+    workers, scenes = workers or cores(), tuple(dict.fromkeys(scenes))
+    shared = workers if len(scenes) == 1 else 1
+    calls = [Call(name, (name, folder, bits, certificate, shared)) for name in scenes]
     with (
-        local_pool(min(workers or cores(), len(calls))) as pool,
+        local_pool(min(workers, len(calls))) as pool,
         progress_bar("proving") as progress,
     ):
         for call, result in pool.perform(attempted, calls, progress):
