@@ -13,14 +13,45 @@ from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.errors import InputError
 
 
-class Constant:
-    """A number, a parameter, or what is computed from these alone."""
+class Operand:
+    """What is made of numbers, parameters and entries: ``args``, in a ``kind`` of way."""
 
     __slots__ = ("args", "graph", "kind")
     __array_ufunc__ = None
 
     def __init__(self, graph: Graph, kind: str, args: tuple[Any, ...]):
         self.graph, self.kind, self.args = graph, kind, args
+
+    def __add__(self, other: Scalar) -> Scalar:
+        return self.graph.added(self, other)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Scalar:
+        return self.graph.times(-1, self)
+
+    def __sub__(self, other: Scalar) -> Scalar:
+        return self.graph.added(self, -1 * other)
+
+    def __rsub__(self, other: Scalar) -> Scalar:
+        return self.graph.added(-self, other)
+
+    def __mul__(self, other: Scalar) -> Scalar:
+        return self.graph.times(other, self)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Scalar) -> Scalar:
+        return self.graph.divided(self, other)
+
+    def __rtruediv__(self, other: Scalar) -> Scalar:
+        return self.graph.divided(other, self)
+
+
+class Constant(Operand):
+    """A number, a parameter, or what is computed from these alone."""
+
+    __slots__ = ()
 
     def value(self, parameters: Sequence[Scalar], fn: Functions, known: dict[Any, Any]) -> Scalar:
         """The number it stands for; ``known`` holds those that were computed before."""
@@ -39,51 +70,15 @@ class Constant:
                 known[self] = a + b if self.kind == "+" else a * b if self.kind == "*" else a / b
         return known[self]
 
-    def _with(self, kind: str, a: Scalar, b: Scalar) -> Scalar:
-        if isinstance(a, Traced) or isinstance(b, Traced):
-            return NotImplemented
-        return self.graph.constant(kind, a, b)
 
-    def __add__(self, other: Scalar) -> Scalar:
-        return self._with("+", self, other)
-
-    def __radd__(self, other: Scalar) -> Scalar:
-        return self._with("+", other, self)
-
-    def __sub__(self, other: Scalar) -> Scalar:
-        return NotImplemented if isinstance(other, Traced) else self + -1 * other
-
-    def __rsub__(self, other: Scalar) -> Scalar:
-        return other + -1 * self
-
-    def __neg__(self) -> Scalar:
-        return -1 * self
-
-    def __mul__(self, other: Scalar) -> Scalar:
-        return self._with("*", self, other)
-
-    def __rmul__(self, other: Scalar) -> Scalar:
-        return self._with("*", other, self)
-
-    def __truediv__(self, other: Scalar) -> Scalar:
-        return self._with("/", self, other)
-
-    def __rtruediv__(self, other: Scalar) -> Scalar:
-        return self._with("/", other, self)
-
-
-class Traced:
+class Traced(Operand):
     """A function of time, known by how its Taylor coefficients follow from those of others.
 
     ``kind`` is "entry" (of the state, with its index), "sum" (with a constant offset and pairs of
     a factor, which is 1, -1 or a ``Constant``, and a series), "product", "quotient" or "root".
     """
 
-    __slots__ = ("args", "graph", "kind")
-    __array_ufunc__ = None
-
-    def __init__(self, graph: Graph, kind: str, args: tuple[Any, ...]):
-        self.graph, self.kind, self.args = graph, kind, args
+    __slots__ = ()
 
     @property
     def operands(self) -> tuple[Traced, ...]:
@@ -92,48 +87,15 @@ class Traced:
             return tuple(series for _, series in self.args[1])
         return tuple(a for a in self.args if isinstance(a, Traced))
 
-    def linear(self, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Traced], ...]]:
-        """Offset, and pairs of factor and series, whose sum it (or minus it) is."""
-        if self.kind != "sum":
-            return 0, ((sign, self),)
-        offset, terms = self.args
-        return sign * offset, tuple((sign * factor, series) for factor, series in terms)
 
-    def _plus(self, other: Scalar, sign: int) -> Scalar:
-        offset, terms = self.linear()
-        if not isinstance(other, Traced):
-            return self.graph.sum(offset + sign * other, terms)
-        more, others = other.linear(sign)
-        return self.graph.sum(offset + more, terms + others)
-
-    def __add__(self, other: Scalar) -> Scalar:
-        return self._plus(other, 1)
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Scalar) -> Scalar:
-        return self._plus(other, -1)
-
-    def __rsub__(self, other: Scalar) -> Scalar:
-        return -self + other
-
-    def __neg__(self) -> Scalar:
-        return self.graph.sum(*self.linear(-1))
-
-    def __mul__(self, other: Scalar) -> Scalar:
-        if isinstance(other, Traced):
-            return self.graph.series("product", *sorted((self, other), key=self.graph.place))
-        return self.graph.scaled(other, self)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Scalar) -> Scalar:
-        if isinstance(other, Traced):
-            return self.graph.series("quotient", self, other)
-        return self.graph.scaled(self.graph.constant("/", 1, other), self)
-
-    def __rtruediv__(self, other: Scalar) -> Scalar:
-        return self.graph.series("quotient", self.graph.number(other), self)
+def linear(one: Scalar, sign: int = 1) -> tuple[Any, tuple[tuple[Any, Traced], ...]]:
+    """Offset, and pairs of factor and series, whose sum it (or minus it) is."""
+    if not isinstance(one, Traced):
+        return sign * one, ()
+    if one.kind != "sum":
+        return 0, ((sign, one),)
+    offset, terms = one.args
+    return sign * offset, tuple((sign * factor, series) for factor, series in terms)
 
 
 class Graph:
@@ -197,15 +159,36 @@ class Graph:
                 return self.constant("*", self.number(a).args[0] * first.args[0], rest)
         return self._once(Constant, kind, (self.number(a), self.number(b)))
 
+    def added(self, a: Scalar, b: Scalar) -> Scalar:
+        """a + b."""
+        if not (isinstance(a, Traced) or isinstance(b, Traced)):
+            return self.constant("+", a, b)
+        (offset, terms), (more, others) = linear(a), linear(b)
+        return self.sum(offset + more, terms + others)
+
+    def times(self, a: Scalar, b: Scalar) -> Scalar:
+        """a b."""
+        if isinstance(a, Traced):
+            if isinstance(b, Traced):
+                return self.series("product", *sorted((a, b), key=self.place))
+            a, b = b, a
+        return self.scaled(a, b) if isinstance(b, Traced) else self.constant("*", a, b)
+
+    def divided(self, a: Scalar, b: Scalar) -> Scalar:
+        """a/b."""
+        if isinstance(b, Traced):
+            return self.series("quotient", self.named(a), b)
+        if isinstance(a, Traced):
+            return self.scaled(self.constant("/", 1, b), a)
+        return self.constant("/", a, b)
+
     def scaled(self, factor: Scalar, series: Traced) -> Scalar:
         """A constant times a series."""
         if not isinstance(factor, Constant):
             if factor == 0:
                 return 0
-            if factor == 1:
-                return series
-            if factor == -1:
-                return -series
+            if abs(factor) == 1:
+                return series if factor == 1 else self.sum(*linear(series, -1))
             factor = self.number(factor)
         if series.kind == "sum" and len(series.args[1]) == 1:
             offset, ((inner, one),) = series.args
@@ -263,7 +246,7 @@ class Graph:
         of_entry = dict(zip(self.entries, rates, strict=False))
         found = list(rates)
         for angle, (sine, cosine) in self.turning.items():
-            _, terms = angle.linear()
+            _, terms = linear(angle)
             rate = sum(factor * of_entry[entry] for factor, entry in terms)
             found += [cosine * rate, -(sine * rate)]
         return found
@@ -274,7 +257,7 @@ class Graph:
         """A ``start`` of the first entries with sines and cosines behind it."""
         found = list(start)
         for angle in self.turning:
-            offset, terms = angle.linear()
+            offset, terms = linear(angle)
             known: dict[Any, Any] = {}
 
             def number(one: Scalar, known: dict[Any, Any] = known) -> Scalar:
