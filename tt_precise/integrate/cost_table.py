@@ -23,7 +23,7 @@ DIGITS_PER_BIT = math.log10(2)
 FINER = {"double": "extended", "extended": "quad"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # compared and hashed as an object, fast
 class Setting:
     """One way to integrate. ``bits`` is 0 but for mp; ``tolerance`` 0 stands for the eps.
 

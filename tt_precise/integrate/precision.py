@@ -205,6 +205,7 @@ def _has_llvmlite() -> bool:
     return find_spec("llvmlite") is not None
 
 
+@cache
 def _has_80_bit_floats() -> bool:
     import numpy
 
