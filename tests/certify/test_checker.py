@@ -201,6 +201,38 @@ def test_200_changed_certificates_are_refused(
         check(stored, spoiled(content, seed))
 
 
+@pytest.mark.parametrize("other", [None, "another", 7, [], {}])
+def test_every_field_says_something(stored: Stored, content: dict[str, Any], other: Any) -> None:
+    for name in content:
+        with pytest.raises(Refused):
+            check(stored, unpacked(packed({**content, name: other})))
+        left = {key: value for key, value in content.items() if key != name}
+        with pytest.raises(Refused):
+            check(stored, unpacked(packed(left)))
+    with pytest.raises(Refused, match="other fields"):
+        unpacked(packed({**content, "note": other}))
+
+
+@pytest.mark.proofs
+def test_every_entry_of_every_piece_says_something(stored: Stored, content: dict[str, Any]) -> None:
+    """One of its bits changed."""
+    dice = random.Random(5)
+    for number, piece in enumerate(content["pieces"]):
+        for place, entry in enumerate(piece):
+            if number == len(content["pieces"]) - 1 and place == 1:
+                continue  # it may be longer than it needs to be
+            if place == 0:
+                other = entry + dice.choice((-1, 1))
+            elif entry.startswith("0"):
+                other = "1p-100"
+            else:
+                other = another_mantissa(dice, entry)
+            pieces = [list(one) for one in content["pieces"]]
+            pieces[number][place] = other
+            with pytest.raises(Refused):
+                check(stored, unpacked(packed({**content, "pieces": pieces})))
+
+
 def changed_cell(dice: random.Random, table: Table) -> Table:
     """One direction, or one of the first 20 digits of a number, changed."""
     rows = [list(row) for row in table.rows]

@@ -225,7 +225,8 @@ class Checker:
 
     def __init__(self, stored: Stored, content: dict[str, Json]):
         self.scene = scene = stored.scene
-        if content["scene_sha256"] != scene_sha256(stored.scene_text):
+        named = content["scene"], content["scene_sha256"]
+        if named != (stored.name, scene_sha256(stored.scene_text)):
             raise Refused("the certificate is about another scene")
         self.bits, self.order = int(content["bits"]), int(content["order"])
         self.form = integrated(scene.model, "newton", scene.body.law)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "tt_precise.certificate/1"
 FILE = "certificate.json.xz"
+FIELDS = {"schema", "scene", "scene_sha256", "bits", "order", "pieces"}
 MOST_BITS, MOST_ORDER, MOST_POWER = 10_000, 10_000, 100_000
 MOST_BYTES = 100_000_000  # unpacked; that of the reference scene has 0.8 MB
 
@@ -103,6 +104,8 @@ def unpacked(data: bytes) -> dict[str, Json]:
         raise Refused("the certificate was changed after it was written")
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         raise Refused(f"the certificate has another schema, expected {SCHEMA}")
+    if content.keys() != FIELDS:
+        raise Refused(f"the certificate has other fields, expected {', '.join(sorted(FIELDS))}")
     return content
 
 
