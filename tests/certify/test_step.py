@@ -144,7 +144,7 @@ def test_every_entry_that_the_norm_of_the_flow_admits_is_allowed_for(
     after = step._after
 
     def noted(*given: Any) -> ErrorSet:
-        seen.append(given[3])
+        seen.append(given[2])
         return after(*given)
 
     monkeypatch.setattr(step, "_after", noted)

@@ -117,7 +117,8 @@ def bounds(number: arb) -> tuple[Fraction, Fraction]:
 
 def _written(number: arb) -> tuple[int, int, int, int]:
     """Mantissas and exponents of middle and radius."""
-    middle, radius = number.mid().man_exp(), number.rad().man_exp()
+    exact = number.is_exact()
+    middle, radius = number.mid().man_exp(), (0, 0) if exact else number.rad().man_exp()
     return int(middle[0]), int(middle[1]), int(radius[0]), int(radius[1])
 
 

@@ -120,13 +120,14 @@ class _Look:
 class Prepared:
     """Hypotheses S1 to S3, whatever the errors are: all that takes long about a step.
 
-    ``room`` is the width of the tube in the norm of ``weights``, ``spread`` bounds that of Q.
+    ``flow`` is P at the end, ``room`` the width of the tube in the norm of ``weights``, ``spread``
+    bounds that of Q.
     """
 
     end: arb
     tube: tuple[Band, ...]
     rates: tuple[Band, ...]
-    flow: list[list[arb_poly]]
+    flow: list[list[arb]]
     weights: list[arb]
     defect: arb
     gain: arb
@@ -152,8 +153,8 @@ class Prepared:
             room = min((r / w).lower() for r, w in zip(radii, look.weights, strict=True))
             flow, spread = look.flow()
             return cls(
-                piece.end, look.tube, look.moving, flow, look.weights, defect, look.gain,
-                look.growth, spread, room,
+                piece.end, look.tube, look.moving, _at(flow, piece.end), look.weights, defect,
+                look.gain, look.growth, spread, room,
             )  # fmt: skip
 
     def crossing(self, errors: ErrorSet) -> Crossing:
@@ -175,7 +176,7 @@ class Prepared:
                 )
             bent = [[self.spread * wi / wj for wj in weights] for wi in weights]
             added = [w * defect * self.gain for w in weights]
-            after = _after(errors, self.flow, self.end, bent, added)
+            after = _after(errors, self.flow, bent, added)
             radius = tuple((w * reached).upper() for w in weights)
             return Crossing(radius, after, self.tube, self.rates)
 
@@ -185,16 +186,16 @@ def _size(x: Sequence[arb], weights: Sequence[arb]) -> arb:
     return largest(abs(one) / w for one, w in zip(x, weights, strict=True))
 
 
+def _at(flow: list[list[arb_poly]], time: arb) -> list[list[arb]]:
+    return [[p(time) for p in row] for row in flow]
+
+
 def _after(
-    errors: ErrorSet,
-    flow: list[list[arb_poly]],
-    end: arb,
-    bent: list[list[arb]],
-    added: list[arb],
+    errors: ErrorSet, flow: list[list[arb]], bent: list[list[arb]], added: list[arb]
 ) -> ErrorSet:
-    """The errors at the end, where Q is within ``bent`` and x within ``added``."""
-    places = range(len(flow))
-    at_end = [[flow[i][j](end) + around(bent[i][j]) for j in places] for i in places]
+    """The errors at the end, where P is ``flow``, Q is within ``bent`` and x within ``added``."""
+    pairs = (zip(row, more, strict=True) for row, more in zip(flow, bent, strict=True))
+    at_end = [[p + around(q) for p, q in row] for row in pairs]
     return errors.moved(arb_mat(at_end), [around(x) for x in added])
 
 
@@ -235,7 +236,7 @@ def cross_widely(
             flow, bent, added, radius = look.widely(errors, defects)
             if all(x + y < r for x, y, r in zip(radius, spread, radii, strict=True)):
                 reach = [(x + y).upper() for x, y in zip(radius, spread, strict=True)]
-                after = _after(errors, flow, piece.end, bent, added)
+                after = _after(errors, _at(flow, piece.end), bent, added)
                 return Crossing(tuple(reach), after, look.tube, look.moving)
             radii = [(r + x * WIDE).upper() for r, x in zip(radii, radius, strict=True)]
         raise NotProved("S4", "the set may leave its tube")
