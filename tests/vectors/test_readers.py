@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tt_precise.golden.store import home
-from tt_precise.vectors.states import LAWS, STATES
+from tt_precise.vectors.states import JOINED, LAWS, STATES
 
 READERS = Path(__file__).parents[2] / "examples" / "readers"
 COMPILERS: dict[str, Sequence[str]] = {
@@ -57,11 +57,11 @@ def list_trajectory(folder: Path) -> None:
 def test_it_reads_all_and_agrees(reader: list[str]) -> None:
     done = run(reader, home())
     files = json.loads((home() / "index.json").read_text())["files"]
-    expected = f"{len(files)} files, {len(LAWS) * STATES} states"
+    expected = f"{len(files)} files, {len((*LAWS, *JOINED)) * STATES} states"
     assert (done.returncode, done.stdout[: len(expected)]) == (0, expected), done.stderr
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", [*LAWS, *JOINED])
 def test_a_wrong_force_does_not_pass(reader: list[str], copied: Path, law: str) -> None:
     states = copied / "vectors" / "states.json"
     file = json.loads(states.read_text())

@@ -29,11 +29,16 @@ from tt_precise.vectors.terms import disagreement, terms
 
 SEED = 2013
 STATES = 5  # of each law
+STEPS = (Fraction(1, 10_000), Fraction(1, 1000), Fraction(1, 100))  # s
+# seeds of states that stick or slip within a step: the first and fourth within the shortest, the
+# second and fifth within the middle one, the third within the longest
+JOINED = {"coulomb-sticks": (3, 9, 13, 14, 17), "sticking-slips": (2, 12, 25, 30, 36)}
 LAWS = ("viscous", "regularised", "coulomb", "rolling", "none", "sticking", *SPRINGS)
 STIFFNESS = {"linear": ("500", "5000"), "hunt-crossley": ("50000", "500000")}  # N/m, N/m^1.5
 DAMPING = {"linear": ("0.05", "0.5"), "hunt-crossley": ("0.2", "2")}  # N s/m, s/m
 INPUT_DIGITS, DIGITS, WORKING_DIGITS = 50, 34, 80
 AGREEMENT = 40  # digits in which two formulations have to agree
+ROUNDING = 1e-60
 STEP = 26  # -log10 of s; central differences over it are off by some 1e-45
 
 
@@ -44,6 +49,7 @@ class StateCase:
     ``law`` is that of friction, "rolling" (v_A = 0, by whatever force it takes), "sticking"
     (Coulomb's, v_A = 0 and that force within the cone), "none" (free flight), or the force of an
     elastic table, on which friction is regularised. ``half`` is (cos, sin) of half the azimuth.
+    Those named as in ``JOINED`` stick or slip soon.
     """
 
     name: str
@@ -102,6 +108,24 @@ def cases() -> Iterator[StateCase]:
             if law == "none" or _pressed(case):
                 found += 1
                 yield case
+    for law, seeds in JOINED.items():
+        for number, seed in enumerate(seeds, start=1):
+            yield _joined(f"{law}-{number}", random.Random(seed))
+
+
+def _joined(name: str, draws: random.Random) -> StateCase:
+    """A slow start that may stick, or one at rest whose force is hardly within the cone."""
+    law = name.partition("-")[0]
+    scene, half = _scene(law, draws), _half_angle(draws)
+    if law == "coulomb":
+        slow = Fraction(1, draws.choice((100, 1000, 10_000)))
+        gliding = {name: getattr(scene.start, name) * slow for name in ("nu_x", "nu_y")}
+        scene = scene.varied(**{name: str(float(value)) for name, value in gliding.items()})
+    else:
+        x, y, z = StateCase(name, law, scene, half).motion.force
+        ratio = float((x * x + y * y) ** 0.5 / abs(z))
+        scene = scene.varied(mu=f"{ratio * (1 + 10 ** draws.uniform(-4, -1)):.6f}")
+    return StateCase(name, law, scene, half)
 
 
 def _decimal(draws: random.Random, low: str, high: str) -> str:
@@ -219,7 +243,9 @@ def expected(case: StateCase) -> dict[str, Scalar | Vector]:
 
 
 def _shown(case: StateCase, value: Scalar, digits: int) -> str:
-    return decimal(case.context.mpf(value), digits, case.context)
+    number = case.context.mpf(value)
+    # what a constraint keeps zero is rounding: no number in SI here is so small
+    return decimal(number if abs(number) > ROUNDING else number * 0, digits, case.context)
 
 
 def _vector(case: StateCase, value: Vector, digits: int) -> list[str]:

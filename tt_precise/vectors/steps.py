@@ -9,17 +9,17 @@ from typing import Any
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.exact.arithmetic import agreed_digits, decimal
-from tt_precise.integrate import integrate
+from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.numerals import as_fraction
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene
 from tt_precise.start import LIFTED
 from tt_precise.untyped import Json
-from tt_precise.vectors.states import DIGITS, StateCase, cases
+from tt_precise.vectors.states import DIGITS, JOINED, STEPS, StateCase, cases
 
-STEPS = (Fraction(1, 10_000), Fraction(1, 1000), Fraction(1, 100))  # s
 BITS, EULER_BITS = (176, 160), 160  # the first is printed
 VECTORS, ANGLES = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"), ("phi", "psi")
 
@@ -80,6 +80,7 @@ def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str,
     for run in runs:
         if run.status != "complete":
             raise ArithmeticError(f"{case.name}: the motion ended as {run.status}")
+        _require_joint(case, run)
     fn = case.context
     names = (*VECTORS, *(LIFTED if scene.lifts else ()))
     kind: Any = type(case.motion.state)
@@ -93,6 +94,21 @@ def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str,
         posed = case.pose_of(q, fine["phi"], fine["psi"])
         found = {"k": q.k, "omega": q.omega, "s_dot": q.s_dot}
         yield posed[:4], found | ({"height": fine["height"]} if scene.lifts else {})
+
+
+def _require_joint(case: StateCase, run: Trajectory) -> None:
+    """That a state which sticks or slips does so in its own step, and others do neither."""
+    law, _, number = case.name.rpartition("-")
+    if law not in JOINED:
+        if len(run.pieces) > 1 and not case.scene.lifts:
+            raise ArithmeticError(f"{case.name}: the equations change on the way")
+        return
+    within = (int(number) - 1) % len(STEPS)
+    after = STEPS[within - 1] if within else 0
+    first = run.pieces[0]
+    wanted = "stick" if law == "coulomb-sticks" else "slip"
+    if first.status != wanted or not after < as_fraction(first.end) < STEPS[within]:
+        raise ArithmeticError(f"{case.name}: {first.status} at {float(first.end):g} s")
 
 
 def _require_agreement(case: StateCase, fine: dict[str, Scalar], other: dict[str, Scalar]) -> None:
