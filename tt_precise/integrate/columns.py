@@ -160,7 +160,8 @@ class Columns:
         """The ``Motion`` of rows that are given as an array for each entry."""
         import numpy
 
-        return motion(self.form, self.record, self.start.body.map(number), entries, fn or numpy)
+        body = self.start.once(number, lambda: self.start.map(number)).body
+        return motion(self.form, self.record, body, entries, fn or numpy)
 
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
         """The ``State`` (SI) of each row, at guarded dimensionless times."""
