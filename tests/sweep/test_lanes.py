@@ -4,7 +4,10 @@ import math
 from typing import Any
 
 import numpy
+import pytest
 
+from tt_precise.errors import InputError
+from tt_precise.sweep import step_buffer
 from tt_precise.sweep.columns import detectors
 from tt_precise.sweep.lanes import Build, LaneResults, LaneStart, lanes
 
@@ -48,6 +51,19 @@ def test_more_starts_than_lanes_and_fewer() -> None:
     nothing = integrated()
     assert nothing.results == []
     assert len(nothing.events.time) == 0
+
+
+def test_more_events_than_memory_has_room_for_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row of 1e6 s rocked through the pole some ten million times, which took 4.7 GB."""
+    before = integrated(*[TILTED] * 3)
+    with monkeypatch.context() as scarce:
+        scarce.setattr(step_buffer, "MOST_EVENTS", len(before.events.time) - 1)
+        scarce.setattr(step_buffer, "EVENTS_OF_A_ROW", 0)
+        with pytest.raises(InputError, match=r"until: got a time in which 3 rows have more than"):
+            integrated(*[TILTED] * 3)
+        scarce.setattr(step_buffer, "EVENTS_OF_A_ROW", 1)
+        after = integrated(*[TILTED] * 3)
+    assert (after.events.time == before.events.time).all()
 
 
 def test_no_time_is_a_start_and_an_end() -> None:

@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.arithmetic import Array
+from tt_precise.errors import InputError
+from tt_precise.integrate.system import MOST_EVENTS
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.sweep.axis_height import Heights, height_rates, read_heights, turning_points
 from tt_precise.sweep.columns import Detector
@@ -20,6 +22,7 @@ from tt_precise.untyped import Adaptive
 
 ROOM = 384  # steps
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
+EVENTS_OF_A_ROW = 1000  # a hundred bytes each; a climb has hundreds
 MOST_LOWEST = 256  # steps of a row, one of which has the smallest force
 
 
@@ -80,6 +83,7 @@ class StepBuffer:
         self._lowest: dict[int, list[tuple[float, Step]]] = defaultdict(list)
         none = numpy.empty(0, dtype=int)
         size = self._tc.shape[0]
+        self._room = MOST_EVENTS + EVENTS_OF_A_ROW * rows
         self._found = [Events(none, none, none, numpy.empty(0), numpy.empty((0, size)))]
 
     def record_step(self, _: Adaptive) -> bool:
@@ -117,6 +121,13 @@ class StepBuffer:
         climbs = noted.detector == self._equator
         numpy.minimum.at(self._climb, noted.row[climbs], noted.time[climbs])
         self._found += [noted, self._turns(read)]
+        self._room -= len(noted.row) + len(self._found[-1].row)
+        if self._room < 0:
+            raise InputError(
+                f"until: got a time in which {len(self.taken) - 1} rows have more than "
+                f"{MOST_EVENTS + EVENTS_OF_A_ROW * (len(self.taken) - 1)} events, expected a "
+                "shorter one"
+            )
         self._since, self._rates = self._ends[self.steps - 1].copy(), rates
         closing[:] = math.nan
         del self._hits[:]
