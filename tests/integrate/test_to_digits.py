@@ -65,7 +65,7 @@ def test_a_much_cheaper_setting_is_tried_where_it_may_suffice(
     integrate_to_digits(12, None, runs)
     (only,) = runs.settings
     assert only.precision == "double"
-    assert only.digits < 12
+    assert only.digits < 12 + SPARE  # by the table it lacks some
 
 
 def test_what_a_scene_loses_is_added_to_the_next_setting() -> None:
