@@ -64,7 +64,7 @@ def bars(scratch: Path, scenes: int = SCENES) -> list[Bar]:
             times=calls.SWEEP_ROWS,
         ),
     ]
-    for digits, most in ((6, 2.0), (9, 2.0), (12, 12.0), (14, 40.0)):
+    for digits, most in ((6, 2.0), (9, 2.0), (12, 3.0), (14, 6.0), (28, 15.0)):
         found.append(
             Bar(
                 f"digits={digits}, {scenes} scenes",
