@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
@@ -72,11 +73,18 @@ def read_as(path: Path, what: str, take: Callable[[dict[str, Json]], Found]) -> 
         The file cannot be read, or lacks what ``take`` looks for.
     """
     content = read(path, what)
-    try:
+    with of_its_form(path, what):
         return take(content)
+
+
+@contextmanager
+def of_its_form(path: Path, what: str) -> Iterator[None]:
+    """What goes wrong in reading a file is the file's fault, if it exists: an ``InputError``."""
+    try:
+        yield
+    except InputError:
+        raise
     except MISSHAPEN as error:
-        if isinstance(error, InputError):
-            raise
         reason = f"{type(error).__name__}: {error}"
         raise InputError(f"{shown(path)}: not of its form ({reason}); expected {what}") from None
 

@@ -7,8 +7,11 @@ import pandas
 import pytest
 
 from tt_precise.bench.tables import GROWTH, TABLE
+from tt_precise.errors import InputError
 from tt_precise.report.document import Figure, PageTable, Section, Text
-from tt_precise.report.sections import tradeoff
+from tt_precise.report.sections import measured, tradeoff
+
+REPORTS = Path(__file__).parents[2] / "reports"
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +48,20 @@ def test_without_a_table_it_says_how_to_make_one(tmp_path: Path) -> None:
     (block,) = tradeoff.section(tmp_path).blocks
     assert isinstance(block, Text)
     assert "tt-precise tradeoff" in block.text
+
+
+@pytest.mark.parametrize("name", [TABLE, GROWTH, "faults.csv"])
+@pytest.mark.parametrize("content", ["", "a,b\n1,2\n"])
+def test_a_table_of_something_else_is_refused_by_name(
+    tmp_path: Path, name: str, content: str
+) -> None:
+    for file in REPORTS.glob("*.csv"):
+        (tmp_path / file.name).write_text(file.read_text("utf-8"))
+    sections = [tradeoff.section, *(one.section for one in measured.ALL)]
+    assert all(make(tmp_path).blocks for make in sections)
+    (tmp_path / name).write_text(content)
+    with pytest.raises(InputError, match=r"\.csv: not of its form .*; expected what"):
+        [make(tmp_path) for make in sections]
 
 
 def test_findings_are_computed_from_the_table(section: Section) -> None:

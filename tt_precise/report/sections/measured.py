@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tt_precise.json_file import of_its_form
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.figures import planted_faults
 
@@ -32,9 +33,14 @@ class MeasuredFile:
         if not file.is_file():
             blocks.append(Text(f"Not measured yet: `{self.command}`."))
             return Section(self.key, self.title, blocks)
+        with of_its_form(file, f"what `{self.command}` writes"):
+            return Section(self.key, self.title, [*blocks, *self._shown(file)])
+
+    def _shown(self, file: Path) -> list[Block]:
         import pandas
 
         table = pandas.read_csv(file, dtype=str, keep_default_na=False)
+        blocks: list[Block] = []
         rows = [tuple(row) for row in table.itertuples(index=False)]
         header = tuple(name.replace("_", " ") for name in table.columns)
         if self.picture:
@@ -45,7 +51,7 @@ class MeasuredFile:
         blocks.append(
             PageTable(header, rows, "All that was measured.", name=f"{self.key}-table", folded=True)
         )
-        return Section(self.key, self.title, blocks)
+        return blocks
 
 
 LIMIT = 1e-6  # what the paper states for lambda

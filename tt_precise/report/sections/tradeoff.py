@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tt_precise.bench.findings import Evaluated, findings
-from tt_precise.bench.tables import ACCURACIES, TABLE, costs, read
+from tt_precise.bench.tables import ACCURACIES, TABLE, TradeoffTables, costs, read
+from tt_precise.json_file import of_its_form
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.figures.work_precision import (
     growth_of_errors,
@@ -25,7 +26,11 @@ COMMAND = "tt-precise tradeoff"
 
 def section(folder: Path) -> Section:
     """What the tables in ``folder`` say, or the command that would make them."""
-    tables = read(folder)
+    with of_its_form(folder / TABLE, f"what `{COMMAND}` writes, as its other tables"):
+        return _section(read(folder))
+
+
+def _section(tables: TradeoffTables) -> Section:
     rows = tables.rows
     if rows is None:
         return Section(KEY, TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
