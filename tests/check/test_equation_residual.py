@@ -14,6 +14,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tt_precise.check import equation_residual
 from tt_precise.check.columns import COLUMN_SETS
 from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.reading import open_source
@@ -154,13 +155,15 @@ def test_between_sticking_and_slipping_other_equations_are_found() -> None:
         assert tt.check.conservation(frame, other)["equations"].verdict == "fail", body
 
 
-def test_what_begins_to_glide_is_joined() -> None:
+def test_what_begins_to_glide_is_joined(monkeypatch: pytest.MonkeyPatch) -> None:
     """At rest and without a force at one end, gliding at the other."""
     found = EquationResidual.__new__(EquationResidual)
     speeds = numpy.array([0.0, 1.0, 1.0, 0.0, 0.0])
     found._gliding = lambda state: (speeds, 0 * speeds)  # type: ignore[method-assign]
     scene = SimpleNamespace(lifts=False, body=SimpleNamespace(law="coulomb"))
-    found.setup = SimpleNamespace(scene=scene)  # type: ignore[assignment]
+    found.setup = SimpleNamespace(scene=scene, body=None)  # type: ignore[assignment]
+    solved = SimpleNamespace(stays=lambda steps: steps > 0)
+    monkeypatch.setattr(equation_residual, "SolvedRows", lambda *arguments: solved)
     samples: Any = SimpleNamespace(state=None)
     joined = found._joined(samples, numpy.ones(4))
     assert joined.tolist() == [True, False, True, False]

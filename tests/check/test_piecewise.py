@@ -109,6 +109,16 @@ def test_energy_that_jumps_where_the_top_sticks_is_noticed(factor: float, check:
     assert (found["energy_balance"].value or 0) > 100 * (found["equations"].value or 0)
 
 
+def test_a_slip_and_a_stick_between_two_rows_at_rest_are_joints() -> None:
+    """The contact rests at 0.16 and at 0.18 s, and glides in between."""
+    scene = tt.load_scene("coulomb-stick-slip").varied(
+        theta="1.907", phi_dot="11.55", omega_3="-146.2", nu_y="-0.094", mu="0.421", until="0.2"
+    )
+    frame = tt.integrate(scene, events=(), record=()).frame(*SETS["vectors"][:8]).iloc[::10]
+    found = tt.check.conservation(frame, scene, limits=STRICT)
+    assert found.passed, str(found)
+
+
 @pytest.mark.slow
 def test_no_healthy_run_is_flagged() -> None:
     """Sixty starts by lot, with rows of six spacings."""

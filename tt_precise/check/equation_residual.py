@@ -136,7 +136,10 @@ class EquationResidual:
         return Residuals(mismatch[:-1], energy, bound, energy_bound, ends, steps)
 
     def _at_joints(self, samples: Samples, steps: Array) -> Array:
-        """By how much the energy rises in each interval, or falls by more than gliding can take."""
+        """By how much the energy rises in each interval, or falls by more than gliding can take.
+
+        NaN where the contact rests at both ends: how fast it glides in between is not known.
+        """
         q = samples.q
         speed, change = self._gliding(samples.state)
         change = numpy.maximum(change[1:], change[:-1]) * steps
@@ -144,7 +147,8 @@ class EquationResidual:
         pressed = 2 * numpy.maximum(q.force[2][1:], q.force[2][:-1])
         fall = -numpy.diff(quantities.E(q))
         most = q.body.mu * pressed * fastest * steps
-        return (numpy.clip(fall, 0, most) - fall) / self._energy_size
+        beyond = (numpy.clip(fall, 0, most) - fall) / self._energy_size
+        return numpy.where((speed[1:] > 0) | (speed[:-1] > 0), beyond, numpy.nan)
 
     def _gliding(self, state: State) -> tuple[Array, Array]:
         """|v_A| of each row, and twice its rate."""
@@ -157,14 +161,12 @@ class EquationResidual:
         """Intervals in which the equations may have changed.
 
         The contact point has not come to rest or left it where it rests at both ends, and cannot
-        have where, from either end, twice the rate of v_A would not have brought it to 0. Where the
-        top may leave the table, neither end's solution leaves or touches it.
+        have where, from either end, twice the rate of v_A would not have brought it to 0. Nor does
+        either end's solution leave or touch the table, or the cone where it rests.
         """
         scene, state = self.setup.scene, samples.state
-        joined = numpy.zeros(len(steps), bool)
         with numpy.errstate(all="ignore"):
-            if scene.lifts:
-                joined = ~SolvedRows(scene, self.setup.body, state, ORDERS[-1]).stays(steps)
+            joined = ~SolvedRows(scene, self.setup.body, state, ORDERS[-1]).stays(steps)
         if scene.body.law != "coulomb":
             return joined
         speed, change = self._gliding(state)

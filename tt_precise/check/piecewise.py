@@ -16,6 +16,7 @@ from tt_precise.body import Parameters
 from tt_precise.compliance import SPRINGS
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.formulations import FLIGHT, Formulation, elastic_in_time, formulation
+from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
@@ -118,12 +119,16 @@ class SolvedRows:
     def stays(self, steps: Array) -> Array:
         """Intervals (of ``steps`` s) in which the top neither leaves the table nor touches it.
 
-        Seen from either end: the force pushes all along, or the height is above zero.
+        Seen from either end: the force pushes all along, and stays within the cone where the
+        contact rests, or the height is above zero.
         """
         margins, which = numpy.zeros((self._order + 1, self._count)), numpy.zeros(self._count)
         for part, q in self._motions():
             flies = part.form.model == "flight"
-            margins[:, part.rows] = (q.state.height if flies else q.force[2]).c
+            margin = q.state.height if flies else q.force[2]
+            if part.form.model == "rolling":
+                margin = cone_margin(self._body, q.state)
+            margins[:, part.rows] = margin.c
             which[part.rows] = flies
         found: Array = which[:-1] == which[1:]
         for end, sign in ((slice(None, -1), 1), (slice(1, None), -1)):
