@@ -75,3 +75,19 @@ def test_contact_ends_where_the_force_would_pull(
         pushes = compliant.normal_force(here, state, mp) > 0
         assert pushes == (rise < end)
         assert (compliant.reach(here, height, rise) < 0) == pushes
+
+
+@pytest.mark.parametrize("spring", SPRINGS)
+def test_what_is_stored_is_the_integral_of_the_force(
+    spring: str, body: TippeTop, mp: Any, rounded: Round
+) -> None:
+    here, depth = table(body, spring, rounded), mp.mpf("0.3")
+
+    def force(zeta: Any) -> Any:
+        """Times the rate of the depth zeta^2."""
+        lifted = LiftedState(*[0] * 8, height=compliant.height(zeta), rise=0)
+        return compliant.normal_force(here, lifted, mp) * 2 * zeta
+
+    found = compliant.stored_energy(here, -depth, mp)
+    assert abs(found / mp.quad(force, [0, mp.sqrt(depth)]) - 1) < 100 * mp.eps
+    assert compliant.stored_energy(here, depth, mp) == 0
