@@ -22,3 +22,10 @@ def test_a_product_reaches_from_its_least_corner_to_its_largest(
         found = Outward(*one) * Outward(*other)
         corners = [Fraction(a) * Fraction(b) for a, b in product(one, other)]
         assert (Fraction(found.low), Fraction(found.high)) == (min(corners), max(corners))
+
+
+@pytest.mark.parametrize("ball", [("nan", "1"), ("1", "inf"), ("1", "-1"), ("-inf", "0")])
+def test_what_is_no_ball_is_refused(ball: tuple[str, str]) -> None:
+    with pytest.raises(ArithmeticError, match="expected a middle and a radius"):
+        Outward.around(*ball)
+    assert Outward.around("1", "0") == Outward(Decimal(1), Decimal(1))

@@ -85,7 +85,7 @@ def test_what_is_stored_is_the_integral_of_the_force(
 
     def force(zeta: Any) -> Any:
         """Times the rate of the depth zeta^2."""
-        lifted = LiftedState(*[0] * 8, height=compliant.height(zeta), rise=0)
+        lifted = LiftedState(0, 0, 0, 0, 0, 0, 0, 0, compliant.height(zeta), 0)
         return compliant.normal_force(here, lifted, mp) * 2 * zeta
 
     found = compliant.stored_energy(here, -depth, mp)
