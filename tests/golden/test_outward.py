@@ -28,4 +28,4 @@ def test_a_product_reaches_from_its_least_corner_to_its_largest(
 def test_what_is_no_ball_is_refused(ball: tuple[str, str]) -> None:
     with pytest.raises(ArithmeticError, match="expected a middle and a radius"):
         Outward.around(*ball)
-    assert Outward.around("1", "0") == Outward(Decimal(1), Decimal(1))
+    assert Outward.around("1", "0").rounds_to("1", Decimal(0))
