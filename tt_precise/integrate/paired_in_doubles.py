@@ -17,6 +17,8 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import full_tolerance
 from tt_precise.progress import Progress
 
+SMALL = 2.0**-600  # of deviations, so that their squares vanish where values are zero
+
 
 @dataclass(frozen=True)
 class PairInDoubles:
@@ -42,13 +44,13 @@ class PairInDoubles:
         # the first parts are close to each other, so their difference is exact
         apart = self.rows - self.reference_rows
         entries = numpy.empty((apart.shape[2], len(apart)), dtype=complex)
-        entries.real, entries.imag = self.rows[:, 0].T, sum(apart.transpose(1, 2, 0))
+        entries.real, entries.imag = self.rows[:, 0].T, SMALL * sum(apart.transpose(1, 2, 0))
         columns = Columns(self.setup, self.beginning.start)
         with numpy.errstate(all="ignore"):
             found = columns.of_arrays(columns.names, tuple(entries), float, deviation)
         return digits_over_rows(
             {name: one.real for name, one in found.items()},
-            {name: abs(one.imag) for name, one in found.items()},
+            {name: abs(one.imag) / SMALL for name, one in found.items()},
             columns.start.units,
             columns.precision.bits,
         )
