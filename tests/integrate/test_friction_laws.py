@@ -109,11 +109,3 @@ def test_what_cannot_take_the_law_says_so() -> None:
         Specification(dry(COULOMB))
     with pytest.raises(InputError, match="extremum:g_n with coulomb friction"):
         tt.integrate(dry(COULOMB), events=("extremum:g_n",))
-
-
-def test_proofs_refuse_the_law() -> None:
-    pytest.importorskip("flint", reason="python-flint is not installed")
-    from tt_precise.certify.problem import problem_of
-
-    with pytest.raises(InputError, match="dry: got coulomb friction, expected the viscous law"):
-        problem_of(dry(COULOMB))
