@@ -16,7 +16,7 @@ SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is of
 # What hard scenes lose beyond the median one (most that invert lose two or three digits more), and
 # what is uncertain of a scene's own loss once a run has shown it. A decade of tolerance costs 5 %,
 # a second run a whole one: with 1.4 nine digits of the reference scene took six times as long.
-SPREAD, KNOWN_SPREAD = 2.9, 0.3
+SPREAD, KNOWN_SPREAD = 2.4, 0.3
 # What many scenes have beyond the median one: a setting that lacks no more by the table is tried
 # where it costs this many times less than the first that suffices there, and twice as many times
 # for each digit that it lacks. About half of the scenes have what the table says.
