@@ -7,6 +7,7 @@ from typing import Any
 import pandas
 import pytest
 
+from tests.sweep.test_store import keeps_files_and_logs
 from tt_precise.sweep import read_rows, specification, sweep
 from tt_precise.sweep.place import place_of
 
@@ -66,15 +67,4 @@ def test_what_is_damaged_is_computed_again(store: Any, damage: str) -> None:
 
 
 def test_a_place_keeps_files_and_logs(store: Any) -> None:
-    place = place_of(f"{BUCKET}/place")
-    assert (place.read("none"), place.log("log"), place.names()) == (None, "", set())
-    place.write("chunks/1", b"one")
-    place.write("chunks/1", b"two")
-    assert place.read("chunks/1") == b"two"
-    place.append("log", "first\n")
-    place.append("log", "second\n")
-    assert place.log("log") == "first\nsecond\n"
-    assert "chunks" in place.names()
-    place.remove("chunks")
-    place.remove("chunks")
-    assert place.read("chunks/1") is None
+    keeps_files_and_logs(place_of(f"{BUCKET}/place"))

@@ -14,7 +14,7 @@ from tt_precise.cli import main
 from tt_precise.errors import InputError
 from tt_precise.files import locked
 from tt_precise.sweep import read_rows, specification, sweep
-from tt_precise.sweep.place import Folder, Url, place_of
+from tt_precise.sweep.place import Folder, Place, Url, place_of
 
 SPEC = specification("reference", until="0.05", vary={"phi_dot": "-20:20:12"})
 CHUNK = 4  # three chunks
@@ -204,12 +204,7 @@ def test_a_url_holds_the_same_rows(tmp_path: Path, rows: pandas.DataFrame) -> No
         sweep(SPEC, out=f"file://{tmp_path}/far", one_in=0)
 
 
-@pytest.mark.parametrize("kind", ["folder", "url"])
-def test_a_place_keeps_files_and_logs(tmp_path: Path, kind: str) -> None:
-    if kind == "url":
-        pytest.importorskip("fsspec", reason="needs the extra dask")
-    place = place_of(tmp_path / "a" if kind == "folder" else f"memory://{tmp_path}/a")
-    assert isinstance(place, Folder if kind == "folder" else Url)
+def keeps_files_and_logs(place: Place) -> None:
     assert (place.read("none"), place.log("log"), place.names()) == (None, "", set())
     place.write("chunks/1", b"one")
     place.write("chunks/1", b"two")
@@ -221,6 +216,15 @@ def test_a_place_keeps_files_and_logs(tmp_path: Path, kind: str) -> None:
     place.remove("chunks")
     place.remove("chunks")
     assert place.read("chunks/1") is None
+
+
+@pytest.mark.parametrize("kind", ["folder", "url"])
+def test_a_place_keeps_files_and_logs(tmp_path: Path, kind: str) -> None:
+    if kind == "url":
+        pytest.importorskip("fsspec", reason="needs the extra dask")
+    place = place_of(tmp_path / "a" if kind == "folder" else f"memory://{tmp_path}/a")
+    assert isinstance(place, Folder if kind == "folder" else Url)
+    keeps_files_and_logs(place)
     assert str(place).endswith("/a")
 
 
