@@ -1,13 +1,17 @@
 """Exact numbers: what is read, what is refused, and that mpmath gets them unrounded."""
 
+import math
 from fractions import Fraction
 from typing import Any
 
 import mpmath
+import numpy
 import pytest
+from hypothesis import example, given
+from hypothesis.strategies import floats, integers, lists
 
 from tt_precise.errors import InputError
-from tt_precise.numerals import LONGEST, exact, to_mpmath
+from tt_precise.numerals import LONGEST, exact, shortest_texts, to_mpmath
 
 
 @pytest.mark.parametrize(
@@ -72,3 +76,16 @@ def test_leaves_the_precision_of_the_context_alone() -> None:
     context.prec = 77
     to_mpmath(Fraction(1, 3), context)
     assert context.prec == 77
+
+
+@given(lists(floats(width=64) | floats(-1e-3, 1e-3) | integers(-(10**18), 10**18).map(float)))
+@example([0.0, -0.0, math.nan, math.inf, -math.inf, 5e-324, 1e-4, 9.999999999999999e-05])
+@example([1e16, 9999999999999998.0, 1e15, 1e17, 123456789012345680.0, 1e22, 1.7976931348623157e308])
+def test_doubles_are_written_as_repr_writes_them(values: list[float]) -> None:
+    expected = [None if math.isnan(value) else repr(value) for value in values]
+    assert shortest_texts(numpy.array(values)) == expected
+
+
+def test_a_column_of_a_table_may_be_written() -> None:
+    table = numpy.arange(12.0).reshape(3, 4) / 7
+    assert shortest_texts(table[:, 1]) == [repr(value) for value in table[:, 1].tolist()]

