@@ -1,11 +1,17 @@
 """The runs in triple-double that cases are held against, beside heyoka's quad that they were."""
 
+from dataclasses import replace
+
 import pytest
 
 from tt_precise.extremes.contact_loss import LOSING, losing
+from tt_precise.extremes.friction import FRICTIONS, LIMIT_S, ROUGH
+from tt_precise.extremes.pole_passages import vector_distance
+from tt_precise.extremes.sensitivity import NUDGE, VARIED, _nudged
 from tt_precise.extremes.singular_contact import NAMES, _at_both_zeros, blowing_up
+from tt_precise.extremes.toy import varied
 from tt_precise.integrate import integrate
-from tt_precise.scene import Scene
+from tt_precise.scene import Scene, load_scene
 
 SCENES = {
     **{f"contact lost, {name}": (losing(name), "unilateral") for name in LOSING},
@@ -30,3 +36,27 @@ def test_they_end_as_quad_does(which: str) -> None:
     apart = [fine.state.values[n] - number(quad.state.values[n]) for n in ("kx", "ky", "kz")]
     assert max(map(abs, apart)) < 1e-15
     assert abs(fine.t_end - number(rough.t_end)) > 1e-28  # which the first bound would not let pass
+
+
+SENSITIVE = load_scene("reference").varied(until="3.2")  # about where it is most so
+COMPLETE = {
+    **{f"mu = {mu}": varied(mu=mu, until=LIMIT_S) for mu in dict.fromkeys((*FRICTIONS, *ROUGH))},
+    "mu for the slope": varied(mu="1e-5", until=LIMIT_S),
+    "rolling": replace(varied(until=LIMIT_S), model="rolling"),
+    **{
+        f"{name}, {sign:+}": _nudged(SENSITIVE, name, sign * NUDGE)
+        for name in VARIED
+        for sign in (1, -1)
+    },
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", COMPLETE)
+def test_they_have_the_states_that_quad_has(which: str) -> None:
+    """Of friction from none to stiff, and of the differences that derivatives are held against."""
+    quad, fine, rough = (
+        integrate(COMPLETE[which], name, events=()) for name in ("quad", "triple-double", "double")
+    )
+    assert fine.status == quad.status == "complete"
+    assert vector_distance(quad, fine) < 1e-29 < vector_distance(rough, fine)
