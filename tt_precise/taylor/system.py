@@ -13,9 +13,9 @@ from tt_precise.taylor.machine import TIMES, Machine, aligned
 from tt_precise.taylor.numbers import split
 
 STEPS = 512  # of a piece
-# After so many steps the time has been lost that optimising takes: 9 of 14 us a step in
-# double-double and 18 of 31 us in triple-double, 0.5 and 2.5 s to compile.
-WORTH_OPTIMISING = 60_000
+# After so many steps the time has been lost that optimising takes: 5 of 9 us a step in
+# double-double and 18 of 33 us in triple-double, 0.14 and 0.4 s to compile.
+WORTH_OPTIMISING = 20_000
 # of time; where 57 powers of it are out of range, less by and by
 FIRST_UNIT, LESS, LEAST_UNIT = 2.0**-3, 2.0**-16, 2.0**-200
 SPARE = 4  # orders computed in more parts than they need in theory
