@@ -1,5 +1,6 @@
 """The integrator against closed forms, in both of its number types."""
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
@@ -9,7 +10,7 @@ import numpy
 import pytest
 
 from tt_precise.taylor.crossings import Watch
-from tt_precise.taylor.machine import Machine
+from tt_precise.taylor.machine import MOST_ORDER, Machine
 from tt_precise.taylor.numbers import moments, numbers_of
 from tt_precise.taylor.system import StepBlock, System, order_of, orders_of
 
@@ -216,3 +217,11 @@ def test_orders_fall_with_the_parts_and_rise_with_accuracy() -> None:
         assert 1 <= three <= two <= one == order_of(tolerance) + 1
     assert orders_of(FULL[2], 2)[0] == 0
     assert orders_of(1e-40, 3) > orders_of(1e-20, 3)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, 1.0, -1e-20, math.nan, 1e-104])
+def test_a_tolerance_that_no_order_of_a_kernel_reaches_is_refused(tolerance: float) -> None:
+    # beyond the table of reciprocals a step would be made of whatever memory holds there
+    with pytest.raises(ValueError, match="expected one below 1 that an order of 99 reaches"):
+        order_of(tolerance)
+    assert order_of(1e-103) == MOST_ORDER

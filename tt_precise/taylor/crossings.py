@@ -34,7 +34,7 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
     """Changes of sign of polynomials, rows of coefficients of 1, x, x^2 ..., for 0 <= x <= 1.
 
     ``first`` replaces their values at 0: given the ends of polynomials before, no zero is lost or
-    found twice between two pieces. SignChange itself counts as positive.
+    found twice between two pieces. Zero itself counts as positive.
     """
     import numpy
 

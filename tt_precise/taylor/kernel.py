@@ -26,11 +26,10 @@ from tt_precise.taylor.emit import (
     Value,
 )
 from tt_precise.taylor.graph import Constant, Graph, Traced, constants_of, in_order
-from tt_precise.taylor.machine import ROWS, RUN, TIMES
+from tt_precise.taylor.machine import MOST_ORDER, ROWS, RUN, TIMES
 from tt_precise.taylor.numbers import MOST_PARTS
 
 TOGETHER = {3: 1, 2: 2, 1: 4}  # vectors of products added up in one loop, by parts of a number
-MOST_ORDER = 100
 LONGEST = 8.0  # step in its unit; its powers stay in range where nothing else bounds it
 
 
@@ -157,7 +156,7 @@ class _RunWriter:
         (self.data, self.plane, self.steps, self.orders, self.constants, self.tolerance,
          self.longest, self.until, self.times, work) = e.arguments  # fmt: skip
         self.order = e.b.sub(e.order(self.orders, 1), e.i(1))
-        self.reciprocals = e.table([part for n in range(MOST_ORDER) for part in _reciprocal(n + 1)])
+        self.reciprocals = e.table([part for n in range(MOST_ORDER + 1) for part in _reciprocal(n + 1)])
         width, parts = kernel.width, range(kernel.parts)
         area = e.index(e.b.add(self.order, e.i(2)), width)
         taken = [e.b.mul(e.i(k), area) for k in range(2 * kernel.parts + 1)]

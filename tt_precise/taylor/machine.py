@@ -14,6 +14,7 @@ from tt_precise.arithmetic import Array
 
 # arguments of the two functions of a kernel, as ``emit.Emitter`` has them
 RUN, ROWS = "piinpdddpp", "pinpnpip"
+MOST_ORDER = 99  # of a step, for which a kernel has reciprocals
 TIMES = 6  # numbers of a step that they keep beside its series, see ``kernel``
 MOST_IDLE, MOST_KEPT = 4, 2**21  # pieces of memory of one size that are kept; doubles in one
 _LETTERS = {

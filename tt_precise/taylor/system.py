@@ -9,7 +9,7 @@ from typing import Any
 
 from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
-from tt_precise.taylor.machine import TIMES, Machine, aligned
+from tt_precise.taylor.machine import MOST_ORDER, TIMES, Machine, aligned
 from tt_precise.taylor.numbers import split
 
 STEPS = 512  # of a piece
@@ -22,8 +22,20 @@ SPARE = 4  # orders computed in more parts than they need in theory
 
 
 def order_of(tolerance: float) -> int:
-    """The order that costs least: measured, on the reference scene."""
-    return round(20 - math.log(tolerance) / 3)
+    """The order that costs least: measured, on the reference scene.
+
+    Raises
+    ------
+    ValueError
+        The tolerance is not between 0 and 1, or needs an order above ``MOST_ORDER``.
+    """
+    order = round(20 - math.log(tolerance) / 3) if 0 < tolerance < 1 else 0
+    if not 0 < order <= MOST_ORDER:
+        raise ValueError(
+            f"tolerance: got {tolerance:g}, expected one below 1 that an order of {MOST_ORDER} "
+            "reaches, some 1e-103"
+        )
+    return order
 
 
 def orders_of(tolerance: float, most: int) -> tuple[int, int, int]:
