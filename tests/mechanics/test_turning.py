@@ -8,6 +8,7 @@ from tt_precise.body import TippeTop
 from tt_precise.mechanics import centre, turning
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.turning import TURNING, TurningState
+from tt_precise.mechanics.vectors import added, dot, scaled
 
 
 def small(body: TippeTop) -> Any:
@@ -43,6 +44,23 @@ def test_without_turning_the_rates_are_those_of_the_centre_of_mass(
         # a wrong lambda spoils the spin
         wrong = replace(turning.top_of(top, there, Fraction(0)), lambda_=Fraction(10**6))
         assert turning.to_centre(top, turning.rates(wrong, there)) != expected
+
+
+def test_the_omega_that_is_read_is_the_one_that_is_integrated_with(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
+    top = small(body)
+    for vectors in (one for one in vector_states if sum(k * k for k in one.k) == 1):
+        there = turning.from_centre(top, centre.from_vectors(top, vectors))
+        whole = turning.top_of(top, there, Fraction(0))
+        assert turning.with_its_spin(whole, there) == there
+        # an l that rounding has taken away from lambda
+        moved = there._replace(lx=there.lx + Fraction(1, 10**6), lz=there.lz - Fraction(1, 10**7))
+        read = turning.with_its_spin(whole, moved)
+        assert read != moved
+        spin = (whole.I1 / whole.I3 - 1) / whole.alpha * (moved.lz - whole.lambda_)
+        own = (whole.I1 / whole.I3 - 1) * dot(read.l, read.k)
+        assert added(read.l, scaled(own, read.k)) == added(moved.l, scaled(spin, moved.k))
 
 
 def test_turned_back_is_a_rotation() -> None:

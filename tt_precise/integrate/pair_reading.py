@@ -18,7 +18,13 @@ from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.system import along, terminal_functions
 from tt_precise.mechanics.formulations import KINDS, integrated
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.mechanics.turning import TURNING, TurningState, to_centre, turned_back
+from tt_precise.mechanics.turning import (
+    TURNING,
+    TurningState,
+    to_centre,
+    turned_back,
+    with_its_spin,
+)
 
 # A function that is analytic as far around as the steps say (e^2 of the shortest one, halved to be
 # safe) is off a cubic through values and slopes that lie r of these radii apart by at most r^4/16
@@ -98,7 +104,7 @@ def _columns(heyoka: Functions, state: Sequence[Scalar], first_parameter: int) -
     count = len(TURNING.parameters)
     body = TURNING.body([heyoka.par[first_parameter + i] for i in range(count)])
     angle = body.Omega * heyoka.time
-    there = to_centre(body, TurningState(*state))
+    there = to_centre(body, with_its_spin(body, TurningState(*state)))
     back = turned_back(there, heyoka.cos(angle), heyoka.sin(angle))
     q: Motion = integrated("gliding", "newton").motion(body, back, heyoka)
     found = {name: getattr(q.state, name) for name in VECTOR_COLUMNS}

@@ -21,7 +21,6 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 from tt_precise.arithmetic import Array, Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.accuracy import RATIO
 from tt_precise.integrate.dense_output import DenseOutput
@@ -39,9 +38,11 @@ from tt_precise.mechanics.turning import (
     SHARE,
     TURNING,
     TurningState,
+    TurningTop,
     to_centre,
     top_of,
     turned_back,
+    with_its_spin,
 )
 from tt_precise.numerals import to_mpmath
 from tt_precise.progress import Progress
@@ -279,7 +280,7 @@ class _Again:
 class Lane:
     """The start of one lane in double, and the frame it turns with."""
 
-    body: Parameters
+    top: TurningTop
     state: tuple[float, ...]
     parameters: tuple[float, ...]
 
@@ -289,12 +290,12 @@ class Lane:
         begun = start.map(float)
         state = tuple(map(float, begun.state(TURNING)))
         top = top_of(begun.body, TurningState(*state), SHARE * state[5])
-        return cls(begun.body, state, tuple(float(getattr(top, n)) for n in TURNING.parameters))
+        return cls(top, state, tuple(float(getattr(top, n)) for n in TURNING.parameters))
 
     def inertial(self, times: Scalar, entries: Sequence[Scalar], fn: Functions) -> CentreState:
         """What a single run integrates, at ``times``, of the entries of this lane there."""
         angle = self.parameters[-1] * times
-        there = to_centre(self.body, TurningState(*entries))
+        there = to_centre(self.top, with_its_spin(self.top, TurningState(*entries)))
         return turned_back(there, fn.cos(angle), fn.sin(angle))
 
 

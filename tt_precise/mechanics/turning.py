@@ -27,7 +27,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 
 SHARE = 0.45  # Omega/l_z(0); 0.3 to 0.6 take the fewest steps
 
@@ -79,6 +79,19 @@ def to_centre(body: Parameters, state: TurningState) -> CentreState:
     """The same state, with L."""
     momentum = (body.I1 * state.lx, body.I1 * state.ly, body.I1 * state.lz)
     return CentreState(*state[:3], *momentum, *state[6:])
+
+
+def with_its_spin(top: TurningTop, state: TurningState) -> TurningState:
+    """The same state with the l whose omega is the one that ``rates`` has, l + s k.
+
+    Rounding takes l.k away from what lambda makes of it. Friction drives the v_A of ``rates`` to
+    zero; with another spin ten times as much would be left of it as that is off by.
+    """
+    momentum = dot(state.l, state.k)
+    ratio = top.I3 / top.I1
+    more = (1 - ratio) * ((state.lz - top.lambda_) / top.alpha - momentum)
+    lx, ly, lz = added(state.l, scaled(more, state.k))
+    return state._replace(lx=lx, ly=ly, lz=lz)
 
 
 def turned_back(state: CentreState, cosine: Scalar, sine: Scalar) -> CentreState:
