@@ -156,7 +156,8 @@ class _RunWriter:
         (self.data, self.plane, self.steps, self.orders, self.constants, self.tolerance,
          self.longest, self.until, self.times, work) = e.arguments  # fmt: skip
         self.order = e.b.sub(e.order(self.orders, 1), e.i(1))
-        self.reciprocals = e.table([part for n in range(MOST_ORDER + 1) for part in _reciprocal(n + 1)])
+        inverses = (_reciprocal(n + 1) for n in range(MOST_ORDER + 1))
+        self.reciprocals = e.table([part for one in inverses for part in one])
         width, parts = kernel.width, range(kernel.parts)
         area = e.index(e.b.add(self.order, e.i(2)), width)
         taken = [e.b.mul(e.i(k), area) for k in range(2 * kernel.parts + 1)]
