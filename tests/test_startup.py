@@ -1,5 +1,6 @@
 """heyoka without SymPy, in processes of our own only."""
 
+import os
 import subprocess
 import sys
 
@@ -37,3 +38,15 @@ def test_sympy_that_is_loaded_already_stays() -> None:
 def test_the_library_hides_nothing_from_its_users() -> None:
     convert = "import heyoka, sympy; print(heyoka.from_sympy(sympy.Symbol('x')))"
     assert said("import tt_precise as tt; tt.integrate('upright')", convert) == ["x"]
+
+
+def test_linear_algebra_of_a_command_has_one_thread_unless_more_are_wanted() -> None:
+    keep = "from tt_precise.startup import keep_linear_algebra_to_one_thread as keep; keep()"
+    threads = "import numpy, os; print(len(os.listdir('/proc/self/task')))"
+    unset = "import os; [os.environ.pop(f'{x}_NUM_THREADS', None) for x in ('OPENBLAS', 'OMP')]"
+    assert said(unset, keep, threads) == ["1"]
+    # the controls: without it there is one a core, and who asks for two has them
+    cores = len(os.sched_getaffinity(0))
+    assert said(unset, threads) == [str(cores)]
+    two = "os.environ['OMP_NUM_THREADS'] = '2'"
+    assert said(unset, two, keep, threads) == [str(min(2, cores))]

@@ -11,6 +11,8 @@ from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.errors import InputError
 from tt_precise.numerals import written
 
+SPRINGS = ("linear", "hunt-crossley")
+
 
 @dataclass(frozen=True)
 class Parameters:
@@ -18,7 +20,8 @@ class Parameters:
 
     m mass, R radius, alpha eccentricity of the centre of mass in units of R, I1 and I3 principal
     moments of inertia about it, g gravity, mu friction in F_f = -mu g_n v_A. Any consistent units.
-    ``law`` names the friction law; ``dry_friction`` has the others.
+    ``law`` names the friction law; ``dry_friction`` has the others. ``spring`` names the force of
+    an elastic table, where it is one; ``compliance`` has those.
     """
 
     m: Scalar
@@ -29,6 +32,7 @@ class Parameters:
     g: Scalar
     mu: Scalar
     law: ClassVar[str] = "viscous"
+    spring: ClassVar[str] = ""
 
     def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
         """These parameters with every one of them converted."""
@@ -60,6 +64,7 @@ class TippeTop(Parameters):
     """
 
     words: ClassVar[tuple[str, ...]] = ()  # entries that are no numbers
+    numbers_as: ClassVar[type[Parameters]] = Parameters
 
     def __post_init__(self) -> None:
         for name in (field.name for field in fields(self) if field.name not in self.words):

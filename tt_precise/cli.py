@@ -17,7 +17,7 @@ import click
 from tt_precise._version import __version__
 from tt_precise.errors import InputError
 from tt_precise.interruption import Terminated, end_within, heeded
-from tt_precise.startup import hide_sympy_from_heyoka
+from tt_precise.startup import hide_sympy_from_heyoka, keep_linear_algebra_to_one_thread
 from tt_precise.terminal import open_closed_streams, sanitized
 
 COMMANDS = {
@@ -155,6 +155,7 @@ def entry() -> None:
     """Console entry point."""
     open_closed_streams()
     hide_sympy_from_heyoka()
+    keep_linear_algebra_to_one_thread()
     with heeded():
         status = main()
     try:

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import Any, ClassVar
 
+from tt_precise.body import SPRINGS as SPRINGS
 from tt_precise.body import Parameters, TippeTop
 from tt_precise.errors import InputError
 from tt_precise.numerals import exact
 
-SPRINGS = ("linear", "hunt-crossley")
 WORDS = ("law", "spring")  # entries that are no numbers
 
 
@@ -29,7 +29,7 @@ class CompliantParameters(Parameters):
     stiffness: Any
     damping: Any
     law: str = field(kw_only=True)  # type: ignore[misc]
-    spring: str = field(kw_only=True)
+    spring: str = field(kw_only=True)  # type: ignore[misc]
 
     def map(self, convert: Callable[[Any], Any]) -> Parameters:
         """These parameters with every number of them converted."""
@@ -50,7 +50,7 @@ class CompliantTop(TippeTop):
     stiffness: Fraction
     damping: Fraction
     law: str = field(kw_only=True)  # type: ignore[misc]
-    spring: str = field(kw_only=True)
+    spring: str = field(kw_only=True)  # type: ignore[misc]
     words: ClassVar[tuple[str, ...]] = WORDS
 
     def __post_init__(self) -> None:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
-import shutil
 import stat
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -32,6 +30,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     InputError
         The place cannot be written, or is full.
     """
+    import tempfile  # here, as much imports this that does not write
+
     target = Path(path)
     try:
         device = _is_device(target)
@@ -51,6 +51,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     try:
         yield temporary
         if device:
+            import shutil
+
             with temporary.open("rb") as source, target.open("wb") as sink:
                 shutil.copyfileobj(source, sink)
             return

@@ -7,22 +7,16 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cache, cached_property
-from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tt_precise.body import TippeTop, require_si
-from tt_precise.compliance import CompliantTop, top_in_contact
-from tt_precise.dry_friction import top_with_friction
 from tt_precise.errors import InputError
 from tt_precise.notebook import table
 from tt_precise.numerals import exact, written
 from tt_precise.start import LIFTED, START_KEYS, Inclination, LiftedStart, Start, is_derived
 from tt_precise.toml import parse, read_text, shown
 from tt_precise.untyped import Json
-
-if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
 
 MODELS = ("gliding", "rolling", "flight")
 RECORDABLE = ("phi", "psi", "x", "y")
@@ -94,7 +88,7 @@ class Scene:
                 f"sample_every: got {shown:g}, which makes more than "
                 f"{MOST_SAMPLES} samples; expected a longer interval"
             )
-        if self.model == "rolling" and isinstance(self.body, CompliantTop):
+        if self.model == "rolling" and self.body.spring:
             raise InputError(
                 "model: got rolling on an elastic table, expected gliding: rolling is a "
                 "constraint of a rigid contact"
@@ -106,14 +100,14 @@ class Scene:
     def _require_height(self) -> None:
         """Refuse a height where the model has none, and its lack in flight."""
         flight, lifted = self.model == "flight", isinstance(self.start, LiftedStart)
-        if lifted and not flight and not isinstance(self.body, CompliantTop):
+        if lifted and not flight and not self.body.spring:
             raise InputError(
                 "start.height, start.rise: got one of them on a rigid table, expected them in a "
                 "flight scene or on an elastic table only"
             )
         if not flight:
             return
-        if self.flies or self.body.mu or self.body.law != "viscous" or hasattr(self.body, "spring"):
+        if self.flies or self.body.mu or self.body.law != "viscous" or self.body.spring:
             raise InputError(
                 "model: got flight with friction or a table, expected neither mu nor [friction] "
                 "nor [contact]: nothing touches the top"
@@ -212,7 +206,7 @@ class Scene:
     @property
     def lifts(self) -> bool:
         """Whether the lowest point of the top need not be at the table's height."""
-        return self.flies or self.model == "flight" or isinstance(self.body, CompliantTop)
+        return self.flies or self.model == "flight" or bool(self.body.spring)
 
     @property
     def in_pieces(self) -> bool:
@@ -286,8 +280,11 @@ def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
     needed, extra = (parameters - {"mu"}, {"mu"}) if free else (parameters, set())
     _keys(body, needed, extra, "body.")
     _keys(run, {"until"}, {"sample_every", "record", "events"}, "run.")
-    contact = _subtable(table, "contact") if "contact" in table else {}
-    top, flies = top_in_contact(_top(body, friction), contact)
+    top, flies = _top(body, friction), False
+    if "contact" in table:
+        from tt_precise.compliance import top_in_contact  # here, as few scenes need it
+
+        top, flies = top_in_contact(top, _subtable(table, "contact"))
     require_si(top)
     return Scene(
         name=name,
@@ -308,6 +305,8 @@ def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
 def _top(body: Mapping[str, Json], friction: Mapping[str, Json] | None) -> TippeTop:
     if friction is None:
         return TippeTop.from_ratios(**{"mu": "0", **body})
+    from tt_precise.dry_friction import top_with_friction  # here, as few scenes need it
+
     return top_with_friction(dict(body), dict(friction))
 
 
@@ -356,5 +355,6 @@ def _one_of(value: str, allowed: Collection[str], what: str) -> None:
         )
 
 
-def _folder() -> Traversable:
-    return resources.files("tt_precise") / "scenes"
+def _folder() -> Path:
+    # importlib.resources would import tempfile, zipfile, random and more
+    return Path(__file__).parent / "scenes"

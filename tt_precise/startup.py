@@ -7,13 +7,28 @@ nothing is hidden there.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from importlib.abc import Loader
 
 HIDDEN = "sympy"
+THREADS = "OPENBLAS_NUM_THREADS"
+
+
+def keep_linear_algebra_to_one_thread() -> None:
+    """Let NumPy's OpenBLAS, whenever it comes, start no threads, unless the caller wants some.
+
+    They are a seventh of the processor time of ``import numpy`` on two cores, more on more, and no
+    matrix here is large enough for two of them. Processes started from here inherit it.
+    """
+    if "OMP_NUM_THREADS" not in os.environ:
+        os.environ.setdefault(THREADS, "1")
 
 
 def hide_sympy_from_heyoka() -> None:
@@ -22,7 +37,8 @@ def hide_sympy_from_heyoka() -> None:
         sys.meta_path.insert(0, _Heyoka())
 
 
-class _Heyoka(MetaPathFinder):
+# no classes of importlib.abc: it imports tempfile, zipfile, random and more
+class _Heyoka:
     def find_spec(
         self,
         fullname: str,
@@ -33,11 +49,11 @@ class _Heyoka(MetaPathFinder):
             return None
         spec = PathFinder.find_spec(fullname, path, target)
         if spec is not None and spec.loader is not None:
-            spec.loader = _Hiding(spec.loader)
+            spec.loader = _Hiding(spec.loader)  # type: ignore[assignment]
         return spec
 
 
-class _Hiding(Loader):
+class _Hiding:
     """Loads as another loader does, while the hidden package cannot be imported."""
 
     def __init__(self, loader: Loader):

@@ -125,7 +125,7 @@ TOLD: dict[str, tuple[Callable[[Scene], bool], tuple[str, ...], tuple[str, ...]]
         ("epsilon",),
     ),
     "elastic": (
-        lambda s: hasattr(s.body, "spring"), ("elastic table", "stiffness", "damping", "undecided"),
+        lambda s: bool(s.body.spring), ("elastic table", "stiffness", "damping", "undecided"),
         ("inverted spin is unstable",),
     ),
     "flying": (lambda s: s.flies, ("flying where contact is lost",), ()),

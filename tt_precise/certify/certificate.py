@@ -27,10 +27,9 @@ from tt_precise.certify.tables import State, tails_table
 from tt_precise.certify.verdict import NotProved
 from tt_precise.files import atomic_write, locked
 from tt_precise.golden import proofs, store
-from tt_precise.golden.digits import is_near_zero, scale_of
+from tt_precise.golden.digits import DIGITS, is_near_zero, scale_of
 from tt_precise.golden.enclosures import LABELS, Enclosures
 from tt_precise.golden.manifest import scene_sha256
-from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.seal import record_proof
 from tt_precise.golden.table import Table
 from tt_precise.progress import Progress, silent

@@ -31,8 +31,7 @@ from tt_precise.certify.pieces import (
     exactly,
 )  # fmt: skip
 from tt_precise.errors import InputError
-from tt_precise.golden.digits import scale_of
-from tt_precise.golden.runs import DIGITS
+from tt_precise.golden.digits import DIGITS, scale_of
 from tt_precise.golden.store import Stored
 from tt_precise.golden.tails import last_place
 from tt_precise.integrate.events import catalogue, event_named

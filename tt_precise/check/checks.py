@@ -17,7 +17,6 @@ from tt_precise.check.contact_height import ContactVelocity
 from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.finding import Sense
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.compliance import CompliantTop
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
@@ -96,7 +95,7 @@ def _energy(integral: Integral) -> RowCheck:
         def rise(samples: Samples) -> numpy.ndarray:
             nonlocal lowest
             energy = quantities.E(samples.q)
-            if isinstance(setup.scene.body, CompliantTop):
+            if setup.scene.body.spring:
                 energy = energy + stored_energy(setup.body, samples.q.state.height, numpy)
             floor = numpy.minimum(numpy.minimum.accumulate(energy), lowest)
             lowest = float(floor[-1])

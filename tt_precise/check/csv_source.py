@@ -6,7 +6,6 @@ However long a file is, only one block is in memory.
 from __future__ import annotations
 
 import csv
-import gzip
 import io
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -36,7 +35,11 @@ class TextSource(RowSource):
         gzipped: bool = False,
     ):
         self._opened, self._size, self._file = opened, size, where
-        self._stream: Any = gzip.GzipFile(fileobj=opened) if gzipped else opened
+        self._stream: Any = opened
+        if gzipped:
+            import gzip
+
+            self._stream = gzip.GzipFile(fileobj=opened)
         header = self._read_line()
         if not header.strip():
             raise InputError(f"{where}: it is empty, expected a header line and rows of numbers")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from html import escape
 
 from tt_precise.check.finding import SIGNS, CheckFinding
 from tt_precise.terminal import one_line
@@ -83,6 +82,8 @@ def _escaped(text: str) -> str:
 
 def html(heading: str, findings: Sequence[CheckFinding]) -> str:
     """The findings as an HTML table."""
+    from html import escape  # here, because few want it
+
     colours = {"pass": "#1a7f37", "fail": "#cf222e", "skipped": "#6e7781"}
     head = "".join(f"<th>{name}</th>" for name in HEADINGS)
     body = "".join(

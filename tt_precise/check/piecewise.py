@@ -13,7 +13,6 @@ import numpy
 
 from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import Parameters
-from tt_precise.compliance import SPRINGS
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.formulations import FLIGHT, Formulation, elastic_in_time, formulation
 from tt_precise.mechanics.friction import cone_margin
@@ -61,8 +60,8 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
 def _on_table(
     body: Parameters, state: LiftedState, rigid: Formulation
 ) -> tuple[Array, Formulation]:
-    spring = getattr(body, "spring", "")
-    if spring not in SPRINGS:
+    spring = body.spring
+    if not spring:
         return state.height <= ON_TABLE * body.R, rigid
     pushed = compliant.reach(body, state.height, state.rise) < 0
     return (state.height < 0) & pushed, elastic_in_time(spring, body.law)

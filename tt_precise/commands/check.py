@@ -108,11 +108,10 @@ def command(
 
 
 def _write(result: Result, junit: str | None, markdown: str | None, plot: str | None) -> None:
-    from tt_precise.files import atomic_write
+    for path, text in ((junit, result.junit), (markdown, result.markdown)):
+        if path is not None:
+            from tt_precise.files import atomic_write
 
-    if junit is not None:
-        atomic_write(junit, result.junit())
-    if markdown is not None:
-        atomic_write(markdown, result.markdown())
+            atomic_write(path, text())
     if plot is not None:
         result.plot(plot)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.compliance import CompliantTop
 from tt_precise.scene import Scene, Start
 
 
@@ -35,7 +34,7 @@ def inversion(
         return InversionVerdict(
             None, "Theorem 1.1 is about gliding with friction, which this scene lacks"
         )
-    if isinstance(scene.body, CompliantTop):
+    if scene.body.spring:
         return InversionVerdict(None, "Theorem 1.1 is about a rigid table")
     if _steady(scene.start):
         if scene.start.theta.from_pi:

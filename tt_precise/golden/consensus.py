@@ -10,6 +10,7 @@ from decimal import Decimal
 from fractions import Fraction
 
 from tt_precise.golden.digits import (
+    DIGITS,
     ZERO,
     agreement,
     common_text,
@@ -17,7 +18,7 @@ from tt_precise.golden.digits import (
     is_near_zero,
     scale_of,
 )
-from tt_precise.golden.runs import DIGITS, ENOUGH, TERMINAL_DIRECTION, Run
+from tt_precise.golden.runs import ENOUGH, TERMINAL_DIRECTION, Run
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS, JOINING, TERMINAL
 from tt_precise.scene import Scene

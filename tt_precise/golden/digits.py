@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
+from typing import NamedTuple
 
-from tt_precise.golden.runs import DIGITS
-
+DIGITS = 34  # published at most; IEEE decimal128 and Fortran's real(16) hold as many
 RULE = (
     "An entry is printed with the most significant digits, 34 at most, to which all runs round "
     "alike; so every printed digit is the correctly rounded one, as far as they agree. Digits "
@@ -29,8 +28,7 @@ PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
 ZERO = "0"
 
 
-@dataclass(frozen=True)
-class ColumnDigits:
+class ColumnDigits(NamedTuple):
     """What is claimed for one column of a table.
 
     digits
@@ -49,7 +47,7 @@ class ColumnDigits:
 
     def as_dict(self) -> dict[str, object]:
         """For the manifest."""
-        return dict(vars(self))
+        return self._asdict()
 
 
 def common_text(values: Sequence[Decimal], scale: Decimal) -> str:

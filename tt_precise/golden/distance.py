@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from tt_precise.arithmetic import Scalar
 from tt_precise.body import TippeTop, Units
 from tt_precise.errors import InputError
-from tt_precise.golden.digits import COARSE, EXACT, scale_of
-from tt_precise.golden.runs import DIGITS
+from tt_precise.golden.digits import COARSE, DIGITS, EXACT, scale_of
 from tt_precise.mechanics.formulations import KINDS, STATE_DIMENSIONS
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import tomllib
 from tt_precise.untyped import Json
 
 SELF_HASH = "sha256_of_manifest"
-PROOF_KEY = "sha256_of_proof"
+PROOF, PROOF_KEY = "proof.json", "sha256_of_proof"
 
 
 def dump(manifest: dict[str, Json]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import mpmath
 
 from tt_precise.exact.jellett import jellett_along
-from tt_precise.golden.runs import DIGITS
+from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.lifted import LiftedState

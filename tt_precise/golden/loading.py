@@ -10,8 +10,8 @@ import pandas
 
 from tt_precise.arithmetic import Array
 from tt_precise.errors import InputError
+from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.places import Folder
-from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.seal import read_whole
 from tt_precise.golden.table import Table
 from tt_precise.untyped import Json

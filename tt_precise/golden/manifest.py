@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 from tt_precise.golden.consensus import Consensus
-from tt_precise.golden.digits import RULE, column_digits, scale_of
+from tt_precise.golden.digits import DIGITS, RULE, column_digits, scale_of
 from tt_precise.golden.hashes import PROOF_KEY as PROOF_KEY
 from tt_precise.golden.hashes import SELF_HASH as SELF_HASH
 from tt_precise.golden.hashes import dump as dump
@@ -21,7 +21,7 @@ from tt_precise.golden.hashes import scene_sha256 as scene_sha256
 from tt_precise.golden.hashes import self_hash as self_hash
 from tt_precise.golden.hashes import with_proof as with_proof
 from tt_precise.golden.invariants import Constancy
-from tt_precise.golden.runs import DIGITS, Run
+from tt_precise.golden.runs import Run
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS as CATALOGUE

@@ -10,7 +10,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from tt_precise.errors import InputError
-from tt_precise.golden.runs import DIGITS
+from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.table import Table
 from tt_precise.integrate import integrate
 from tt_precise.integrate.columns import VECTOR_COLUMNS

@@ -14,12 +14,11 @@ from decimal import Decimal
 from fractions import Fraction
 
 from tt_precise.golden import store
-from tt_precise.golden.digits import ZERO, column_digits
+from tt_precise.golden.digits import DIGITS, ZERO, column_digits
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, LABELS, Enclosures
 from tt_precise.golden.hashes import scene_sha256, self_hash
 from tt_precise.golden.outward import Outward, pi
 from tt_precise.golden.proof_record import PROOF, SELF_HASH, Record
-from tt_precise.golden.runs import DIGITS
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.tails import last_place
 from tt_precise.integrate.events import catalogue

@@ -10,14 +10,14 @@ from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, Enclosures
+from tt_precise.golden.hashes import PROOF as PROOF
+from tt_precise.golden.hashes import PROOF_KEY as SELF_HASH
 from tt_precise.golden.hashes import self_hash
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.proof/2"
-PROOF = "proof.json"
-SELF_HASH = "sha256_of_proof"
 _NEEDED = {
     "bits", "conserved_within", "contact", "digits", "entries", "failure", "forever", "inversion",
     "mismatches", "proved_events", "proved_until_s", "rounded", "scene", "scene_sha256", "steps",

@@ -12,8 +12,9 @@ from pathlib import Path
 from tt_precise import json_file
 from tt_precise.errors import InputError
 from tt_precise.files import atomic_write
-from tt_precise.golden import places, proof_record, store
+from tt_precise.golden import places, store
 from tt_precise.golden.hashes import (
+    PROOF,
     PROOF_KEY,
     SELF_HASH,
     dump,
@@ -53,7 +54,7 @@ def require_whole(stored: Stored) -> None:
         They are not what was built, or a proof that was there is gone.
     """
     place = stored.folder / stored.name
-    stamps = tuple(store.stamp(place / file) for file in (*FILES, proof_record.PROOF))
+    stamps = tuple(store.stamp(place / file) for file in (*FILES, PROOF))
     # the proof may be missing, the other files must be there and settled to be remembered
     known = all(stamps[: len(FILES)])
     problems = _remembered(place.resolve(), stamps) if known else _broken(stored)
@@ -93,13 +94,13 @@ def record_proof(place: Path) -> None:
 
 def proof_hash(place: Path) -> str | None:
     """The hash of the proof in a scene's folder; None if there is none, "" if it is spoiled."""
-    path = place / proof_record.PROOF
+    path = place / PROOF
     if not path.is_file():
         return None
     try:
         content = json_file.read(path, "a proof")
-        sealed = self_hash(content, proof_record.SELF_HASH)
-        return sealed if sealed == content[proof_record.SELF_HASH] else ""
+        sealed = self_hash(content, PROOF_KEY)
+        return sealed if sealed == content[PROOF_KEY] else ""
     except (InputError, KeyError):
         return ""
 
@@ -111,10 +112,10 @@ def missing_proof(stored: Stored) -> list[str]:
     shipped = stored.folder.resolve() == home().resolve() and stored.name in PROVED
     if found is None and (recorded or shipped):
         knows = f"{MANIFEST} records" if recorded else "the package knows of"
-        return [f"{proof_record.PROOF}: missing, but {knows} a proof of these digits"]
+        return [f"{PROOF}: missing, but {knows} a proof of these digits"]
     if found != recorded:
         again = f"run `tt-precise golden certify {stored.name}`"
-        return [f"{proof_record.PROOF}: not the one that {MANIFEST} records; {again}"]
+        return [f"{PROOF}: not the one that {MANIFEST} records; {again}"]
     return []
 
 

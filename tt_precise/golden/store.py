@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import errno
 import os
-import shutil
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -150,6 +149,8 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
     InputError
         The place cannot be written, or is full; the old data stand.
     """
+    import shutil  # here, because a check does not write
+
     fresh = target.with_name(f".new-{target.name}")
     shutil.rmtree(fresh, ignore_errors=True)
     try:
@@ -175,6 +176,8 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
 
 
 def _exchange(fresh: Path, target: Path) -> None:
+    import shutil
+
     # Python has no call for an atomic exchange of two folders
     rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
     if rename is not None:

@@ -11,9 +11,8 @@ from __future__ import annotations
 from decimal import Context, Decimal
 from fractions import Fraction
 
-from tt_precise.golden.digits import ZERO
+from tt_precise.golden.digits import DIGITS, ZERO
 from tt_precise.golden.outward import Outward
-from tt_precise.golden.runs import DIGITS
 
 BEYOND = 3  # digits behind the last printed one
 STORED = 16

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from tt_precise.compliance import CompliantTop
 from tt_precise.errors import InputError
 from tt_precise.integrate.contact import CONTACTS
 from tt_precise.integrate.events import event_named
@@ -72,7 +71,7 @@ def integrate_once(
 
 def _formulation(scene: Scene, coordinates: str) -> Formulation:
     rigid = integrated(scene.model, coordinates, scene.body.law)
-    if not isinstance(scene.body, CompliantTop):
+    if not scene.body.spring:
         return rigid
     return elastic(scene.body.spring, coordinates, scene.body.law)
 

@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.arithmetic import Array, Scalar
-from tt_precise.compliance import SPRINGS
+from tt_precise.body import SPRINGS
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Columns, Row, State
 from tt_precise.integrate.dense_output import DenseOutput

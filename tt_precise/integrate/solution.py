@@ -6,7 +6,6 @@ import threading
 from functools import lru_cache
 from typing import NamedTuple
 
-from tt_precise.compliance import CompliantTop
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
@@ -91,7 +90,7 @@ def _pieces(
     """The pieces of a motion that has some; none where one set of equations holds throughout."""
     if scene.model == "flight":
         return flying(setup, start)
-    if isinstance(scene.body, CompliantTop):
+    if scene.body.spring:
         return bouncing(scene.name, setup, start, progress)
     found: list[MotionPiece] = []
     if scene.body.law == "coulomb" and scene.model == "gliding":

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.compliance import SPRINGS
+from tt_precise.body import SPRINGS
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.body import TippeTop
-from tt_precise.compliance import CompliantTop
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot
@@ -61,7 +60,7 @@ def _momentum(q: Motion) -> Scalar:
 
 
 def _energy_holds(model: str, body: TippeTop) -> bool:
-    rigid = not isinstance(body, CompliantTop)  # an elastic table stores and damps
+    rigid = not body.spring  # an elastic table stores and damps
     return rigid and (_frictionless(model, body) or _rolling(model, body))
 
 

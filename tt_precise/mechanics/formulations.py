@@ -8,8 +8,7 @@ from functools import cache
 from typing import Any
 
 from tt_precise.arithmetic import Functions, Scalar, StateOfAny
-from tt_precise.body import Dimension, Parameters
-from tt_precise.compliance import SPRINGS, CompliantParameters
+from tt_precise.body import SPRINGS, Dimension, Parameters
 from tt_precise.errors import InputError
 from tt_precise.mechanics import centre, compliant, euler, friction, lifted, newton, polar, rolling
 from tt_precise.mechanics.centre import CentreState
@@ -99,10 +98,12 @@ class Formulation:
         """The dimensionless body whose ``parameters`` have these values."""
         given = dict(zip(self.parameters, values, strict=True))
         if self.model in SPRINGS or self.law in SPRINGS:
+            from tt_precise.compliance import CompliantParameters  # here, as few scenes need it
+
             spring = self.model if self.model in SPRINGS else self.law
             known = {"m": 1, "R": 1, "g": 1, "mu": 0, "epsilon": 0}
             return CompliantParameters(**{**known, **given, "law": self.law, "spring": spring})
-        return friction.PARAMETERS[self.law](**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
+        return friction.parameters_of(self.law)(**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
 
     def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""

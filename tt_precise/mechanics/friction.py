@@ -18,7 +18,6 @@ from collections.abc import Callable
 
 from tt_precise.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.body import Parameters
-from tt_precise.dry_friction import CoulombParameters, RegularisedParameters
 from tt_precise.mechanics import rolling
 from tt_precise.mechanics.newton import NewtonState
 
@@ -55,9 +54,13 @@ def cone_margin(body: Parameters, state: NewtonState) -> Scalar:
     return body.mu * body.mu * force[2] * force[2] - force[0] * force[0] - force[1] * force[1]
 
 
-PARAMETERS: dict[str, type[Parameters]] = {
-    "viscous": Parameters, "regularised": RegularisedParameters, "coulomb": CoulombParameters,
-}  # fmt: skip
+def parameters_of(law: str) -> type[Parameters]:
+    """The class of parameters of a top under that law."""
+    if law == "viscous":
+        return Parameters
+    from tt_precise.dry_friction import LAWS  # here, as few scenes need it
+
+    return LAWS[law].numbers_as
 
 
 def of_law(

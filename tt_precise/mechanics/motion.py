@@ -7,8 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from tt_precise.arithmetic import Functions
-from tt_precise.body import Parameters
-from tt_precise.compliance import SPRINGS
+from tt_precise.body import SPRINGS, Parameters
 from tt_precise.mechanics import compliant, friction, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_length
 from tt_precise.mechanics.euler import EulerState

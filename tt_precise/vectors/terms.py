@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.compliance import SPRINGS
+from tt_precise.body import SPRINGS
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
