@@ -12,6 +12,7 @@ import mpmath
 import pytest
 
 from tt_precise.body import TippeTop
+from tt_precise.dry_friction import top_with_friction
 from tt_precise.errors import InputError
 from tt_precise.exact import thresholds as module
 from tt_precise.exact.stability import MarginalMomentum
@@ -143,6 +144,31 @@ def test_extreme_friction_falls_back_on_an_auxiliary_one() -> None:
     assert found.digits_agreed == 30
     assert "the scene's own mu" not in found.how
     assert "not searched" in found.reason
+
+
+def with_friction(law: str, mu: str, nu_x: str, **more: str) -> Scene:
+    body = {"m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82"}
+    top = top_with_friction(body, {"law": law, "mu": mu, **more})
+    return replace(with_start(nu_x=Fraction(nu_x)), body=top)
+
+
+def test_the_contact_force_at_the_start_is_that_of_the_law() -> None:
+    # g_n has a negative denominator under mu/sqrt(v^2 + epsilon^2) = 25, and none under 25 s/m v
+    rough = with_friction("regularised", "25", "0.01", epsilon="0.001")
+    found = thresholds(rough, 20)
+    assert found.inverts is None
+    assert "needs g_n > 0" in found.inverts_reason
+    smooth = with_friction("regularised", "0.3", "0.01", epsilon="0.001")
+    assert thresholds(smooth, 20).inverts is True
+
+
+def test_the_spin_is_linearised_with_the_friction_that_it_has() -> None:
+    # beside v_A = 0 a regularised law is viscous with mu/epsilon, and Coulomb's is nothing
+    smooth = with_friction("regularised", "0.3", "0", epsilon="0.001")
+    assert "the scene's own mu/epsilon" in thresholds(smooth, 20).quantities["lambda_thres"].how
+    dry = thresholds(with_friction("coulomb", "0.3", "0.01"), 20).quantities["lambda_thres"]
+    assert "the scene's own" not in dry.how
+    assert dry.digits_agreed == 20
 
 
 def test_what_cannot_be_searched_does_not_claim_digits() -> None:

@@ -4,8 +4,8 @@ A chart names symbols for the parameters and the state and knows the relations b
 s^2 + c^2 = 1 for s = sin theta and c = cos theta, |k|^2 = 1 for the axis, and q^2 for the root in
 Routh's function, q = I3 sqrt(d(cos theta)). The functions of ``mechanics`` run on these symbols as
 they are. A rational function vanishes on the relations if and only if the remainder of its
-numerator does: the relations' leading terms, c^2 (or kz^2) and q^2, have no common factor, so they
-are a Groebner basis, and the ideal is prime.
+numerator does: the relations' leading terms, c^2 and C^2 (or kz^2) and q^2, have no common factor,
+so they are a Groebner basis, and the ideal is prime.
 """
 
 from __future__ import annotations

@@ -58,11 +58,6 @@ def prove(name: str) -> IdentityProof:
     return IDENTITIES[name].prove()
 
 
-def prove_all() -> list[IdentityProof]:
-    """Prove every identity."""
-    return [prove(name) for name in IDENTITIES]
-
-
 @identity("Euler form = Newton form", "(1) to (6)")
 def _euler_is_newton(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
     """The vectors of the Euler state change as the Newton equations say."""

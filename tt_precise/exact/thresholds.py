@@ -24,10 +24,11 @@ from tt_precise.exact.arithmetic import (
 from tt_precise.exact.stability import INVERTED, UPRIGHT, MarginalMomentum, fineness, marginal_spin
 from tt_precise.exact.verdict import InversionVerdict, inversion
 from tt_precise.initial_state import InitialState
-from tt_precise.mechanics import euler, newton
+from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.scene import Scene
@@ -137,7 +138,9 @@ class _Work:
         self.top, self.euler, self.motion = start.body, start.euler, start.motion(self.fn)
 
     def on_table_at_start(self) -> bool:
-        numerator, denominator = newton.contact_terms(self.top, self.motion.state)
+        numerator, denominator = contact_terms(
+            self.scene.model, self.top, self.motion.state, self.fn
+        )
         return bool(numerator > 0 and denominator > 0)
 
     def lambda_(self) -> Determination:
@@ -158,9 +161,7 @@ class _Work:
             spin, exists, needs = "upright", body.gamma > 1 - body.alpha, "gamma > 1 - alpha"
             formula = formulas.lambda_up
         value = formula(self.top, self.fn) if exists else None
-        glides = self.scene.model == "gliding" and body.mu > 0
-        own = body.mu if glides else Fraction(1)
-        named = "the scene's own mu" if glides else "an auxiliary mu = 1 s/m, as the scene has none"
+        named, own = self.friction_at_rest()
         found = {
             named: marginal_spin(body, side, self.digits, self.fn, own),
             "a drag comparable with the top's inertia": marginal_spin(
@@ -187,6 +188,16 @@ class _Work:
             default=self.determined(value, None, how, "kg m^3/s"),
         )
         return replace(worst, reason="; ".join(reasons))
+
+    def friction_at_rest(self) -> tuple[str, Fraction]:
+        """What friction is beside a steady spin, v_A = 0, and its coefficient in s/m."""
+        body = self.scene.body
+        if self.scene.model != "gliding" or body.mu == 0:
+            return "an auxiliary mu = 1 s/m, as the scene has none", Fraction(1)
+        if body.law == "coulomb":
+            return "an auxiliary mu = 1 s/m, as Coulomb's law has none at v_A = 0", Fraction(1)
+        named = "the scene's own mu" if body.law == "viscous" else "the scene's own mu/epsilon"
+        return named, friction.largest_coefficient(body, 0)
 
     def lambda_of_spin(self, crossing: MarginalMomentum, side: int) -> Scalar:
         return crossing.spin * self.lambda_of_unit_spin(side) if crossing.exists else None
