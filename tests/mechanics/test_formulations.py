@@ -122,3 +122,9 @@ def test_equations_use_the_listed_parameters_only(
 def test_refuses_unknown_coordinates(coordinates: str) -> None:
     with pytest.raises(InputError, match="expected one of: newton, euler"):
         formulation("gliding", coordinates)
+
+
+def test_unknown_model_is_not_taken_for_unknown_coordinates() -> None:
+    # an elastic table's formulations are those of ``elastic``
+    with pytest.raises(InputError, match="model: got 'linear', expected one of: gliding, rolling"):
+        formulation("linear", "newton")

@@ -128,7 +128,7 @@ class Formulation:
         self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar
     ) -> Motion:
         inner = dict(zip(self.columns, state, strict=False))
-        height = -(inner["zeta"] * inner["zeta"]) if self.own_time else inner["height"]
+        height = compliant.height(inner["zeta"]) if self.own_time else inner["height"]
         euler = None
         turning = state[:8]
         if self.coordinates == "euler":
@@ -254,14 +254,16 @@ def formulation(model: str, coordinates: str, law: str = "viscous") -> Formulati
     Raises
     ------
     InputError
-        There is no such formulation.
+        There is no such model, or there are no such coordinates.
     """
-    try:
-        return _with_law(FORMULATIONS[model, coordinates], law)
-    except KeyError:
+    if coordinates not in COORDINATES:
         raise InputError(
             f"formulation: got {coordinates!r}, expected one of: {', '.join(COORDINATES)}"
-        ) from None
+        )
+    if (model, coordinates) not in FORMULATIONS:
+        known = ", ".join(dict.fromkeys(name for name, _ in FORMULATIONS))
+        raise InputError(f"model: got {model!r}, expected one of: {known}")
+    return _with_law(FORMULATIONS[model, coordinates], law)
 
 
 def contact_terms(

@@ -12,7 +12,6 @@ outside the cone from the first v_1 > 0, and the series converges.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy
 
@@ -41,7 +40,9 @@ class OnsetSeries:
         return tuple(fn.fdot(row, powers) for row in self.coefficients)
 
 
-def direction_on_the_cone(body: Parameters, state: NewtonState, fn: Functions) -> Any:
+def direction_on_the_cone(
+    body: Parameters, state: NewtonState, fn: Functions
+) -> tuple[Scalar, Scalar]:
     """The direction in which gliding begins where rolling reaches the cone: against the force."""
     x, y, _ = rolling.constraint_force(body, state)
     size = fn.hypot(x, y)

@@ -153,7 +153,7 @@ def E_tilde(q: Motion) -> Scalar:
 
 @quantity(POWER)
 def E_tilde_dot(q: Motion) -> Scalar:
-    """Rate of the modified energy, m (omega x a).v_A_dot; after eq (9)."""
+    """Rate of the modified energy, m (omega x a).v_A_dot; eq (12)."""
     return q.body.m * dot(q.omega_cross_a, q.v_dot)
 
 
@@ -165,7 +165,7 @@ def D(q: Motion) -> Scalar:
 
 @quantity(TORQUE)
 def D_dot(q: Motion) -> Scalar:
-    """Rate of Routh's function, gamma m/(alpha sqrt(d)) (z x a).v_A_dot; after eq (9)."""
+    """Rate of Routh's function, gamma m/(alpha sqrt(d)) (z x a).v_A_dot; eq (11)."""
     z_cross_a = (-q.a[1], q.a[0], 0)
     factor = q.body.gamma * q.body.m / (q.body.alpha * q.fn.sqrt(d(q.body, q.state.kz)))
     return factor * dot(z_cross_a, q.v_dot)
