@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -74,3 +75,19 @@ def test_unknown_scenes_have_status_2(
     captured = capsys.readouterr()
     assert captured.err.count("\n") == 1
     assert "nowhere" in captured.err
+
+
+@pytest.mark.parametrize("place", ["empty", "missing"])
+@pytest.mark.parametrize(
+    "what", ["verify", "verify --json", "certify", "certify --check", "certify --check --json"]
+)
+def test_nothing_to_look_at_is_no_pass(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], what: str, place: str
+) -> None:
+    pytest.importorskip("flint", reason="needs the extra certify")
+    (tmp_path / "empty").mkdir()
+    assert main(["golden", *what.split(), "--folder", str(tmp_path / place)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert f"golden data: got none in {tmp_path / place}, expected" in captured.err
+    assert captured.err.count("\n") == 1

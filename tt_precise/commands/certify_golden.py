@@ -65,15 +65,15 @@ def command(
         raise InputError(
             "golden certify: python-flint is not installed; pip install 'tt-precise[certify]'"
         ) from None
-    from tt_precise.golden.store import scenes as golden_scenes
+    from tt_precise.golden.places import scenes as golden_scenes
+    from tt_precise.golden.places import some
     from tt_precise.progress import progress_bar
     from tt_precise.workers import Call, Failure, cores, local_pool
 
-    scenes = scenes or tuple(golden_scenes(folder))
+    scenes = tuple(dict.fromkeys(scenes or some(golden_scenes(folder), folder)))
     if checked:
         return _check(scenes, folder, bits, as_json)
     found, nothing = [], []
-    scenes = tuple(dict.fromkeys(scenes))
     # two that share a scene are no faster than one, for 1.4 times the processor time
     shared = workers or 1 if len(scenes) == 1 else 1
     workers = workers or cores()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -58,6 +59,24 @@ def scenes(folder: Folder = None) -> list[str]:
         for entry in place.iterdir()
         if not entry.name.startswith(".") and (entry / MANIFEST).is_file()
     )
+
+
+def some(names: Iterable[str], folder: Folder = None) -> list[str]:
+    """These names of scenes, if there are any: a gate that looked at nothing must not pass.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    found = list(names)
+    if not found:
+        place = home() if folder is None else Path(folder)
+        raise InputError(
+            f"golden data: got none in {place}, expected the folder of a scene there; "
+            "`tt-precise golden build` makes it"
+        )
+    return found
 
 
 def locate(scene: str | Path, folder: Folder = None) -> Located:

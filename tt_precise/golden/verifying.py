@@ -15,7 +15,7 @@ from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import ordered_events
 from tt_precise.golden.distance import as_decimal, correct_digits, relative_error, scales_by_kind
 from tt_precise.golden.integrity import inspect
-from tt_precise.golden.places import VECTORS, Folder, Located, home, locate, require
+from tt_precise.golden.places import VECTORS, Folder, Located, home, locate, require, some
 from tt_precise.golden.proved import PROVED
 from tt_precise.golden.runs import LADDER, Run, Task
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
@@ -101,10 +101,10 @@ def verify(
     Raises
     ------
     InputError
-        There are no such data.
+        There are no such data, or none at all.
     """
     located = {one.name: one.folder for one in _asked_for(scenes, folder)}
-    wanted = list(located)
+    wanted = some(located, folder)
     found: dict[str, Verification] = {}
 
     @cache
