@@ -36,6 +36,7 @@ from tt_precise.certify.starts import (
     outcome,
 )  # fmt: skip
 from tt_precise.certify.starts_map import MapSide, proved_map
+from tt_precise.cli import main
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.manifest import scene_sha256
@@ -236,11 +237,40 @@ def test_cells_of_a_map() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["theta=0:1:2", "phi_dot=1:0:3", "phi_dot=0:1", "omega_3=a:b:3", "phi_dot=0:1:99999999"],
+    [
+        "theta=0:1:2",
+        "phi_dot=1:0:3",
+        "phi_dot=0:1",
+        "omega_3=a:b:3",
+        "phi_dot=0:1:99999999",
+        "phi_dot=0:1:5/2",
+        "phi_dot=1e-999999999:1:3",  # a fraction of a billion digits
+    ],
 )
 def test_a_map_that_is_none(text: str) -> None:
-    with pytest.raises(InputError, match="map: got"):
+    with pytest.raises(InputError, match=r"map: got .{1,200} expected"):
         MapSide.parse(text)
+
+
+@pytest.mark.parametrize(
+    ("reaches", "message"),
+    [
+        (["theta=1e-999999999"], "--within theta: got '1e-999999999', expected an exact number"),
+        (["theta=nan"], "expected an exact number"),
+        (["theta"], "expected NAME=NUMBER"),
+        (["theta=1e-9", "theta=1e-7"], "each name once"),
+        (["theta=-1e-900"], "box: got theta="),
+        ([], "box: got nothing"),
+    ],
+)
+def test_half_widths_that_are_none(
+    capsys: pytest.CaptureFixture[str], reaches: list[str], message: str
+) -> None:
+    words = [word for reach in reaches for word in ("--within", reach)]
+    assert main(["golden", "starts", "reference", *words]) == 2
+    captured = capsys.readouterr()
+    assert message in captured.err
+    assert len(captured.err) < 300
 
 
 def committed(name: str) -> dict[str, Any]:

@@ -333,9 +333,19 @@ def test_an_index_that_was_sealed_again_is_noticed(
         assert found(), name
 
 
-def test_an_empty_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["golden", "vectors", "--build", "--index-only", "--folder", str(tmp_path)]) == 2
-    assert "expected one with golden data" in capsys.readouterr().err
+@pytest.mark.parametrize("options", ["", "--build", "--index-only --json", "--build --index-only"])
+def test_an_empty_folder_is_refused_before_the_work(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    options: str,
+) -> None:
+    monkeypatch.setattr(index, "vector_texts", lambda _: pytest.fail("a minute of work"))
+    assert main(["golden", "vectors", *options.split(), "--folder", str(tmp_path)]) == 2
+    captured = capsys.readouterr()
+    assert "expected one with golden data" in captured.err
+    assert captured.out == ""
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.golden

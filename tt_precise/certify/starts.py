@@ -63,7 +63,7 @@ class Box:
         wrong = sorted(set(self.reach) - set(EulerState._fields))
         if wrong or not self.reach or any(not w > 0 for w in self.reach.values()):
             raise InputError(
-                f"box: got {', '.join(f'{n}={w}' for n, w in self.reach.items()) or 'nothing'}, "
+                f"box: got {_listed(self.reach) or 'nothing'}, "
                 f"expected positive half-widths of some of {', '.join(EulerState._fields)}"
             )
         if self.scene.model != "gliding" or self.scene.record or self.scene.body.law != "viscous":
@@ -126,6 +126,10 @@ class Fate:
             "within": {name: exact_decimal(w) for name, w in self.box.reach.items()},
             **{name: getattr(self, name) for name in facts},
         }
+
+
+def _listed(reach: Mapping[str, Fraction]) -> str:
+    return ", ".join(f"{name}={width}"[:60] for name, width in reach.items())
 
 
 def fans(box: Box, degree: int = DEGREE) -> list[Fan]:

@@ -24,6 +24,7 @@ from tt_precise.certify.starts import (
 from tt_precise.errors import InputError
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.numerals import exact
 from tt_precise.progress import Progress, silent
 from tt_precise.scene import Scene
 from tt_precise.untyped import Json
@@ -54,7 +55,7 @@ class MapSide:
         known = self.name in EulerState._fields[1:]
         if not known or not self.low < self.high or not 2 <= self.count <= MOST_CELLS:
             raise InputError(
-                f"map: got {self.name}={self.low}:{self.high}:{self.count}, expected "
+                f"map: got {f'{self.name}={self.low}:{self.high}:{self.count}'[:60]!r}, expected "
                 f"NAME=FIRST:LAST:COUNT with one of {', '.join(EulerState._fields[1:])}, and "
                 f"2 to {MOST_CELLS} cells"
             )
@@ -64,10 +65,10 @@ class MapSide:
         """From NAME=FIRST:LAST:COUNT."""
         name, _, numbers = text.partition("=")
         try:
-            low, high, count = numbers.split(":")
-            return cls(name, Fraction(low), Fraction(high), int(count))
+            low, high, count = (exact(part) for part in numbers.split(":"))
         except ValueError:
             raise InputError(f"map: got {text[:60]!r}, expected NAME=FIRST:LAST:COUNT") from None
+        return cls(name, low, high, int(count) if count.denominator == 1 else 0)
 
     @property
     def half(self) -> Fraction:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 
 import click
+
+from tt_precise.commands.options import JSON
 
 SCHEMA = "tt_precise.golden.starts/1"
 UNDECIDED_STATUS = 1
@@ -23,17 +24,20 @@ UNDECIDED_STATUS = 1
     help="An entry of the start and how far it may be from the scene's, SI: theta=1e-7.",
 )
 @click.option(
-    "--event", "events", multiple=True, help="Also say when this happens, if it does once."
+    "--event",
+    "events",
+    multiple=True,
+    help="An event: also say when it happens, if it does exactly once.",
 )
 @click.option(
     "--map",
     "sides",
     multiple=True,
     metavar="NAME=FIRST:LAST:COUNT",
-    help="Twice, instead of --within: the cells of a map, each of them a box, at their start.",
+    help="Twice, instead of --within: what is proved at t = 0 of each cell of a map, a box.",
 )
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write JSON here.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+@JSON
 def command(
     scene: str,
     reaches: tuple[str, ...],
@@ -72,7 +76,7 @@ def command(
         with progress_bar("proving cells") as progress:
             found = starts_map.proved_map(known, x, y, progress)
     else:
-        box = starts.Box(known, dict(_reach(text) for text in reaches))
+        box = starts.Box(known, _reach(reaches))
         found = starts.outcome(box, events)
     content = {"schema": SCHEMA, **found.as_dict()}
     if out is not None:
@@ -81,11 +85,14 @@ def command(
     return 0 if found.proved else UNDECIDED_STATUS
 
 
-def _reach(text: str) -> tuple[str, Fraction]:
+def _reach(texts: tuple[str, ...]) -> dict[str, Fraction]:
     from tt_precise.errors import InputError
+    from tt_precise.numerals import exact
 
-    name, _, number = text.partition("=")
-    try:
-        return name, Fraction(Decimal(number))
-    except (ArithmeticError, ValueError):
-        raise InputError(f"--within: got {text[:60]!r}, expected NAME=NUMBER") from None
+    found: dict[str, Fraction] = {}
+    for text in texts:
+        name, equals, number = text.partition("=")
+        if not equals or name in found:
+            raise InputError(f"--within: got {text[:60]!r}, expected NAME=NUMBER, each name once")
+        found[name] = exact(number, f"--within {name[:60]}")
+    return found

@@ -48,7 +48,14 @@ KINDS = {
 
 
 def build(folder: Path, progress: Progress = silent) -> list[Path]:
-    """Compute the test vectors and write them, and the index of the whole ``folder``."""
+    """Compute the test vectors and write them, and the index of the whole ``folder``.
+
+    Raises
+    ------
+    InputError
+        There is no golden data in ``folder``, which is found out before the work.
+    """
+    _scenes(folder)
     place = folder / VECTORS
     place.mkdir(parents=True, exist_ok=True)
     for name, text in vector_texts(progress).items():
@@ -70,7 +77,14 @@ def verify(folder: Path, progress: Progress = silent) -> list[str]:
 
 
 def stale(folder: Path) -> Iterator[str]:
-    """What the index says otherwise than the files."""
+    """What the index says otherwise than the files.
+
+    Raises
+    ------
+    InputError
+        There is no golden data in ``folder``.
+    """
+    _scenes(folder)
     file = folder / INDEX
     if not file.is_file():
         yield f"{INDEX}: missing; tt-precise golden vectors --build makes it"
@@ -152,10 +166,7 @@ def entries(folder: Path) -> Iterator[dict[str, Json]]:
     InputError
         There is no golden data in ``folder``.
     """
-    names = store.scenes(folder)
-    if not names:
-        raise InputError(f"folder: got {folder}, expected one with golden data")
-    for name in names:
+    for name in _scenes(folder):
         manifest = json_file.read(folder / name / store.MANIFEST, "the manifest of golden data")
         for file in sorted((folder / name).iterdir()):
             if file.name in KINDS:
@@ -171,6 +182,13 @@ def entries(folder: Path) -> Iterator[dict[str, Json]]:
                 "kind": "vectors", "content": "inputs and expected values, decimal strings",
                 "scene": None, "schema": SCHEMAS[name], "digits": states.DIGITS,
             }  # fmt: skip
+
+
+def _scenes(folder: Path) -> list[str]:
+    names = store.scenes(folder)
+    if not names:
+        raise InputError(f"folder: got {folder}, expected one with golden data")
+    return names
 
 
 def _schema(file: Path, kind: str) -> str:
