@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.processes import Processes, TimeLimitError, WorkerDiedError
+from tt_precise.processes import Processes, TaskGroup, TimeLimitError, WorkerDiedError
 
 PARENT = """
 import os, signal, sys, time
@@ -204,6 +204,31 @@ def test_a_group_shares_a_process_and_what_it_computed(two: Processes) -> None:
         found.setdefault(name, set()).add(future.result(60))
     assert {name: len(some) for name, some in found.items()} == {"a": 1, "b": 1, "c": 1}
     assert len({pid for some in found.values() for pid, _ in some}) == 2
+
+
+def test_a_process_goes_on_with_groups_of_its_kind_and_another_with_another_kind(
+    two: Processes, tmp_path: Path
+) -> None:
+    """``begun`` gives the order, whatever the machine's load: all wait before any may begin."""
+    gates = [tmp_path / name for name in ("first", "second", "a1")]
+    for gate in gates:
+        os.mkfifo(gate)
+    held = [two.submit(gate.read_text) for gate in gates[:2]]
+    a1 = two.submit_within(None, TaskGroup("a", "1"), gates[2].read_text)
+    begun = {
+        kind + name: two.submit_within(None, TaskGroup(kind, name), time.monotonic)
+        for kind, name in ("a2", "a3", "b1", "a4", "b2")
+    }
+    gates[0].write_text("")  # this process takes a1, and is held there
+    held[0].result(60)
+    until = time.monotonic() + 60
+    while not a1.running() and time.monotonic() < until:
+        time.sleep(0.01)
+    gates[1].write_text("")
+    order = sorted(begun, key=lambda name: begun[name].result(60))
+    gates[2].write_text("")
+    assert a1.result(60) == ""
+    assert order == ["b1", "b2", "a2", "a3", "a4"]
 
 
 def test_a_process_is_replaced_after_some_tasks() -> None:

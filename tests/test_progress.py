@@ -3,11 +3,10 @@
 import io
 import subprocess
 import sys
-import time
 
 import pytest
 
-from tt_precise.progress import progress_bar, progress_bars, silent
+from tt_precise.progress import progress_bar, silent
 
 
 class Terminal(io.StringIO):
@@ -56,28 +55,3 @@ def test_rich_is_imported_for_a_terminal_only() -> None:
         "assert 'rich' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.PIPE)
-
-
-def test_a_terminal_sees_each_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.delenv("NO_COLOR", raising=False)
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    with progress_bars("claims judged", 2) as (progress, announce):
-        for step in ("Golden data", "Proofs"):
-            announce(step)
-            until = time.monotonic() + 60
-            while step not in terminal.getvalue() and time.monotonic() < until:
-                time.sleep(0.01)  # the bars are drawn ten times a second
-        progress(0.5)
-    shown = terminal.getvalue()
-    assert all(word in shown for word in ("claims judged", "Golden data", "Proofs"))
-
-
-def test_steps_are_silent_where_nobody_looks(monkeypatch: pytest.MonkeyPatch) -> None:
-    file = io.StringIO()
-    monkeypatch.setattr(sys, "stderr", file)
-    with progress_bars("claims judged", 2) as (progress, announce):
-        assert progress is silent
-        announce("Golden data")
-    assert file.getvalue() == ""

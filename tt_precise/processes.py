@@ -3,7 +3,8 @@
 ``ProcessPoolExecutor`` does not know which task a worker is at: one that dies takes all tasks in
 flight with it, and one that hangs cannot be ended. Here each worker has a pipe and a thread of its
 own. So a process that dies fails its own task only, a task may have a time limit, tasks of one
-group share a process, and a process is replaced after some tasks, with all they may have leaked.
+group share a process, which goes on with a group of the same kind if it can, and a process is
+replaced after some tasks, with all they may have leaked.
 
 Processes are spawned: a forked one would inherit heyoka's compiled code and threads in an unknown
 state. A script that uses them needs the usual ``if __name__ == "__main__"``.
@@ -23,7 +24,7 @@ from collections.abc import Callable, Hashable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, NamedTuple
 
 from tt_precise.startup import hide_sympy_from_heyoka
 
@@ -39,6 +40,13 @@ class WorkerDiedError(RuntimeError):
 
 class TimeLimitError(TimeoutError):
     """A task took longer than it may, and its process was ended."""
+
+
+class TaskGroup(NamedTuple):
+    """A group of tasks that shares some of what it computes with other groups of its ``kind``."""
+
+    kind: str
+    name: str
 
 
 @dataclass(frozen=True)
@@ -100,7 +108,9 @@ class Processes(Executor):
         """Put a task at the end of the queue, with a time limit and a group.
 
         Tasks of one group (None: of none) run one after the other, in the same process if that
-        lives, and so may share what they compute (``functools.cache``).
+        lives, and so may share what they compute (``functools.cache``). Of the groups that wait a
+        process prefers one of the kind that it was at (see ``TaskGroup``), or else one of a kind that
+        no other process is at.
         """
         future: Future[Any] = Future()
         with self._changed:
@@ -169,9 +179,10 @@ class Processes(Executor):
 
     def _next(self, group: Hashable) -> _Task | None:
         """The next task for a worker that was at ``group``; None when there will be no more."""
+        kind = _kind(group)
         with self._changed:
             while True:
-                found = self._found(group)
+                found = self._found(group, kind)
                 if found is not None:
                     return found
                 if group is not None:
@@ -183,14 +194,29 @@ class Processes(Executor):
                     return None
                 self._changed.wait()
 
-    def _found(self, group: Hashable) -> _Task | None:
+    def _found(self, group: Hashable, kind: str | None) -> _Task | None:
+        """A task of ``group``; of any if that is None, preferably of ``kind``."""
+        if group is not None:
+            return self._taken(next((task for task in self._waiting if task.group == group), None))
+        elsewhere = {_kind(one) for one in self._groups} - {None}
+        best, best_rank = None, (True, True)
         for task in self._waiting:
-            if task.group == group if group is not None else task.group not in self._groups:
-                self._waiting.remove(task)
-                if task.group is not None:
-                    self._groups.add(task.group)
-                return task
-        return None
+            if task.group in self._groups:
+                continue
+            its_kind = _kind(task.group)
+            rank = (its_kind != kind, its_kind in elsewhere)
+            if best is None or rank < best_rank:
+                best, best_rank = task, rank
+            if not any(rank):  # there is none better in a long queue
+                break
+        return self._taken(best)
+
+    def _taken(self, task: _Task | None) -> _Task | None:
+        if task is not None:
+            self._waiting.remove(task)
+            if task.group is not None:
+                self._groups.add(task.group)
+        return task
 
     def _started(self) -> _Worker:
         worker = _Worker(self._prepare)
@@ -263,6 +289,10 @@ class _Worker:
         while (status := self._process.exitcode) is None and time.monotonic() < until:
             time.sleep(0.001)
         return status
+
+
+def _kind(group: Hashable) -> str | None:
+    return group.kind if isinstance(group, TaskGroup) else None
 
 
 def _serve(pipe: Connection, prepare: Callable[[], object] | None) -> None:

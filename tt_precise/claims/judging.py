@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from tt_precise.claims.claim import Claim, claim_named, claims
 from tt_precise.claims.verdicts import Finding, Verdict
+from tt_precise.processes import TaskGroup
 from tt_precise.progress import Progress, silent
 from tt_precise.untyped import Json
 from tt_precise.workers import Call, Failure, local_pool
+
+SYMBOLS, RUNS = "symbols", "runs"  # what the evidence of a module is, that others share
+FORMULAS = "tt_precise.claims.evidence.formulas"
 
 
 @dataclass(frozen=True)
@@ -92,18 +97,43 @@ def judge_all(
     InputError
         There is no claim with one of the ids; nothing is judged then.
     """
-    wanted = {one.id: one for one in map(claim_named, claims() if ids is None else ids)}
-    modules = Counter(one.group for one in wanted.values())
-    calls = [Call(one.id, (one.id,), group=one.group) for one in wanted.values()]
-    # those of the largest modules first, so that no core is idle at the end
-    calls.sort(key=lambda call: -modules[str(call.group)])
+    calls = calls_for(ids)
+    groups = {call.group for call in calls}
     found: dict[str, Finding] = {}
-    with local_pool(max(1, min(jobs or workers, len(modules)))) as pool:
-        for call, finding in pool.perform(_finding, calls, progress):
+    with local_pool(max(1, min(jobs or workers, len(groups)))) as pool:
+        for call, finding in pool.perform(finding_of, calls, progress):
             if isinstance(finding, Failure):
                 raise finding.error
             found[call.key] = finding
-    ordered = sorted(wanted.values(), key=lambda one: one.order)
+    return judgements(found)
+
+
+def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
+    """The calls of ``finding_of`` for claims (all of them by default), keyed by id.
+
+    Claims of one module are a group; modules that prove formulas are of one kind, those that rest
+    on runs of another.
+
+    Raises
+    ------
+    InputError
+        There is no claim with one of the ids.
+    """
+    wanted = {one.id: one for one in map(claim_named, claims() if ids is None else ids)}
+    modules = Counter(one.group for one in wanted.values())
+    kinds = {module: _kind(module) for module in modules}
+    calls = [
+        Call(one.id, (one.id,), group=TaskGroup(kinds[one.group], one.group))
+        for one in wanted.values()
+    ]
+    # those of the largest modules first, so that no core is idle at the end
+    calls.sort(key=lambda call: -modules[claim_named(call.key).group])
+    return calls
+
+
+def judgements(found: Mapping[str, Finding]) -> list[Judgement]:
+    """Findings by id as judgements, in the order of the list."""
+    ordered = sorted(map(claim_named, found), key=lambda one: one.order)
     return [Judgement(one, found[one.id]) for one in ordered]
 
 
@@ -113,10 +143,16 @@ def counts(judgements: Iterable[Judgement]) -> dict[str, int]:
     return {str(verdict): counted[verdict] for verdict in Verdict}
 
 
-def _finding(id: str) -> Finding:
+def finding_of(id: str) -> Finding:
     """Judge in this process; an exception leaves with the id of the claim it happened in."""
     try:
         return judge(id).finding
     except Exception as error:
         error.add_note(f"while judging {id}")
         raise
+
+
+def _kind(module: str) -> str:
+    used = vars(sys.modules[module]).values()
+    homes = {getattr(one, name, "") for one in used for name in ("__name__", "__module__")}
+    return SYMBOLS if FORMULAS in homes else RUNS

@@ -43,12 +43,11 @@ def command(out: str, opened: bool, rendered: bool, as_json: bool) -> int:
 
 
 def _built(folder: Path) -> list[Path]:
-    from tt_precise.progress import progress_bars
-    from tt_precise.report.build import build, sections_in
+    from tt_precise.progress import progress_bar
+    from tt_precise.report.build import build
 
-    steps = len(sections_in(folder)) + 1
-    with progress_bars("claims judged", steps) as (progress, announce):
-        return build(folder, f"tt-precise report --out {folder}", progress, announce)
+    with progress_bar("claims and sections") as progress:
+        return build(folder, f"tt-precise report --out {folder}", progress)
 
 
 def _rendered(folder: Path) -> list[Path]:

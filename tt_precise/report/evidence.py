@@ -52,6 +52,11 @@ def precision_runs() -> tuple[PrecisionRun, ...]:
     )
 
 
+def precisions() -> str:
+    """In words, which precisions those are, and their steps."""
+    return ", ".join(f"{run.label} ({run.trajectory.steps} steps)" for run in precision_runs())
+
+
 def state_distance(run: Trajectory, reference: Trajectory) -> Scalar:
     """Largest difference of the vector entries of two final states, in dimensionless units."""
     context, units = reference.precision.context, reference.start.units

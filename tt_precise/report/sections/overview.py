@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from tt_precise.claims import Judgement, Verdict, counts
 from tt_precise.report.animation import motion
@@ -10,13 +11,26 @@ from tt_precise.report.document import Card, Overview
 from tt_precise.report.evidence import precision_runs
 from tt_precise.report.sections.claims import entries
 from tt_precise.report.text import full, short
+from tt_precise.untyped import Json
 
 PAPER_DRIFT = 1e-6
 DIGITS = 8
 SHOWN = {"NUM-22": "1.8534", "NUM-05": "7.87 s"}  # the paper's numbers beside ours
 
 
-def overview(judgements: Sequence[Judgement]) -> Overview:
+@dataclass(frozen=True)
+class Headlines:
+    """What the first screen shows beside the verdicts, computed where the runs are.
+
+    ``cards`` without what claims say of them; ``results`` for results.json.
+    """
+
+    cards: Sequence[Card]
+    animation: dict[str, Json] | None
+    results: dict[str, Json]
+
+
+def headlines() -> Headlines:
     """The answers that a person takes away, each computed by this run."""
     runs = {run.label: run for run in precision_runs()}
     drifts = {label: run.trajectory.drift["jellett"] for label, run in runs.items()}
@@ -39,25 +53,33 @@ def overview(judgements: Sequence[Judgement]) -> Overview:
             full(end / start, DIGITS),
             SHOWN["NUM-22"],
             f"theory, after an infinite time: {limit}",
-            good=_agrees(judgements, "NUM-22"),
         ),
         Card(
             "end of the climb",
             f"{full(ended, DIGITS)} s",
             SHOWN["NUM-05"],
             "of the three definitions tried, none gives the paper's time",
-            good=_agrees(judgements, "NUM-05"),
         ),
     ]
-    return Overview(
-        verdict(counts(judgements), len(judgements)),
-        entries(judgements),
+    return Headlines(
         cards,
         motion(),
         {
             "jellett_drift": {label: short(drift, 3) for label, drift in drifts.items()},
             "energy_ratio": full(end / start, 20),
         },
+    )
+
+
+def overview(judgements: Sequence[Judgement], computed: Headlines) -> Overview:
+    """The first screen, with the verdicts."""
+    agree = {printed: _agrees(judgements, id) for id, printed in SHOWN.items()}
+    return Overview(
+        verdict(counts(judgements), len(judgements)),
+        entries(judgements),
+        [replace(one, good=agree.get(one.paper, one.good)) for one in computed.cards],
+        computed.animation,
+        computed.results,
     )
 
 

@@ -1,0 +1,118 @@
+"""What a report is put together from, computed by worker processes: verdicts and sections."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tt_precise.claims import Judgement
+from tt_precise.claims.judging import RUNS, calls_for, finding_of, judgements
+from tt_precise.processes import TaskGroup
+from tt_precise.progress import Progress, silent
+from tt_precise.report.document import Section
+from tt_precise.report.evidence import precisions
+from tt_precise.report.sections import (
+    conservation,
+    engines,
+    extremes,
+    golden,
+    measured,
+    proofs,
+    solution,
+    thresholds,
+    tradeoff,
+)
+from tt_precise.report.sections.overview import Headlines, headlines
+from tt_precise.workers import Call, Failure, local_pool
+
+WORKERS = 2
+PRECISIONS = "precisions"  # what rests on the reference scene in every precision
+TABLES = "tables"  # sections that read what is stored, and share nothing
+REFERENCE, CONSERVATION, THRESHOLDS = "The reference solution", "Conservation", "Thresholds"
+SHARING = {
+    REFERENCE: TaskGroup(RUNS, REFERENCE),
+    THRESHOLDS: TaskGroup(RUNS, THRESHOLDS),
+    CONSERVATION: TaskGroup(PRECISIONS, PRECISIONS),
+}
+
+
+@dataclass(frozen=True)
+class Computed:
+    """All that a report is put together from, but its provenance.
+
+    ``seconds`` is how long judging took, shared among the workers; ``precisions`` says in words
+    what the reference scene was integrated in.
+    """
+
+    judgements: list[Judgement]
+    sections: Sequence[Section]
+    headlines: Headlines
+    precisions: str
+    seconds: float
+
+
+def compute(folder: Path, progress: Progress = silent) -> Computed:
+    """Judge the claims and make the sections that no judgement is part of.
+
+    ``folder`` holds the tables that commands of their own have measured. ``progress`` is called
+    with the share of claims and sections that are done.
+    """
+    claims = calls_for()
+    titles = list(sections_in(folder))
+    rest = [title for title in titles if title not in SHARING]
+    # what shares runs with claims comes before them, and what shares nothing last: either process
+    # can take it, so that both end at the same time
+    calls = [
+        *(_section_call(title, folder, group) for title, group in SHARING.items()),
+        Call("headlines", (headlines,), group=SHARING[CONSERVATION]),
+        Call("precisions", (precisions,), group=SHARING[CONSERVATION]),
+        *(Call(one.key, (finding_of, *one.arguments), group=one.group) for one in claims),
+        *(_section_call(title, folder, TaskGroup(TABLES, title)) for title in rest),
+    ]
+    found, took = {}, {}
+    with local_pool(WORKERS, inline=False) as pool:
+        for call, result in pool.perform(_timed, calls, progress):
+            if isinstance(result, Failure):
+                raise result.error
+            found[call.key], took[call.key] = result
+    return Computed(
+        judgements({one.key: found[one.key] for one in claims}),
+        [found[title] for title in titles],
+        found["headlines"],
+        found["precisions"],
+        sum(took[one.key] for one in claims) / WORKERS,
+    )
+
+
+def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
+    """What makes the sections, by title, in order."""
+    return {
+        REFERENCE: solution.reference,
+        CONSERVATION: conservation.section,
+        "Other starts": solution.starts,
+        THRESHOLDS: thresholds.section,
+        "Golden data": golden.section,
+        "Proofs": proofs.section,
+        "Speed against accuracy": partial(tradeoff.section, folder),
+        "Extremes": partial(extremes.section, folder),
+        engines.TITLE: partial(engines.section, folder),
+        **{one.title: partial(one.section, folder) for one in measured.ALL},
+    }
+
+
+def _section_call(title: str, folder: Path, group: TaskGroup) -> Call:
+    return Call(title, (_section, title, folder), group=group)
+
+
+def _section(title: str, folder: Path) -> Section:
+    return sections_in(folder)[title]()
+
+
+def _timed(work: Callable[..., Any], *arguments: Any) -> tuple[Any, float]:
+    """The result in a worker process, and the seconds that it took."""
+    begun = time.monotonic()
+    return work(*arguments), time.monotonic() - begun
