@@ -1,4 +1,4 @@
-"""A whole engine of the protocol of ``tt-precise engines --run``, with the standard library only.
+"""A whole engine of the protocol of ``tt-precise engines``, with the standard library only.
 
 Rigid contact, Coulomb's friction while the contact glides (below 1 cm/s its friction is
 proportional to the gliding speed, so that it does not stick), Runge and Kutta's method.

@@ -42,7 +42,7 @@ SLOW = {
     "golden-certify-check": [("golden certify upright --folder {copied} --check", 0)],
     "golden-starts": [
         ("golden starts reference --within theta=1e-3", 1),
-        ("golden starts stays-upright --within omega_3=1 --parts 2", 0),
+        ("golden starts stays-upright --within omega_3=1", 0),
     ],
     "golden-starts-map": [
         ("golden starts reference --map phi_dot=-40:-20:2 --map omega_3=20:26:2", 0)
