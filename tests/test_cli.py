@@ -128,7 +128,9 @@ def test_a_bad_scene(
         (["events", "--only", "equator"], "expected the SCENE too"),
         (["thresholds", "nowhere"], "scene: got 'nowhere'"),
         (["thresholds", "reference", "--digits", "0"], "expected a whole number between 1 and"),
-        (["invert"], "No such command 'invert'"),
+        (["invert"], "command: got 'invert', expected one of: run, thresholds, scene, "),
+        (["run", "reference", "--until", "0", "--out", "-"], "-: got a dash, expected a file"),
+        (["run", "reference", "--plot", "a.svg", "--out", "./a.svg"], "which is --out too"),
         (["--fast"], "No such option"),
     ],
 )
@@ -304,8 +306,6 @@ def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("name", cli.COMMANDS)
 def test_every_command_explains_itself(capsys: pytest.CaptureFixture[str], name: str) -> None:
-    if not (Path(cli.__file__).parent / "commands" / f"{name}.py").exists():
-        pytest.skip(f"commands/{name}.py is still to be written")
     assert cli.main([name, "--help"]) == 0
     assert f"Usage: tt-precise {name}" in capsys.readouterr().out
 
@@ -315,6 +315,39 @@ def test_no_command_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str])
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("Usage: tt-precise")
+
+
+def test_the_package_runs_as_the_command() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "tt_precise", "invert"], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("tt-precise: command: got 'invert', expected one of: run,")
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        ("run {scene} --until 0.1 --out {scene}", "--out"),
+        ("golden starts {scene} --within theta=1e-9 --out {scene}", "--out"),
+        ("check {mine} --scene {scene} --markdown {link}", "--markdown"),
+        ("check {mine} --scene {scene} --junit {scene}", "--junit"),
+    ],
+)
+def test_what_is_read_is_not_written_over(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene_file: Callable[..., str],
+    words: str, option: str,
+) -> None:  # fmt: skip
+    scene, mine = scene_file('title = "', 'title = "My '), tmp_path / "mine.csv"
+    assert cli.main(["run", scene, "--until", "0.05", "--out", str(mine)]) == 0
+    (tmp_path / "link").symlink_to(mine)
+    before = Path(scene).read_bytes(), mine.read_bytes()
+    capsys.readouterr()
+    places = {"scene": scene, "mine": mine, "link": tmp_path / "link"}
+    message = refused(capsys, *words.format(**places).split())
+    assert f"{option}: got " in message
+    assert "which is read; expected another file" in message
+    assert (Path(scene).read_bytes(), mine.read_bytes()) == before
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,7 +20,10 @@ ORDER = (
     "cli",
 )  # fmt: skip
 # files of the top folder that are no common tools
-PLACES = {"dry_friction": "body", "compliance": "body", "start": "scene", "initial_state": "scene"}
+PLACES = {
+    "dry_friction": "body", "compliance": "body", "start": "scene", "initial_state": "scene",
+    "__main__": "cli",
+}  # fmt: skip
 LONGEST = 400  # lines of a file
 
 

@@ -28,11 +28,13 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The place cannot be written, or is full.
+        The place cannot be written, or is full; or it is a dash, which elsewhere is a stream.
     """
     import tempfile  # here, as much imports this that does not write
 
     target = Path(path)
+    if str(target) == "-":
+        raise InputError("-: got a dash, expected a file to write; /dev/stdout is standard output")
     try:
         device = _is_device(target)
         if not device:
@@ -64,6 +66,32 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise _unwritable(target, error) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def require_apart(outputs: Mapping[str, str | Path | None], *inputs: str) -> None:
+    """Refuse to write over what is read, or one file over another; ``outputs`` are by option.
+
+    Raises
+    ------
+    InputError
+        An output is one of the files ``inputs``, or is named twice.
+    """
+    # a bare word is the name of a scene that ships
+    taken = {_place(one): "which is read" for one in inputs if os.sep in one or "." in one}
+    for option, path in outputs.items():
+        if path is None or _is_device(Path(path)):
+            continue
+        place = _place(path)
+        if place in taken:
+            raise InputError(f"{option}: got {path}, {taken[place]}; expected another file")
+        taken[place] = f"which is {option} too"
+
+
+def _place(path: str | Path) -> str:
+    try:
+        return os.path.realpath(path)
+    except ValueError:  # a null character, of which the reader or the writer says more
+        return str(path)
 
 
 def shipped(name: str) -> Path:

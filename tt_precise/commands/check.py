@@ -77,7 +77,11 @@ def command(
     from tt_precise.check.columns import renaming
     from tt_precise.check.limits import read_limits
     from tt_precise.check.run import conservation
+    from tt_precise.files import require_apart
     from tt_precise.progress import progress_bar
+
+    outputs = {"--junit": junit, "--markdown": markdown, "--plot": plot}
+    require_apart(outputs, trajectory, scene)
 
     if plot is not None:
         from tt_precise.plotting import require_format

@@ -61,11 +61,12 @@ def command(
         raise InputError(
             "golden starts: python-flint is not installed; pip install 'tt-precise[certify]'"
         ) from None
-    from tt_precise.files import atomic_write, require_writable
+    from tt_precise.files import atomic_write, require_apart, require_writable
     from tt_precise.progress import progress_bar
     from tt_precise.scene import load_scene
 
     known = load_scene(scene)
+    require_apart({"--out": out}, scene)
     if out is not None:
         require_writable(out)
     if sides and (reaches or events or len(sides) != 2):

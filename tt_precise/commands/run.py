@@ -11,7 +11,7 @@ import click
 from tt_precise.arithmetic import Scalar
 from tt_precise.commands.options import JSON, PRECISION
 from tt_precise.errors import InputError
-from tt_precise.files import require_writable
+from tt_precise.files import require_apart, require_writable
 from tt_precise.terminal import say
 from tt_precise.untyped import Json
 
@@ -83,6 +83,7 @@ def command(
         recorded.add("phi")  # so that the end can be shown as vectors too
     wanted = _split(columns)
     # found out now, not after a long integration
+    require_apart({"--out": out, "--plot": plot}, scene)
     if plot is not None:
         from tt_precise.plotting import require_format
 
