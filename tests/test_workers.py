@@ -229,14 +229,25 @@ def test_a_scheduler_that_goes_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> 
             threads["closed"] = 0
 
     monkeypatch.setattr(distributed, "Client", Client)
-    with dask_pool("tcp://somewhere") as pool:
+    with dask_pool("tcp://somewhere:8786") as pool:
         assert pool.size() == 2
         threads.clear()
         with pytest.raises(
-            InputError, match=r"tcp://somewhere answers no more \(connection reset by"
+            InputError, match=r"tcp://somewhere:8786 answers no more \(connection reset by"
         ):
             pool.size()
     assert threads == {"closed": 0}
+
+
+@pytest.mark.parametrize("address", ["nonsense", "tcp://a:b", "foo://a:1", ""])
+def test_an_address_that_is_none_is_refused_without_a_client(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A client that fails says so a second time, in ten lines, when it is collected."""
+    distributed = pytest.importorskip("distributed", reason="needs the extra dask")
+    monkeypatch.setattr(distributed, "Client", lambda *_, **__: pytest.fail("a client was made"))
+    with pytest.raises(InputError, match=r"dask: got .*expected the address of a scheduler"):
+        dask_pool(address)
 
 
 def test_an_executor_that_breaks_is_bad_input() -> None:

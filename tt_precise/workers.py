@@ -28,6 +28,7 @@ from tt_precise.progress import Progress, silent
 IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting beside it
 LONGEST_REASON = 500  # characters
 MOST_WORKERS, MOST_EACH_CORE = 64, 4
+WITHOUT_PORT = ("inproc://", "ucx://")  # addresses of dask's that are no host and port
 
 
 @dataclass(frozen=True)
@@ -242,9 +243,13 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
     """
     try:
         from distributed import Client
+        from distributed.comm import get_address_host_port
     except ImportError:
         raise InputError("dask: not installed, expected pip install 'tt-precise[dask]'") from None
     try:
+        # a client that fails for its address is half made, and complains again when it is deleted
+        if not address.startswith(WITHOUT_PORT):
+            get_address_host_port(address)
         client = Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
         reason = str(error) or "no answer"

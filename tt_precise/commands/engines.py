@@ -14,12 +14,13 @@ from tt_precise.errors import InputError
 from tt_precise.untyped import Json
 
 GOOD = ("rounding", "converges", "measured")
+LAW = "coulomb"
 
 
 @click.command("engines")
 @click.option("--run", "program", help="A program of the engine protocol, arguments and all.")
 @click.option(
-    "--law", default="coulomb", show_default=True,
+    "--law", default=LAW, show_default=True,
     type=click.Choice(["coulomb", "viscous", "regularised"]),
     help="Friction of the program: the law that it is held against.",
 )  # fmt: skip
@@ -84,18 +85,20 @@ def command(
     steps = (largest, largest / 2, largest / 4)
     ladder = rungs(law)
     known = [rung.name for rung in ladder]
-    for name in (*wanted, *([job_of] if job_of else [])):
+    for name in (*wanted, *([] if job_of is None else [job_of])):
         if name not in known:
             raise InputError(f"rung: got {name!r}, expected one of: {', '.join(known)}")
-    if job_of:
+    if job_of is not None:
         (rung,) = (rung for rung in ladder if rung.name == job_of)
         click.echo(as_text(rung.job(largest)), nl=False)
         return 0
+    if program is None and (order is not None or law != LAW):
+        raise InputError("--law, --order: got one of them without --run, expected the program too")
     if out:
         require_writable(out)
     at_once = workers or cores()
-    if program:
-        words = shlex.split(program)
+    if program is not None:
+        words = _words(program)
         if not words or names:
             raise InputError("run: expected one program, and no --engine beside it")
         chosen = [rung for rung in ladder if not wanted or rung.name in wanted]
@@ -130,6 +133,13 @@ def command(
         atomic_write(out, json.dumps(content, indent=1) + "\n")
     _show(content, as_json)
     return 0
+
+
+def _words(program: str) -> list[str]:
+    try:
+        return shlex.split(program)
+    except ValueError as error:  # a quotation without end
+        raise InputError(f"run: got {program[:60]!r} ({error}), expected a program") from None
 
 
 def _show(content: dict[str, Json], as_json: bool) -> None:

@@ -6,7 +6,7 @@ import json
 
 import click
 
-from tt_precise.commands.options import JSON, PRECISION
+from tt_precise.commands import options
 from tt_precise.errors import InputError
 from tt_precise.terminal import say
 
@@ -15,13 +15,13 @@ SCHEMA = "tt_precise.events/1"
 
 @click.command("events")
 @click.argument("scene", required=False)
-@PRECISION
+@options.PRECISION
 @click.option("--only", help="Names separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
-@JSON
+@options.JSON
 def command(scene: str | None, precision: str | None, only: str | None, as_json: bool) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb."""
     if scene is None:
-        if precision or only:
+        if precision or only is not None:
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
     from tt_precise.commands.run import event_rows
@@ -30,7 +30,9 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
     from tt_precise.scene import load_scene
 
     loaded = load_scene(scene)
-    names = tuple(only.split(",")) if only else catalogue(loaded.model)
+    names = catalogue(loaded.model) if only is None else options.names(only)
+    if not names:
+        raise InputError(f"--only: got {only!r}, expected names separated by commas")
     with progress_bar(f"integrating {loaded.name}") as progress:
         trajectory = integrate(loaded, precision, events=names, progress=progress)
     climb = None

@@ -42,6 +42,11 @@ class _Finite(click.ParamType):
 FINITE, POSITIVE = _Finite(), _Finite(above=0)
 
 
+def names(text: str | None) -> tuple[str, ...]:
+    """The names in a list with commas; none of an option that was not given."""
+    return tuple(name.strip() for name in (text or "").split(",") if name.strip())
+
+
 def workers(default: str) -> Callable[[F], F]:
     """``--workers``, with its older name ``--jobs``; ``default`` says what is taken without."""
     from tt_precise.workers import most_workers

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.arithmetic import Scalar
-from tt_precise.commands.options import JSON, PRECISION
+from tt_precise.commands import options
 from tt_precise.errors import InputError
 from tt_precise.files import require_apart, require_writable
 from tt_precise.terminal import say
@@ -24,7 +24,7 @@ UNFINISHED = 1
 
 @click.command("run")
 @click.argument("scene")
-@PRECISION
+@options.PRECISION
 @click.option("--bits", type=int, help="Bits of mp, instead of 200.")
 @click.option("--digits", type=int, help="Correct digits wanted; arithmetic and accuracy follow.")
 @click.option("--formulation", help="newton (unless --digits finds better) or euler.")
@@ -43,7 +43,7 @@ UNFINISHED = 1
 )
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the trajectory (CSV, SI).")
 @click.option("--plot", type=click.Path(dir_okay=False), help="Draw it (.svg, .png or .pdf).")
-@JSON
+@options.JSON
 def command(
     scene: str,
     precision: str | None,
@@ -77,11 +77,11 @@ def command(
     if events == "all":
         names: tuple[str, ...] = catalogue(loaded.model)
     else:
-        names = _split(events) or loaded.events
-    recorded = set(_split(record) or loaded.record)
+        names = options.names(events) or loaded.events
+    recorded = set(options.names(record) or loaded.record)
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too
-    wanted = _split(columns)
+    wanted = options.names(columns)
     # found out now, not after a long integration
     require_apart({"--out": out, "--plot": plot}, scene)
     if plot is not None:
@@ -204,10 +204,6 @@ def lines(trajectory: Trajectory) -> list[str]:
     elif trajectory.status != "complete":
         shown.append(f"  NOT COMPLETE: it ended before the horizon of {trajectory.scene.until} s")
     return shown
-
-
-def _split(names: str | None) -> tuple[str, ...]:
-    return tuple(name.strip() for name in (names or "").split(",") if name.strip())
 
 
 def _require_columns(names: tuple[str, ...]) -> bool:

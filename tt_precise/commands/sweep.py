@@ -55,9 +55,12 @@ def command() -> None:
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--record", help="Further columns, separated by commas, such as climb_A,max_nu_y.")
 @click.option(
-    "--contact", default="unilateral", show_default=True, help="Or bilateral: on at g_n<0."
+    "--contact",
+    default="unilateral",
+    show_default=True,
+    help="A row ends where g_n reaches 0; or bilateral: goes on, with g_n < 0.",
 )
-@click.option("--out", help="A folder, or a URL of fsspec's: rows, summary; resumes.")
+@click.option("--out", help="Folder or fsspec URL for rows and summary; goes on where it was.")
 @click.option("--csv", "as_csv", is_flag=True, help="Also rows.csv in that folder.")
 @options.workers("one for each core")
 @click.option("--dask", metavar="ADDRESS", help="A dask.distributed scheduler, for a cluster.")
@@ -112,7 +115,7 @@ def run(
             samples=samples,
             sampler=sampler,
             seed=seed,
-            record=tuple(name for name in (record or "").split(",") if name),
+            record=options.names(record),
             contact=contact,
         )
     if as_csv and out is None:
@@ -148,7 +151,9 @@ def run(
 @click.option("--y", required=True, help="A column; t_init, t_end and climb are of definition A.")
 @click.option("--colour", help="A column, such as outcome.")
 @click.option("--map", "z", help="Draw this column over the plane of x and y.")
-@click.option("--out", type=click.Path(dir_okay=False), help="SVG or PNG; by default Y-X.svg.")
+@click.option(
+    "--out", type=click.Path(dir_okay=False), help=".svg, .png or .pdf; by default Y-X.svg."
+)
 def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
     """Draw the rows of RESULT, a sweep's folder, Parquet or CSV file."""
     from tt_precise.plotting import save
@@ -187,10 +192,11 @@ def lines(summary: dict[str, Json]) -> list[str]:
             f"  {name:>13}: {found['value']:.2g} (row {found['index']})"
             for name, found in recheck["largest_difference"].items()
         ]
-    shown += [f"  ANOTHER OUTCOME IN QUAD: {one}" for one in recheck["other_outcome"]]
-    shown += [f"  ONLY IN DOUBLE OR QUAD: {one}" for one in recheck["only_in_one"]]
+    shown += [f"  ANOTHER OUTCOME IN FINER ARITHMETIC: {one}" for one in recheck["other_outcome"]]
+    shown += [f"  ONLY IN ONE OF THE TWO: {one}" for one in recheck["only_in_one"]]
     shown += [
-        f"  ROW {index} FAILED IN QUAD: {error}" for index, error in recheck["errors"].items()
+        f"  ROW {index} FAILED IN FINER ARITHMETIC: {error}"
+        for index, error in recheck["errors"].items()
     ]
     shown += [
         f"  MISSING: rows {one['first']} to {one['first'] + one['rows'] - 1}: {one['error']}"
