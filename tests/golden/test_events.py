@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 import pytest
 
-from tt_precise.golden.events import suspects
-from tt_precise.golden.runs import Task, perform
+from tt_precise.golden.events import ROOT_ORDER, events_table, suspects
+from tt_precise.golden.runs import Task, columns, perform
 from tt_precise.golden.table import Table
-from tt_precise.integrate import integrate
+from tt_precise.integrate import catalogue, integrate
+from tt_precise.integrate.events import EVENTS
 from tt_precise.scene import Scene
 
 Shorten = Callable[[str, str], Scene]
@@ -33,6 +34,25 @@ def test_real_changes_of_sign_stay(shorten: Shorten) -> None:
     raw = integrate(scene, "mp", bits=160, events=("phi_dot_zero",)).events
     run = perform(Task(scene.name, scene.text, "mp", 160, "newton"))
     assert len(raw) == run.events.column("name").count("phi_dot_zero") > 0
+
+
+@pytest.mark.parametrize("precision", ["triple-double", "quad"])
+def test_tables_are_those_of_mpmath_event_by_event(shorten: Shorten, precision: str) -> None:
+    scene = shorten("frictionless", "0.2")  # with cusps
+    run = integrate(scene, precision, events=catalogue(scene.model))
+    names, context = columns(scene), run.precision.context
+    width = run.start.units.time * context.ldexp(1, -run.precision.bits // ROOT_ORDER)
+    expected = []
+    for _, event in run.events.iterrows():
+        function, t = EVENTS[event["name"]].function, event["t"]
+        before, after = max(t - width, 0), min(t + width, run.t_end)
+        if function(run.motion(before)) * function(run.motion(after)) < 0:
+            cells = [run.precision.text(event[name]) for name in names]
+            expected.append((event["name"], cells[0], str(event["direction"]), *cells[1:]))
+    found = events_table(run, names)
+    assert found.columns == ("name", "t", "direction", *names[1:])
+    assert list(found.rows) == expected
+    assert 0 < len(expected) < len(run.events)
 
 
 @pytest.mark.parametrize(

@@ -24,15 +24,23 @@ ROOT_ORDER = 4
 
 def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
     """Columns name, t, direction and the state ``names[1:]`` of each change of sign."""
-    text, context = trajectory.precision.text, trajectory.precision.context
-    changes = _Changes(trajectory)
-    rows = []
-    for _, event in trajectory.events.iterrows():
-        if event["name"] in JOINING or changes.sign_at(str(event["name"]), event["t"]):
-            values = [event[name] for name in names]
-            cells = ["" if value is None else text(context.mpf(value)) for value in values]
-            rows.append((str(event["name"]), cells[0], str(int(event["direction"])), *cells[1:]))
-    return Table(("name", "t", "direction", *names[1:]), tuple(rows))
+    precision, found = trajectory.precision, trajectory.event_table(names[1:])
+    real = _changes(trajectory, found["name"], found["t"])
+    wide = precision.wide
+    with wide.precision():
+        texts = [
+            ["" if text is None else text for text in wide.texts(column, precision.decimals)]
+            for column in (wide.array(found[name]) for name in names)
+        ]
+    rows = zip(found["name"], texts[0], found["direction"], *texts[1:], strict=True)
+    return Table(
+        ("name", "t", "direction", *names[1:]),
+        tuple(
+            (name, t, str(int(direction)), *cells)
+            for kept, (name, t, direction, *cells) in zip(real, rows, strict=True)
+            if kept
+        ),
+    )
 
 
 def suspects(events: Table) -> tuple[str, ...]:
@@ -44,19 +52,22 @@ def suspects(events: Table) -> tuple[str, ...]:
     return not_alternating(found, EVENTS)
 
 
-class _Changes:
-    """Whether an event's function changes sign around a time, by the dense output."""
-
-    def __init__(self, trajectory: Trajectory):
-        self.trajectory = trajectory
-        self.context = trajectory.precision.context
-        unit = trajectory.start.units.time
-        self.width = unit * self.context.ldexp(1, -trajectory.precision.bits // ROOT_ORDER)
-
-    def sign_at(self, name: str, time: Scalar) -> bool:
-        before = max(time - self.width, self.context.mpf(0))
-        after = min(time + self.width, self.context.mpf(self.trajectory.t_end))
-        return bool(self._value(name, before) * self._value(name, after) < 0)
-
-    def _value(self, name: str, time: Scalar) -> Scalar:
-        return EVENTS[name].function(self.trajectory.motion(time))
+def _changes(trajectory: Trajectory, names: Sequence[str], times: Sequence[Scalar]) -> list[bool]:
+    """Of each event whether its function changes sign around its time, by the dense output."""
+    context, unit = trajectory.precision.context, trajectory.start.units.time
+    width = unit * context.ldexp(1, -trajectory.precision.bits // ROOT_ORDER)
+    first, last = context.mpf(0), context.mpf(trajectory.t_end)
+    kinds: dict[str, list[int]] = {}
+    for place, name in enumerate(names):
+        if name not in JOINING:
+            kinds.setdefault(name, []).append(place)
+    found = [True] * len(names)
+    for name, places in kinds.items():
+        around = [
+            [max(times[i] - width, first) for i in places],
+            [min(times[i] + width, last) for i in places],
+        ]
+        signs = (trajectory.evaluated(EVENTS[name].function, side) for side in around)
+        for place, before, after in zip(places, *signs, strict=True):
+            found[place] = bool(before * after < 0)
+    return found

@@ -77,7 +77,7 @@ class State:
 class Columns:
     """What can be asked of the rows of one run: its columns, and every quantity.
 
-    Rows are dimensionless: guarded mpmath numbers, or float64 arrays over time, one an entry.
+    Rows are dimensionless: guarded mpmath numbers, or arrays over time, one an entry.
     """
 
     def __init__(self, setup: Setup, start: InitialState):
@@ -115,13 +115,18 @@ class Columns:
 
     def of_rows(self, names: Sequence[str], rows: Sequence[Row]) -> dict[str, list[Scalar | None]]:
         """Named columns (SI) of ``rows``; None where a quantity is undefined."""
-        motions = [self.motion(row) for row in rows]
-        columns: dict[str, list[Scalar | None]] = {}
-        for name in names:
-            factor = self.start.units.of_dimension(self.dimension(name))
-            values = [self._entry(name, row, q) for row, q in zip(rows, motions, strict=True)]
-            columns[name] = [None if value is None else value * factor for value in values]
-        return columns
+        if not rows:
+            return {name: [] for name in names}
+        wide, alone = self.precision.wide, len(rows) == 1
+        with wide.precision():
+            # one row by itself costs less than arrays of one
+            number = (lambda column: wide.number(column[0])) if alone else wide.array
+            entries = tuple(map(number, zip(*rows, strict=True)))
+            found = self.of_arrays(names, entries, wide.number, wide)
+            return {
+                name: list(map(wide.back, [values] if alone else values))
+                for name, values in found.items()
+            }
 
     def of_arrays(
         self,
@@ -132,19 +137,21 @@ class Columns:
     ) -> dict[str, Array]:
         """The same from an array for each entry, an array for each column; NaN where undefined.
 
-        ``number`` makes the arrays' numbers of guarded ones: ``float`` or ``long_double``. ``fn``
-        are the arrays' functions, NumPy's if none are given.
+        ``number`` makes the arrays' numbers of guarded ones: ``float``, ``long_double``, or that of
+        ``mpfr``. ``fn`` are the arrays' functions, NumPy's if none are given. Entries may be single
+        numbers of that arithmetic, too, and so are the columns then.
         """
         import numpy
 
         q = self.array_motion(entries, number, fn)
-        columns = {}
+        several, columns = hasattr(entries[0], "__len__"), {}
         with numpy.errstate(all="ignore"):
             for name in names:
                 factor = self._factor(self.dimension(name), number)
                 values = self._entry(name, entries, q) * factor
-                several = hasattr(values, "__len__")  # some are one number for all rows
-                columns[name] = values if several else values * numpy.ones(len(entries[0]))
+                if several and not hasattr(values, "__len__"):
+                    values = values * numpy.ones(len(entries[0]))  # one number for all rows
+                columns[name] = values
         return columns
 
     def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:
@@ -160,7 +167,7 @@ class Columns:
         """The ``Motion`` of rows that are given as an array for each entry."""
         import numpy
 
-        body = self.start.once(number, lambda: self.start.map(number)).body
+        body = self.start.once(("body", number), lambda: self.start.body.map(number))
         return motion(self.form, self.record, body, entries, fn or numpy)
 
     def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
@@ -191,10 +198,7 @@ class Columns:
             if "pose" not in q.__dict__:
                 q.__dict__["pose"] = pose_of(q, self._recorded(row))
             return getattr(q.__dict__["pose"], name)
-        try:
-            return QUANTITIES[name].evaluate(q)
-        except ZeroDivisionError:  # the direction of tilt, and what needs it, ends at the poles
-            return None
+        return QUANTITIES[name].evaluate(q)
 
     def _recorded(self, row: tuple[Scalar, ...]) -> dict[str, Scalar]:
         values = row[len(self.form.columns) :]

@@ -22,6 +22,7 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.times import SampleTimes, Times
 from tt_precise.numerals import as_fraction, to_mpmath
 from tt_precise.progress import Progress
+from tt_precise.taylor.numbers import MOST_PARTS
 from tt_precise.untyped import ContinuousOutput
 
 TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
@@ -174,6 +175,33 @@ class DenseOutput:
         if inner:
             self._read(read, progress)
         return [rows[place] for place in range(len(times))]
+
+    def wide_arrays(self, seconds: Array, progress: Progress | None = None) -> tuple[Array, ...]:
+        """The rows of any run at ``seconds``, an array for each entry; both of wide numbers.
+
+        To the same bits as ``rows``, which reads those of several doubles one by one.
+        """
+        import numpy
+
+        wide, parts = self.precision.wide, self.precision.doubles
+        size = len(self.setup.formulation.columns) + len(self.setup.record)
+        if not len(seconds):
+            return tuple(seconds for _ in range(size))
+        if not (parts and self.stored):
+            inner = [self.dimensionless_time(wide.back(t)) for t in seconds]
+            rows = self.rows(inner, progress)
+            return tuple(map(wide.array, zip(*rows, strict=True)))
+        for time in {min(seconds), max(seconds)}:
+            self.dimensionless_time(wide.back(time))
+        times = wide.in_parts(seconds / wide.number(self.start.units.time), MOST_PARTS)
+        at_start, at_end = seconds == 0, seconds >= wide.number(self.end)
+        order = numpy.argsort(times[:, 0], kind="stable")
+        states = numpy.empty((len(times), parts, size))
+        states[order] = self.in_parts(times[order])
+        entries = tuple(wide.of_parts(states[:, :, entry]) for entry in range(size))
+        for entry, first, last in zip(entries, self.start_row, self.end_row, strict=True):
+            entry[at_start], entry[at_end] = wide.number(first), wide.number(last)
+        return entries
 
     def times(self, times: Sequence[Fraction]) -> Times:
         """Exact times in s for ``arrays``; those within ``TIME_TOLERANCE`` of the end are the end.

@@ -25,7 +25,7 @@ from tt_precise.integrate.system import Hit
 from tt_precise.integrate.tables import Numbers, Tables
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import as_fraction, shortest_texts, to_mpmath
+from tt_precise.numerals import as_fraction, shortest_texts
 from tt_precise.progress import Progress
 
 if TYPE_CHECKING:
@@ -185,9 +185,7 @@ class PiecewiseTables(Tables):
         if precision.name == "double":
             plain = list(map(float, times))
             return shortest_texts(plain) if numbers == "text" else plain
-        found: list[Any] = self._converted(
-            [to_mpmath(t, precision.context) for t in times], numbers
-        )
+        found: list[Any] = self._converted(precision.wide.of_fractions(times), numbers)
         return found
 
     def _groups(self, times: Sequence[Fraction]) -> Iterator[tuple[MotionPiece, list[int]]]:
@@ -203,6 +201,13 @@ class PiecewiseTables(Tables):
         return min(
             max(time - as_fraction(piece.begin_s), Fraction(0)), as_fraction(piece.output.end)
         )
+
+    def evaluated(
+        self, function: Callable[[Motion], Scalar], times: Sequence[Scalar]
+    ) -> list[Scalar]:
+        """A function of the motion at guarded times in s, dimensionless, in guarded numbers."""
+        rows = self.dense_output.rows(list(map(self.dense_output.dimensionless_time, times)))
+        return [function(self.of.motion(row)) for row in rows]
 
     def event_columns(
         self, names: Sequence[str], at: Container[str] | None = None

@@ -19,6 +19,7 @@ import mpmath
 
 from tt_precise.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.errors import InputError
+from tt_precise.mpfr import Mpfr, mpfr_of
 from tt_precise.numerals import to_mpmath
 
 if TYPE_CHECKING:
@@ -77,6 +78,11 @@ class Precision:
         Each thread has its own: mpmath's functions raise the precision of theirs for a while.
         """
         return _context(self.bits, threading.get_ident())
+
+    @property
+    def wide(self) -> Mpfr:
+        """Arrays of numbers as precise as those of ``context``."""
+        return mpfr_of(self.context)
 
     @property
     def arithmetic(self) -> Arithmetic:

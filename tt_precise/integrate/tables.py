@@ -1,14 +1,14 @@
 """``Tables``: all rows of one run at once, as columns, events and drifts.
 
-A run in double is read in arrays: 801 rows cost less than the run. What has to be finer than its
-numbers is computed in NumPy's long double there, and in mpmath with guard bits for every other
-precision, row by row.
+Rows are read in arrays: 801 of a run in double cost less than the run. What has to be finer than
+its numbers is computed in NumPy's long double there. Those of every other precision are arrays of
+wide numbers (``mpfr``), with guard bits.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
@@ -19,7 +19,8 @@ from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.propagate import ARRIVED
 from tt_precise.integrate.times import has_long_double, long_double
 from tt_precise.mechanics.conserved import Integral, drift
-from tt_precise.numerals import shortest_texts, to_mpmath
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.numerals import shortest_texts
 from tt_precise.progress import Progress
 
 if TYPE_CHECKING:
@@ -59,10 +60,13 @@ class Tables:
         """
         if self.in_arrays:
             return self._array_columns(names, times, numbers, progress)
-        context, dense_output = self.of.precision.context, self.dense_output
-        rows = dense_output.rows([dense_output.dimensionless_time(t) for t in times], progress)
-        table = {"t": [to_mpmath(t, context) for t in times], **self.of.of_rows(names, rows)}
-        return {name: self._converted(values, numbers) for name, values in table.items()}
+        wide = self.of.precision.wide
+        with wide.precision():
+            seconds = wide.of_fractions(times)
+            entries = self.dense_output.wide_arrays(seconds, progress)
+            found = self.of.of_arrays(names, entries, wide.number, wide)
+            table = {"t": seconds, **found}
+            return {name: self._converted(values, numbers) for name, values in table.items()}
 
     def _array_columns(
         self,
@@ -84,16 +88,28 @@ class Tables:
             return table
         return {name: shortest_texts(values) for name, values in table.items()}
 
-    def _converted(self, values: list[Scalar | None], numbers: Numbers) -> Array:
+    def _converted(self, values: Array, numbers: Numbers) -> Array:
+        """Wide numbers as they are asked for."""
         import numpy
 
         precision = self.of.precision
         if numbers == "text":
-            return [None if value is None else precision.text(value) for value in values]
+            return precision.wide.texts(values, precision.decimals)
         if numbers == "float" or precision.name == "double":
-            missing = float("nan")
-            return numpy.array([missing if v is None else float(v) for v in values], dtype=float)
-        return numpy.array(values, dtype=object)
+            found = values.astype(float)
+            return (
+                numpy.where(numpy.isfinite(found), found, numpy.nan) + 0.0
+            )  # no minus before zero
+        return numpy.array(list(map(precision.wide.back, values)), dtype=object)
+
+    def evaluated(
+        self, function: Callable[[Motion], Scalar], times: Sequence[Scalar]
+    ) -> list[Scalar]:
+        """A function of the motion at guarded times in s, dimensionless, in guarded numbers."""
+        wide = self.of.precision.wide
+        with wide.precision():
+            entries = self.dense_output.wide_arrays(wide.array(times))
+            return list(map(wide.back, function(self.of.array_motion(entries, wide.number, wide))))
 
     def events(self) -> pandas.DataFrame:
         """The recorded events in order of time: name, t, direction and the state there."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
@@ -153,6 +153,12 @@ class Trajectory(Estimated):
         """What quantities are computed from at ``t`` (s), dimensionless; refused as by ``at``."""
         time = self._dense_output.dimensionless_time(t)
         return self._columns.motion(self._dense_output.rows([time])[0])
+
+    def evaluated(
+        self, function: Callable[[Motion], Scalar], times: Sequence[Scalar]
+    ) -> list[Scalar]:
+        """``function(motion(t))`` at all of these times, which are mpmath numbers, at once."""
+        return self._tables.evaluated(function, times)
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
