@@ -86,10 +86,14 @@ def test_a_time_without_golden_data_is_refused() -> None:
         golden_problem("reference", "newton", "0.0123")
 
 
-def test_what_is_not_a_number_is_infinitely_wrong(short: GoldenProblem) -> None:
-    state = [float("nan")] * 8
+@pytest.mark.parametrize("entry", [0, 4, 7])
+def test_what_is_not_a_number_is_infinitely_wrong(short: GoldenProblem, entry: int) -> None:
+    state = short.state(DOUBLE)
+    state[entry] = float("nan")
     times = short.clock(DOUBLE, short.times[-1:])
-    assert short.truth.errors([state], DOUBLE, times).error == numpy.inf
+    found = short.truth.errors([state], DOUBLE, times)
+    assert found.error == numpy.inf
+    assert (found.jellett_drift == numpy.inf) == (entry < 6)  # lambda knows no velocity
 
 
 def test_the_clock_is_exact() -> None:

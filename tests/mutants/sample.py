@@ -278,7 +278,7 @@ def report(sample: Sequence[Mutant], known: dict[Key, bool]) -> int:
     unnamed = [one for one in living if one.key not in reasons]
     for one in living:
         print(f"  lives: {described(one)}\n         {reasons.get(one.key, 'NO REASON GIVEN')}")
-    if len(tried) < len(sample):
+    if not sample or len(tried) < len(sample):
         return 2
     return 0 if share >= ENOUGH and not unnamed else 1
 

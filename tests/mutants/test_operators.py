@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import sys
 import tomllib
@@ -80,3 +81,17 @@ def test_every_equivalent_mutant_is_still_one(operators: Any) -> None:
             if one["path"] == path:
                 assert (path, one["within"], one["before"], one["after"]) in known, one
     assert all(one["reason"] for one in listed)
+
+
+def test_the_sample_is_of_folders_that_exist_and_none_is_no_pass(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(HERE)  # where a script's own folder is
+    sample: Any = importlib.import_module("sample")
+    assert all(list((ROOT / "tt_precise" / room).glob("*.py")) for room in sample.ROOMS)
+    few = sample.drawn(sample.ROOMS[:1], sample.SEED, 3)
+    assert len(few) == 3
+    assert sample.report(few, dict.fromkeys((one.key for one in few), True)) == 0
+    assert sample.report(few, {}) == 2
+    assert sample.report([], {}) == 2
+    assert "0 of 0 mutants" in capsys.readouterr().out

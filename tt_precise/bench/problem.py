@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.errors import InputError
 from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import VECTOR_COLUMNS
@@ -148,11 +148,11 @@ class Truth:
             mine = form.State(*(self._number(x, precision) for x in row))
             phi = context.atan2(right.ky, right.kx) if form.coordinates == "euler" else 0
             q = form.motion(body, mine, context, phi)
-            error = max(abs(a - b) for a, b in zip(q.state, right, strict=True))
-            off.append(error if error == error else context.inf)
+            errors = [abs(a - b) for a, b in zip(q.state, right, strict=True)]
+            off.append(_largest(errors, context))
             motions.append(q)
         drifts = drift(INTEGRALS["jellett"], motions)[1:]
-        return StateErrors(off[-1], max(off), max(drifts))
+        return StateErrors(off[-1], max(off), _largest(drifts, context))
 
     def _number(self, value: Scalar, precision: Precision) -> Scalar:
         number = value if hasattr(value, "_mpf_") else precision.guarded(value)
@@ -163,6 +163,11 @@ class Truth:
         rates = form.rates(self.start.body, form.State(*state[: len(form.columns)]), None)
         moved = [x + rate * delay for x, rate in zip(state, rates, strict=False)]
         return NewtonState(*moved, *state[len(moved) :])
+
+
+def _largest(errors: Sequence[Scalar], context: Functions) -> Scalar:
+    """The largest; infinite if one is no number, which ``max`` would pass over."""
+    return context.inf if any(map(context.isnan, errors)) else max(errors)
 
 
 def golden_rows(scene: str, times: Sequence[Fraction]) -> pandas.DataFrame:

@@ -71,8 +71,8 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
     theta = (moved if upright else f"pi - {moved}") if moved else pole
     run = integrate(varied(theta=theta, until="2"), precision)
     state, earlier = run.state, run.at(1)
-    sideways = max(abs(getattr(state, name)) for name in ("kx", "ky", "Lx", "Ly", "vx", "vy"))
-    finite([sideways])
+    names = ("kx", "ky", "Lx", "Ly", "vx", "vy")
+    sideways = max(map(abs, finite(getattr(state, name) for name in names)))
     unchanged = state.kz == (1 if upright else -1) and state.Lz == earlier.Lz
     scene, fn = varied(), run.precision.context
     expected = fn.mpf(scene.body.I3.numerator) / scene.body.I3.denominator * 155 * state.kz

@@ -137,7 +137,7 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
         sums = [numpy.abs(gradient) @ numpy.abs(m[now]) for m in (how.by_start, how.by_parameters)]
         largest = numpy.maximum(largest, [sums[0].max(), sums[1][where]])
         here = numpy.abs(carried - first[0]).max(), abs(by_alpha - first[1])
-        worst = max(worst, float((here / largest).max()))
+        worst = max(worst, *finite(here / largest))
     # a random walk over the samples, of the few eps of a product of 8 x 8 matrices
     limit = 10 * float(len(how.times)) ** 0.5
     return within(worst / EPS, limit, "eps")

@@ -1,0 +1,85 @@
+"""A case whose output is not a number fails, whichever entry it is: ``max`` passes over NaN."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy
+import pandas
+import pytest
+
+from tt_precise.extremes import horizons, pole_starts, sensitivity
+from tt_precise.extremes.case import NotFiniteError
+from tt_precise.extremes.pole_starts import start_at_a_pole
+from tt_precise.integrate import integrate
+
+
+class Spoiled:
+    """A trajectory whose states have NaN in place of one entry."""
+
+    def __init__(self, run: Any, entry: str):
+        self._run, self._entry = run, entry
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._run, name)
+
+    @property
+    def state(self) -> Any:
+        return self._without(self._run.state)
+
+    def at(self, t: Any) -> Any:
+        return self._without(self._run.at(t))
+
+    def _without(self, state: Any) -> Any:
+        return SimpleNamespace(**{**dict(state.values), self._entry: math.nan})
+
+
+def spoiling(entry: str) -> Any:
+    return lambda *arguments, **options: Spoiled(integrate(*arguments, **options), entry)
+
+
+@pytest.mark.parametrize("entry", ["kx", "vy"])
+def test_a_sample(entry: str) -> None:
+    with pytest.raises(NotFiniteError):
+        horizons.sampling("1e-9", "1e-8", spoiling(entry))
+    assert horizons.sampling("1e-9", "1e-8").right
+
+
+@pytest.mark.parametrize("entry", ["theta_dot", "nu_y"])
+def test_an_end_at_once(entry: str) -> None:
+    with pytest.raises(NotFiniteError):
+        horizons.no_time_at_all("0", "double", spoiling(entry))
+
+
+@pytest.mark.parametrize("entry", ["kx", "vy"])
+def test_a_start_at_a_pole(entry: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pole_starts, "integrate", spoiling(entry))
+    with pytest.raises(NotFiniteError):
+        start_at_a_pole("0", "double")
+
+
+def test_an_integral_of_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ("theta_dot", *horizons.LONG["frictionless"])
+    frame = pandas.DataFrame({"t": [0.0, 1.0], **{name: [1e-30, 1e-30] for name in names}})
+
+    class Stream(list[pandas.DataFrame]):
+        status = "complete"
+
+    monkeypatch.setattr(horizons, "Stream", lambda *_: Stream([frame]))
+    assert horizons.long_run("frictionless", "1e3").right
+    frame.loc[1, "E"] = math.nan
+    with pytest.raises(NotFiniteError):
+        horizons.long_run("frictionless", "1e3")
+
+
+def test_derivatives(monkeypatch: pytest.MonkeyPatch) -> None:
+    how = sensitivity._sensitivity("contact-lost")
+    transitions = numpy.array(how.transitions)
+    transitions[-1] = math.nan
+    spoiled = replace(how, transitions=transitions)
+    monkeypatch.setattr(sensitivity, "_sensitivity", lambda _: spoiled)
+    with pytest.raises(NotFiniteError):
+        sensitivity.lambda_carried_along("contact-lost")
