@@ -170,6 +170,17 @@ def test_what_was_tampered_with_is_not_certified(stored: Stored, proof: Proof, n
     assert certificate.content["mismatches"]
 
 
+def test_events_that_do_not_exist_are_named_in_order(stored: Stored, proof: Proof) -> None:
+    # a set's own order changes from process to process, and with it proof.json
+    made_up = [f"eclipse{letter}" for letter in "hgfedcba"]
+    rows = [(name, *row[1:]) for name, row in zip(made_up, stored.events.rows, strict=False)]
+    events = Table(stored.events.columns, (*rows, *stored.events.rows))
+    found = compared(replace(stored, events=events), proof).content["mismatches"]
+    named = [one for one in found if "which does not exist" in one]
+    assert len(named) == len(rows) > 3
+    assert named == sorted(named)
+
+
 def test_a_mismatch_says_in_which_line(stored: Stored, proof: Proof) -> None:
     certificate = compared(replace(stored, trajectory=_later(stored.trajectory)), proof)
     assert certificate.content["mismatches"] == [

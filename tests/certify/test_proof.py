@@ -14,7 +14,7 @@ from flint import arb
 
 import tt_precise as tt
 import tt_precise.certify
-from tt_precise.certify import NotProved, Proof, prove
+from tt_precise.certify import Enclosure, NotProved, Proof, problem_of, prove
 from tt_precise.golden import store
 from tt_precise.integrate import catalogue
 from tt_precise.scene import Inclination
@@ -81,8 +81,24 @@ def test_other_equations_on_the_way_are_refused(name: str) -> None:
 @pytest.mark.proofs
 @pytest.mark.parametrize("name", ["coulomb-small-top", "coulomb-stick-slip"])
 def test_a_contact_that_sticks_is_refused(name: str) -> None:
-    with pytest.raises(NotProved, match="sticks near"):
+    with pytest.raises(NotProved, match="where a contact sticks Coulomb"):
         prove(name)
+
+
+def test_coulombs_law_is_not_blamed_without_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failed(*given: object, **options: object) -> Enclosure:
+        scene = tt.load_scene("coulomb-gliding")
+        return Enclosure(problem_of(scene), 200, (), NotProved("S1", "bad luck"))
+
+    monkeypatch.setattr("tt_precise.certify.proof.enclose", failed)
+    with pytest.raises(NotProved, match=r"t = 0 sqrt\(R/g\): bad luck; where a contact sticks"):
+        prove("coulomb-gliding")
+
+
+def test_nothing_is_known_where_no_step_was_proved(short: tt.Scene) -> None:
+    nothing = Enclosure(problem_of(short), 200, (), NotProved("S1", "bad luck"))
+    with pytest.raises(NotProved, match="the proof ends at 0"):
+        nothing.at(arb(0))
 
 
 def test_a_coarser_integration_does_not(short: tt.Scene, proof: Proof) -> None:

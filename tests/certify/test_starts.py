@@ -18,6 +18,7 @@ import flint
 
 import tt_precise as tt
 from tt_precise.certify.approximation import Steps
+from tt_precise.certify.balls import ball
 from tt_precise.certify.enclosure import enclose
 from tt_precise.certify.problem import problem_of
 from tt_precise.certify.series import Fan
@@ -30,6 +31,9 @@ from tt_precise.certify.starts import (
     UNDECIDED,
     UPRIGHT,
     Box,
+    Fate,
+    _above,
+    _below,
     _Crossing,
     fans,
     never_inverts,
@@ -244,6 +248,7 @@ def test_cells_of_a_map() -> None:
         "omega_3=a:b:3",
         "phi_dot=0:1:99999999",
         "phi_dot=0:1:5/2",
+        "phi_dot=1/0:2:3",
         "phi_dot=1e-999999999:1:3",  # a fraction of a billion digits
     ],
 )
@@ -271,6 +276,35 @@ def test_half_widths_that_are_none(
     captured = capsys.readouterr()
     assert message in captured.err
     assert len(captured.err) < 300
+
+
+def test_a_side_that_is_none_says_which_there_are() -> None:
+    with pytest.raises(InputError, match="with one of theta_dot, phi_dot, omega_3"):
+        MapSide.parse("theta=0:1:2")
+
+
+def test_a_map_of_one_entry_is_none() -> None:
+    side = MapSide.parse("phi_dot=0:10:2")
+    with pytest.raises(InputError, match="map: got phi_dot twice"):
+        proved_map(tt.load_scene("reference"), side, side)
+
+
+def test_what_is_proved_is_shown_rounded_outward() -> None:
+    box = Box(scene(), NARROW)
+    crossings = {"Lk_equals_Lz": (3.1702285079, 3.1730207811)}
+    found = Fate(box, INVERTS, "", 6.4153211, 0.27308336, crossings, BITS, 1)
+    assert "held by its energy from 6.41533 s on, g_n > 0.2730 m g until then" in found.summary
+    assert "Lk_equals_Lz between 3.17022850 and 3.17302079 s" in found.summary
+
+
+@pytest.mark.parametrize("number", ["0", "1/3", "2/3", "-1/3", "1e-30", "155"])
+def test_doubles_of_a_proof_enclose_its_balls(number: str) -> None:
+    exact = Fraction(number)
+    known = ball(exact)
+    assert Fraction(_below(known)) <= exact <= Fraction(_above(known))
+    assert math.copysign(1, _above(known)) == (1 if exact >= 0 else -1)
+    # and are its neighbours: the nearest double is one of the two
+    assert float(exact) in (_below(known), _above(known))
 
 
 def committed(name: str) -> dict[str, Any]:

@@ -61,7 +61,7 @@ class Made:
         Raises
         ------
         NotProved
-            Nothing.
+            There is no piece, or a hypothesis did not verify for it.
         """
         if self.piece is None or self.begun is None:
             raise self.failure or NotProved("approximation", "there is no piece")

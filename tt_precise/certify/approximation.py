@@ -5,6 +5,7 @@ Nothing is assumed about them; a wrong one makes the proof fail, or the enclosur
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
@@ -139,8 +140,6 @@ def _decimal(number: arb) -> str:
 
 
 def _power_of_two(size: float) -> arb:
-    import math
-
     return arb(2) ** round(math.log2(size))
 
 

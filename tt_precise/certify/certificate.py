@@ -135,6 +135,8 @@ def proved(
     ------
     InputError
         There are no golden data of that name.
+    NotProved
+        Nothing at all could be proved.
     """
     stored = store.read(scene, folder)
     while True:
@@ -239,7 +241,7 @@ def _tallies(table: Table, states: Sequence[State], scales: dict[str, Decimal]) 
 def _tally(texts: Iterable[str], balls: Iterable[arb | None], scale: Decimal) -> Tally:
     cells = [
         (text, exact, bool(text) and is_near_zero(text, scale))
-        for text, exact in zip(texts, balls, strict=False)
+        for text, exact in zip(texts, balls, strict=True)
     ]
     return tally(cells, Fraction(scale.scaleb(-DIGITS)))
 

@@ -17,7 +17,7 @@ import numpy
 from flint import arb, arb_mat, arb_poly, arb_series, fmpz
 
 from tt_precise.arithmetic import Arithmetic, Scalar
-from tt_precise.certify.balls import Balls, ball
+from tt_precise.certify.balls import Balls, ball, series_length
 from tt_precise.certify.pieces import Refused
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.store import Stored
@@ -163,10 +163,9 @@ class Room:
 
     def near(self, g: Poly, function: Callable[[arb_series], arb_series]) -> Poly:
         """A polynomial, exact, near a function of one: nothing more is known of it."""
-        before, flint.ctx.cap = flint.ctx.cap, self.degree + 1
         middle = arb_poly([c.mid() for c in g.p.coeffs()])
-        found = function(arb_series(middle, self.degree + 1))
-        flint.ctx.cap = before
+        with series_length(self.degree + 1):
+            found = function(arb_series(middle, self.degree + 1))
         return Poly(arb_poly([c.mid() for c in found.coeffs()]), self)
 
     def cut(self, p: arb_poly) -> Poly:

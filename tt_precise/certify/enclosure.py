@@ -97,7 +97,7 @@ class Enclosure:
             The time reaches beyond what was proved.
         """
         with flint.ctx.workprec(self.working_bits):
-            if not (time >= 0 and time <= self.finish):
+            if not (self.stretches and time >= 0 and time <= self.finish):
                 raise NotProved("time", f"the proof ends at {float(self.finish):.6g}")
             # all stretches that the ball may reach into
             first = bisect.bisect_left(self.stretches, time.lower(), key=lambda one: one.finish)

@@ -81,7 +81,8 @@ def match_events(stored: Stored, proof: Proof) -> Match:
         lines.setdefault(row[0], []).append(position)
     known = {*catalogue(stored.scene.model), LOST}
     found += [
-        f"{EVENTS}: an event {name[:50]}, which does not exist" for name in lines.keys() - known
+        f"{EVENTS}: an event {name[:50]}, which does not exist"
+        for name in sorted(lines.keys() - known)
     ]
     if LOST in lines and not proof.lost and proof.complete:
         found.append(f"{EVENTS}: {LOST}, which is proved not to happen")

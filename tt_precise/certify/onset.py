@@ -163,7 +163,7 @@ def _solution(scene: Scene, order: int) -> tuple[Scalar, tuple[Jet, ...]]:
 def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
     """How a function of the scene's ``Motion`` begins.
 
-    None if its first ``MOST_ORDER`` coefficients are all zero, as they are where it vanishes
+    None if its coefficients up to t^``MOST_ORDER`` are all zero, as they are where it vanishes
     identically.
     """
     form = formulation(scene.model, "newton", scene.body.law)

@@ -218,7 +218,8 @@ def prove(
     Raises
     ------
     NotProved
-        Nothing at all could be proved. A proof that ends early has a ``failure`` in its enclosure.
+        Nothing at all could be proved, or with Coulomb's friction not all. Another proof that ends
+        early has a ``failure`` in its enclosure.
     """
     scene = load_scene(scene)
     function = _normal_force(scene)
@@ -237,8 +238,8 @@ def prove(
     if enclosure.failure and scene.body.law == "coulomb":
         raise NotProved(
             "friction",
-            f"the contact sticks near t = {float(enclosure.finish):.4g} sqrt(R/g), where Coulomb's "
-            "law has no derivative",
+            f"the proof ends near t = {float(enclosure.finish):.4g} sqrt(R/g): "
+            f"{enclosure.failure.reason}; where a contact sticks Coulomb's law has no derivative",
         )
     if not enclosure.stretches:
         raise enclosure.failure or NotProved("time", "the horizon is zero")

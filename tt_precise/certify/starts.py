@@ -13,8 +13,10 @@ in time and in the start (``sets``). Of all of them one of these is proved:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from fractions import Fraction
 
 import flint
@@ -54,7 +56,13 @@ WALLS = 64  # inclinations at which the energy may be too low
 
 @dataclass(frozen=True)
 class Box:
-    """Every start whose Euler entries differ from the scene's by at most these numbers, in SI."""
+    """Every start whose Euler entries differ from the scene's by at most these numbers, in SI.
+
+    Raises
+    ------
+    InputError
+        A half-width is of no entry or not above 0; or it is no gliding top with viscous friction.
+    """
 
     scene: Scene
     reach: Mapping[str, Fraction]
@@ -106,14 +114,15 @@ class Fate:
         if self.verdict == NEVER:
             return f"{every} lacks the energy to invert, ever"
         if self.verdict == LOST:
-            return f"{every} has lost contact by {self.since_s:.6g} s"
+            return f"{every} has lost contact by {_at_most(self.since_s, 6)} s"
         parts = [
             f"{every} {self.verdict}, without losing contact",
-            f"held by its energy from {self.since_s:.6g} s on",
-            f"g_n > {self.least_g_n:.4g} m g until then",
+            f"held by its energy from {_at_most(self.since_s, 6)} s on",
+            f"g_n > {_at_least(self.least_g_n or 0.0, 4)} m g until then",
         ]
         parts += [
-            f"{name} between {a:.9g} and {b:.9g} s" for name, (a, b) in self.crossings.items()
+            f"{name} between {_at_least(a, 9)} and {_at_most(b, 9)} s"
+            for name, (a, b) in self.crossings.items()
         ]
         return ", ".join(parts)
 
@@ -130,6 +139,28 @@ class Fate:
 
 def _listed(reach: Mapping[str, Fraction]) -> str:
     return ", ".join(f"{name}={width}"[:60] for name, width in reach.items())
+
+
+def _at_least(number: float, figures: int) -> str:
+    """A decimal with so many figures that is not above a number."""
+    return f"{Context(prec=figures, rounding=ROUND_FLOOR).create_decimal_from_float(number):g}"
+
+
+def _at_most(number: float, figures: int) -> str:
+    """One that is not below it."""
+    return f"{Context(prec=figures, rounding=ROUND_CEILING).create_decimal_from_float(number):g}"
+
+
+def _below(number: arb) -> float:
+    """A double that is not above a ball; the nearest one may be."""
+    low = float(number.lower())
+    return low if number >= low else math.nextafter(low, -math.inf)
+
+
+def _above(number: arb) -> float:
+    """A double that is not below a ball."""
+    high = float(number.upper())
+    return high if number <= high else math.nextafter(high, math.inf)
 
 
 def fans(box: Box, degree: int = DEGREE) -> list[Fan]:
@@ -210,8 +241,8 @@ class _Watch:
             self.box,
             self.verdict,
             self.reason,
-            float((self.since * seconds).upper()),
-            float(self.least.lower()) if self.verdict in (INVERTS, UPRIGHT) else None,
+            _above(self.since * seconds),
+            _below(self.least) if self.verdict in (INVERTS, UPRIGHT) else None,
             {name: one for name, one in crossings.items() if one},
             bits,
             self.steps,
@@ -283,4 +314,4 @@ class _Crossing:
         """From when to when; None unless it happens exactly once."""
         if not self.certain or len(self.signs) != 2 or not self.open:
             return None
-        return float(self.open[0].lower()), float(self.open[-1].upper())
+        return _below(self.open[0]), _above(self.open[-1])

@@ -44,7 +44,13 @@ class ProvedCell:
 
 @dataclass(frozen=True)
 class MapSide:
-    """An entry of the start, from one number to another in so many cells' middles."""
+    """An entry of the start, from one number to another in so many cells' middles; SI.
+
+    Raises
+    ------
+    InputError
+        No such entry, or ``theta``; numbers that do not rise; too few cells, or too many.
+    """
 
     name: str
     low: Fraction
@@ -62,7 +68,13 @@ class MapSide:
 
     @classmethod
     def parse(cls, text: str) -> MapSide:
-        """From NAME=FIRST:LAST:COUNT."""
+        """From NAME=FIRST:LAST:COUNT.
+
+        Raises
+        ------
+        InputError
+            It is not of this form, or no such side.
+        """
         name, _, numbers = text.partition("=")
         try:
             low, high, count = (exact(part) for part in numbers.split(":"))
@@ -125,7 +137,15 @@ class ProvedMap:
 
 
 def proved_map(scene: Scene, x: MapSide, y: MapSide, progress: Progress = silent) -> ProvedMap:
-    """Prove what can be proved of each cell at its start."""
+    """Prove what can be proved of each cell at its start.
+
+    Raises
+    ------
+    InputError
+        Both sides are the same entry of the start; or as ``Box``.
+    """
+    if x.name == y.name:
+        raise InputError(f"map: got {x.name} twice, expected two entries of the start")
     found: list[ProvedCell] = []
     for down in y.middles():
         for across in x.middles():
