@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import numpy
 import pandas
@@ -10,7 +11,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.engines.catalogue import ADAPTERS, ENGINES, NODE, Engine
-from tt_precise.engines.ladder import climb
+from tt_precise.engines.ladder import RungResult, climb
 from tt_precise.engines.program import COLUMNS, rotated
 from tt_precise.engines.run import run
 from tt_precise.engines.rungs import Rung, States, rungs
@@ -36,6 +37,23 @@ def test_an_engine_that_is_not_installed_is_skipped_with_a_line() -> None:
     assert lines == ['skipped: Gone: not installed; pip install "tt-precise[engines]"']
     assert board["rows"] == []
     assert board["skipped"]
+
+
+def test_progress_goes_forward_to_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    def climbed(name: str, _: object, ladder: list[Rung], *rest: object, **more: object) -> Any:
+        return (RungResult(name, rung.name, "refused") for rung in ladder)
+
+    monkeypatch.setattr("tt_precise.engines.scoreboard.climb", climbed)
+    here = [Engine(name, "numpy", "no_adapter", "", "") for name in ("One", "Other")]
+    seen: list[float] = []
+    measure(here, STEPS, time_limit=1, workers=1, progress=seen.append)
+    assert seen == pytest.approx([i / 14 for i in range(1, 15)])
+
+
+@pytest.mark.parametrize("steps", [STEPS[:2], (Fraction(1, 100), *STEPS[1:])])
+def test_an_order_takes_three_halved_steps(steps: tuple[Fraction, ...]) -> None:
+    with pytest.raises(ValueError, match="expected three or more, each half of the one before"):
+        next(climb("Gone", ["no-such-program"], rungs(), steps))
 
 
 @pytest.mark.clients

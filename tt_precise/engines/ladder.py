@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -81,13 +82,21 @@ def climb(
 ) -> Iterator[RungResult]:
     """Run the program on every rung at every step, and say what it did.
 
-    ``order`` is what its method has, where its author knows it.
+    ``steps`` (s) are three or more, each half of the one before. ``order`` is what its method has,
+    where its author knows it.
 
     Raises
     ------
     InputError
         The program cannot be started.
+    ValueError
+        The steps are others.
     """
+    if len(steps) < 3 or any(after * 2 != before for before, after in itertools.pairwise(steps)):
+        raise ValueError(
+            f"steps: got {', '.join(map(str, steps))}, expected three or more, each half of the "
+            "one before: an order is seen in two differences"
+        )
     stop = threading.Event()
     pool = ThreadPoolExecutor(workers)
     try:
@@ -111,7 +120,7 @@ def measured(
     runs: Sequence[ProgramRun],
     promised: float | None = None,
 ) -> RungResult:
-    """What three runs at halved steps say about an engine whose method has this order."""
+    """What runs at halved steps, as ``climb`` takes them, say about an engine of this order."""
     for step, one in zip(steps, runs, strict=True):
         if one.status != "done":
             verdict = "refused" if one.status == "refused" else "failed"

@@ -14,6 +14,7 @@ from tt_precise.engines.job import as_text
 from tt_precise.engines.program import COLUMNS, REFUSED
 from tt_precise.engines.rungs import States
 from tt_precise.errors import InputError
+from tt_precise.mechanics.conversion import axis_of
 from tt_precise.untyped import Json
 
 TIME_LIMIT_S = 60.0
@@ -97,10 +98,7 @@ def _read(text: str, job: dict[str, Json]) -> ProgramRun:
     size = numpy.linalg.norm(table[:, 1:5], axis=1)
     if abs(size - 1).max() > 0.1:
         raise ValueError(f"quaternion of length {size[abs(size - 1).argmax()]:.3g}, expected 1")
-    qw, qx, qy, qz = (table[:, 1:5] / size[:, None]).T
-    k = numpy.stack(
-        (2 * (qx * qz + qw * qy), 2 * (qy * qz - qw * qx), 1 - 2 * (qx**2 + qy**2)), axis=1
-    )
+    k = numpy.stack(axis_of(*table[:, 1:5].T), axis=1)
     return ProgramRun("done", "", States(k, table[:, 5:8], table[:, 8:11]))
 
 

@@ -38,11 +38,12 @@ def measure(
             present.append(engine)
     for done, engine in enumerate(present):
         ladder = [rung for rung in rungs(engine.law) if chosen(rung)]
-        for result in climb(
+        results = climb(
             engine.name, engine.command, ladder, steps, time_limit=time_limit, workers=workers
-        ):
+        )
+        for climbed, result in enumerate(results, start=1):
             rows.append(result)
-            progress((done + len(rows) / len(ladder) % 1) / len(present))
+            progress((done + climbed / len(ladder)) / len(present))
     return as_dict(present, rungs(), steps, rows, skipped)
 
 

@@ -15,7 +15,7 @@ from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState, arm
-from tt_precise.mechanics.vectors import added, cross, dot, scaled
+from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 
 
 class RigidBodyState(NamedTuple):
@@ -90,18 +90,22 @@ def euler_from_vectors(body: Parameters, state: NewtonState, fn: Functions) -> E
     )
 
 
+def axis_of(qw: Scalar, qx: Scalar, qy: Scalar, qz: Scalar) -> Vector:
+    """The symmetry axis, inertial, of a body whose orientation is as in ``RigidBodyState``."""
+    norm = qw * qw + qx * qx + qy * qy + qz * qz
+    return (
+        2 * (qx * qz + qw * qy) / norm,
+        2 * (qy * qz - qw * qx) / norm,
+        (qw * qw + qz * qz - qx * qx - qy * qy) / norm,
+    )
+
+
 def vectors_from_rigid_body(body: Parameters, state: RigidBodyState) -> tuple[NewtonState, Scalar]:
     """The vector state of a rigid body's state, and v_A.z, which contact with the table makes 0.
 
     L = I1 omega + (I3 - I1)(omega.k) k and v_A = s_dot + omega x a; section 1.
     """
-    qw, qx, qy, qz = state[:4]
-    norm = qw * qw + qx * qx + qy * qy + qz * qz
-    k = (
-        2 * (qx * qz + qw * qy) / norm,
-        2 * (qy * qz - qw * qx) / norm,
-        (qw * qw + qz * qz - qx * qx - qy * qy) / norm,
-    )
+    k = axis_of(*state[:4])
     omega = (state.wx, state.wy, state.wz)
     L = added(scaled(body.I1, omega), scaled((body.I3 - body.I1) * dot(omega, k), k))
     v = added((state.vcx, state.vcy, state.vcz), cross(omega, arm(body, k)))
