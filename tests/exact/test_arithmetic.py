@@ -39,6 +39,13 @@ def test_zero_agrees_with_zero_only() -> None:
     assert agreed_digits(zero, context.mpf("1e-300"), 50, context) == 0
 
 
+@pytest.mark.parametrize("bad", ["nan", "inf"])
+def test_nothing_agrees_with_what_is_no_number(bad: str) -> None:
+    context = own_context(80)
+    for pair in ((context.mpf(bad), context.mpf(1)), (context.mpf(1), context.mpf(bad))):
+        assert agreed_digits(*pair, 50, context) == 0
+
+
 @pytest.mark.parametrize("digits", [0, -1, MOST_DIGITS + 1, 50.0, "50", True, None])
 def test_refuses_digits(digits: Any) -> None:
     with pytest.raises(InputError, match=r"digits: got .*, expected a whole number between 1 and"):

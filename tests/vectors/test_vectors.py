@@ -24,6 +24,7 @@ from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.scene import Scene
 from tt_precise.vectors import index, states, steps
+from tt_precise.vectors.terms import terms
 
 
 def committed(name: str) -> Any:
@@ -241,6 +242,30 @@ def test_a_wrong_term_is_not_published(
         states.expected(case)
 
 
+@pytest.mark.parametrize("name", ["k_dot", "v_A_dot"])
+def test_a_term_that_is_no_number_is_not_published(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = next(case for case in states.cases() if case.law == "viscous")
+    nan = case.context.nan
+
+    def spoiled(q: Any) -> Any:
+        found = terms(q)
+        return {**found, name: (*found[name][:2], nan)}
+
+    monkeypatch.setattr(states, "terms", spoiled)
+    with pytest.raises(ArithmeticError, match="viscous-1: two formulations differ by nan"):
+        states.expected(case)
+
+
+def test_a_step_to_no_number_is_not_published() -> None:
+    case = next(case for case in states.cases() if case.law == "viscous")
+    right = {"kx": case.context.mpf(1)}
+    steps._require_agreement(case, right, right)
+    with pytest.raises(ArithmeticError, match="viscous-1: kx agrees in 0 digits only"):
+        steps._require_agreement(case, right, {"kx": case.context.nan})
+
+
 def test_a_wrong_step_is_not_published(monkeypatch: pytest.MonkeyPatch) -> None:
     """The Euler run starts from another height, off by 1e-36 of it."""
     case = next(case for case in states.cases() if case.law == "linear")
@@ -290,6 +315,22 @@ def test_what_the_index_finds(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     (tmp_path / "index.json").write_text("[]")
     assert main(arguments) == 1
     assert "index.json: no index" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("file", "key"), [("manifest.json", "digits"), ("proof.json", "schema")])
+def test_a_file_that_says_nothing_of_itself_is_named(
+    file: str, key: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(home() / "rolling", tmp_path / "rolling")
+    content = json.loads((tmp_path / "rolling" / file).read_text("utf-8"))
+    del content[key]
+    (tmp_path / "rolling" / file).write_text(json.dumps(content))
+    arguments = ["golden", "vectors", "--index-only", "--build", "--folder", str(tmp_path)]
+    assert main(arguments) == 2
+    shown = capsys.readouterr().err
+    assert file in shown
+    assert key in shown
+    assert len(shown.splitlines()) == 1
 
 
 def test_an_index_that_was_sealed_again_is_noticed(

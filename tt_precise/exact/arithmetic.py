@@ -47,12 +47,17 @@ def checked_digits(digits: int) -> int:
 
 
 def agreed_digits(a: Scalar, b: Scalar, most: int, context: Functions) -> int:
-    """Decimal digits in which ``a`` and ``b`` agree: of -log10 |a - b|/max, at most ``most``."""
+    """Decimal digits in which ``a`` and ``b`` agree: of -log10 |a - b|/max, at most ``most``.
+
+    None where one of them is infinite or NaN.
+    """
     difference = abs(a - b)
     if difference == 0:
         return most
     relative = difference / max(abs(a), abs(b))
-    return max(0, min(most, int(context.floor(-context.log10(relative)))))
+    if not relative < 1:
+        return 0
+    return min(most, int(context.floor(-context.log10(relative))))
 
 
 def decimal(value: Scalar, digits: int, context: Functions) -> str:

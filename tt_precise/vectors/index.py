@@ -121,22 +121,20 @@ def _listed(index: dict[str, Json]) -> dict[str, dict[str, Json]]:
 def vector_texts(progress: Progress = silent) -> dict[str, str]:
     """Name to content of the two vector files."""
     first = {
-        "name": "states.json",
         "meaning": "seeded states under every law of friction and contact, and each term of the "
         "equations of motion there; k is the body's third axis, s the centre of mass, a from it "
         "to the contact",
         "cases": states.state_file(),
     }
     second = {
-        "name": "steps.json",
         "meaning": "the states of states.json after one step of the given length",
         "cases": steps.step_file(progress),
     }
-    return {str(one["name"]): _text(one) for one in (first, second)}
+    both = {"states.json": first, "steps.json": second}
+    return {name: _text(name, content) for name, content in both.items()}
 
 
-def _text(content: dict[str, Json]) -> str:
-    name = content.pop("name")
+def _text(name: str, content: dict[str, Json]) -> str:
     head = {
         "schema": SCHEMAS[name],
         "licence": LICENCE,
@@ -164,16 +162,17 @@ def entries(folder: Path) -> Iterator[dict[str, Json]]:
     Raises
     ------
     InputError
-        There is no golden data in ``folder``.
+        There is no golden data in ``folder``, or a file lacks what it should say of itself.
     """
     for name in _scenes(folder):
-        manifest = json_file.read(folder / name / store.MANIFEST, "the manifest of golden data")
+        manifest = folder / name / store.MANIFEST
+        digits = json_file.read_as(manifest, "the manifest of golden data", _digits)
         for file in sorted((folder / name).iterdir()):
             if file.name in KINDS:
                 kind, content = KINDS[file.name]
                 yield _entry(folder, file) | {
                     "kind": kind, "content": content, "scene": name,
-                    "schema": _schema(file, kind), "digits": manifest["digits"],
+                    "schema": _schema(file, kind), "digits": digits,
                 }  # fmt: skip
     for name in ("states.json", "steps.json"):
         file = folder / VECTORS / name
@@ -191,11 +190,15 @@ def _scenes(folder: Path) -> list[str]:
     return names
 
 
+def _digits(manifest: dict[str, Json]) -> Json:
+    return manifest["digits"]
+
+
 def _schema(file: Path, kind: str) -> str:
     """The schema that a JSON file names; a table has none in it."""
     if file.suffix != ".json":
         return f"tt_precise.{kind}/1"
-    return str(json_file.read(file, "a file of the reference data")["schema"])
+    return json_file.read_as(file, "a file of the reference data", lambda one: str(one["schema"]))
 
 
 def _entry(folder: Path, file: Path) -> dict[str, Json]:

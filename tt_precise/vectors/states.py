@@ -237,7 +237,7 @@ def expected(case: StateCase) -> dict[str, Scalar | Vector]:
     """
     fn, found = case.context, terms(case.motion)
     worst = disagreement(case.motion, found, case.start.euler, fn.mpf(10) ** -STEP)
-    if worst > fn.mpf(10) ** -AGREEMENT:
+    if not worst <= fn.mpf(10) ** -AGREEMENT:
         raise ArithmeticError(f"{case.name}: two formulations differ by {fn.nstr(worst, 3)}")
     return found
 

@@ -116,7 +116,7 @@ def _require_agreement(case: StateCase, fine: dict[str, Scalar], other: dict[str
     for name, value in fine.items():
         # phi and psi enter as angles: their absolute error counts
         size = max(abs(value), 1) if name in ANGLES else abs(value)
-        if abs(value - other[name]) > size * fn.mpf(10) ** -(DIGITS + 4):
+        if not abs(value - other[name]) <= size * fn.mpf(10) ** -(DIGITS + 4):
             agreed = agreed_digits(value, other[name], DIGITS + 9, fn)
             raise ArithmeticError(f"{case.name}: {name} agrees in {agreed} digits only")
 

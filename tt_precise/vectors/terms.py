@@ -43,7 +43,7 @@ def disagreement(
     """The largest relative difference of a rate in Euler angles from what ``found`` makes of it.
 
     ``here`` are the angles of ``q``. The rates of the vectors become those of angles by central
-    differences over ``step``.
+    differences over ``step``. NaN if one of them is.
     """
     form, fn = _euler_form(q), q.fn
     lifted = {name: getattr(q.state, name, step * 0) for name in ("height", "rise")}
@@ -70,7 +70,8 @@ def disagreement(
         rate = rates[name] / clock if name in rates else step * 0
         size = abs(rate) + abs(known[name]) * turning
         differences.append(abs(slope - rate) / (size if name in rates else q.body.g))
-    return max(differences)
+    # a comparison with NaN is false, so that max alone would pass it over
+    return max(differences, key=lambda one: fn.inf if fn.isnan(one) else one)
 
 
 def _euler_form(q: Motion) -> Formulation:
