@@ -15,6 +15,7 @@ from flint import arb
 import tt_precise as tt
 import tt_precise.certify
 from tt_precise.certify import Enclosure, NotProved, Proof, problem_of, prove
+from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.integrate import catalogue
 from tt_precise.scene import Inclination
@@ -141,6 +142,11 @@ def test_events_are_those_that_heyoka_finds(short: tt.Scene, proof: Proof) -> No
             assert abs(seconds - arb(str(time))) < 1e-28
             assert state["kz"] is not None
             assert seconds.rad() < 1e-44
+
+
+def test_an_event_that_does_not_exist_is_refused(proof: Proof) -> None:
+    with pytest.raises(InputError, match="event: got 'eclipse', expected one of: .*equator"):
+        proof.events("eclipse")
 
 
 def test_contact_stays(proof: Proof) -> None:

@@ -34,7 +34,7 @@ class CheckedZeros:
         self.motion = checker.motion(self.tube)
 
     def lost(self) -> arb | None:
-        """When the contact force ceases to be positive, if it does; it is so until then."""
+        """When the contact force ceases to be positive, if it does, or raise ``Refused``."""
         force, checker = QUANTITIES["g_n"].evaluate, self.piece
         if force(self.motion).p(checker.low.interval) > 0:
             return None
@@ -47,6 +47,8 @@ class CheckedZeros:
         self, function: Function, until: arb, touches: Sequence[arb] = ()
     ) -> list[tuple[int, arb]]:
         """Direction and time of each zero of a function, in order, up to ``until``.
+
+        Or raise ``Refused``, where a sign is undecided.
 
         At the times ``touches`` the function and its derivative are known to be zero: where its
         second derivative has a sign it does not change its own, and has no other zero.

@@ -257,7 +257,7 @@ class Checker:
         return [p + arb(0, radius) if i in self.free else p for i, p in enumerate(polynomials)]
 
     def advance(self, power: int, length: arb, start: Sequence[arb]) -> None:
-        """Verify S1 to S4 for the next piece, in units of time 2^power, from ``start`` on."""
+        """Verify S1 to S4 for the next piece, in units of time 2^power, or raise ``Refused``."""
         if not (length > 0 and length.is_exact() and all(x.is_exact() for x in start)):
             raise Refused("a piece that goes nowhere, or from no exact state")
         self.time, self.unit = self.finish, arb(2) ** power
@@ -306,7 +306,7 @@ class Checker:
         return self.near([p(s) for p in self.p], self.reach)
 
     def state(self, time: arb) -> list[arb]:
-        """The state at a time."""
+        """The state at a time within the piece; ``Refused`` where it is not."""
         s = (time - self.time) / self.unit
         if not (s >= 0 and s <= self.length):
             raise Refused(f"t = {float(time):.6g} is not in one piece")

@@ -89,7 +89,7 @@ class _Tables:
         return f"{float(time * self.checker.start.units.time):.12g}"
 
     def advance(self, power: int, length: arb, start: Sequence[arb]) -> None:
-        """Verify the next piece, the rows in it, and that its events are those that are printed."""
+        """Verify the next piece, its rows, and that its events are printed; else ``Refused``."""
         if self.lost:
             raise Refused("a piece after the loss of contact")
         self.checker.advance(power, length, start)
@@ -148,7 +148,7 @@ class _Tables:
         self.happened += 1
 
     def finished(self, pieces: int) -> Accepted:
-        """What was verified, if that is everything."""
+        """What was verified, if that is everything; else raise ``Refused``."""
         if self.times or self.rows:
             raise Refused(
                 f"the pieces end at t = {float(self.checker.finish):.6g}, or rows are left"

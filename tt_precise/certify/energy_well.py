@@ -89,7 +89,13 @@ class Well:
         self.step = ((1 - reduced.pole * now.kz) / SLICES).upper().mid()
 
     def held(self) -> tuple[arb, arb]:
-        """Verify W1 to W5: a bound of the contact force from now on, and one of sin theta."""
+        """Verify W1 to W5: a bound of the contact force from now on, and one of sin theta.
+
+        Raises
+        ------
+        NotProved
+            One of them could not be verified, with any of ``SPEEDS``.
+        """
         why = NotProved("W2", "nothing was tried")
         for speed in SPEEDS:
             try:
@@ -101,7 +107,13 @@ class Well:
         raise why
 
     def bounds(self, speed: arb | None) -> tuple[arb, arb]:
-        """A bound of the contact force in Y, and one of sin theta."""
+        """A bound of the contact force in Y, and one of sin theta; v1 = ``speed``.
+
+        Raises
+        ------
+        NotProved
+            One of W1 to W5 could not be verified.
+        """
         body, pole, lambda_ = self.reduced.body, self.reduced.pole, self.reduced.lambda_
         if speed is not None and not dot(self.now.v, self.now.v) < speed * speed:
             raise NotProved("W5", "it glides faster")

@@ -56,7 +56,13 @@ class ErrorSet:
         return ErrorSet(self._basis, self._inverse, box)
 
     def moved(self, flow: arb_mat, more: list[arb]) -> ErrorSet:
-        """Contains flow x + y for every x in this set and y in the balls ``more``."""
+        """Contains flow x + y for every x in this set and y in the balls ``more``.
+
+        Raises
+        ------
+        NotProved
+            No basis was found, or no bound.
+        """
         image = flow * self._basis
         basis = _basis_for(image, self._box)
         try:

@@ -109,7 +109,7 @@ class Exact:
         return Exact.of(other) / self
 
     def sqrt(self) -> Exact:
-        """The square root of a rational number."""
+        """The square root of a rational number; of others ``NotProved`` is raised."""
         if self.b or self.a.degree() > 0 or self.c.degree() > 0 or self.a[0] < 0:
             raise NotProved("onset", "a root that is not that of a rational number")
         square = Fraction(int(self.a[0].p), int(self.a[0].q)) / int(self.c[0])
@@ -119,7 +119,13 @@ class Exact:
         return Exact(fmpq_poly([]), fmpq_poly([1]), fmpq_poly([1]), square)
 
     def sign(self, theta: Inclination) -> int:
-        """The sign of a number that is not zero, at this inclination."""
+        """The sign of a number that is not zero, at this inclination.
+
+        Raises
+        ------
+        NotProved
+            ``MOST_BITS`` do not show it.
+        """
         bits = 128
         while bits <= MOST_BITS:
             with flint.ctx.workprec(bits):

@@ -137,7 +137,8 @@ class Proof:
             The catalogue does not have it for this model.
         """
         if name not in catalogue(self.scene.model):
-            raise InputError(f"event: got {name}, expected one of the catalogue, no extremum")
+            known = ", ".join(catalogue(self.scene.model))
+            raise InputError(f"event: got {name!r}, expected one of: {known}")
         return self._search([name])[name]
 
     def _search(self, names: Sequence[str]) -> dict[str, ProvedEvents]:

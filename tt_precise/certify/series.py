@@ -130,7 +130,7 @@ class Fan(StartSeries):
         return found + around(lost.upper()) if lost > 0 else found
 
     def beyond(self) -> Scalar:
-        """z^(n + 1)/(1 + z), but for its sign."""
+        """z^(n + 1)/(1 + z), but for its sign; ``NotProved`` where 1 + z may be zero."""
         size = self.size
         if not size < 1:
             raise NotProved("division", "a divisor may be zero for some start")
