@@ -145,7 +145,7 @@ def test_events_are_those_that_heyoka_finds(short: tt.Scene, proof: Proof) -> No
 
 
 def test_an_event_that_does_not_exist_is_refused(proof: Proof) -> None:
-    with pytest.raises(InputError, match="event: got 'eclipse', expected one of: .*equator"):
+    with pytest.raises(InputError, match=r"event: got 'eclipse', expected one of: .*equator"):
         proof.events("eclipse")
 
 
