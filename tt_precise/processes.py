@@ -109,8 +109,8 @@ class Processes(Executor):
 
         Tasks of one group (None: of none) run one after the other, in the same process if that
         lives, and so may share what they compute (``functools.cache``). Of the groups that wait a
-        process prefers one of the kind that it was at (see ``TaskGroup``), or else one of a kind that
-        no other process is at.
+        process prefers one of the kind that it was at (see ``TaskGroup``), or else one of a kind
+        that no other process is at.
         """
         future: Future[Any] = Future()
         with self._changed:
