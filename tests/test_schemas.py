@@ -6,8 +6,9 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
+import click
 import jsonschema
 import pytest
 
@@ -18,17 +19,25 @@ from tt_precise.bench.tables import read as read_tables
 from tt_precise.certify.pieces import Accepted
 from tt_precise.commands import bench, tradeoff
 from tt_precise.commands.certify_golden import CHECK_SCHEMA
+from tt_precise.integrate.precision import BITS
+from tt_precise.integrate.propagate import Status
+from tt_precise.scene import MODELS
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"
 # command line and exit status; those that take more than a second or two stand in SLOW
 OUTPUTS: dict[str, list[tuple[str, int]]] = {
-    "run": [("run reference --until 0.05 --events theta_min", 0), ("run contact-lost", 1)],
+    "run": [
+        ("run reference --until 0.05 --events theta_min", 0),
+        ("run contact-lost", 1),
+        ("run flight --until 0.05", 0),
+        ("run reference --until 0.02 --precision double-double", 0),
+    ],
     "thresholds": [("thresholds reference --digits 10", 0)],
-    "events": [("events", 0), ("events upright", 0)],
+    "events": [("events", 0), ("events upright", 0), ("events flight", 0)],
     "check": [("check {mine} --scene reference", 0), ("check {spoiled} --scene reference", 1)],
     "claims": [("claims EQ-14", 0)],
-    "scene": [("scene show reference", 0), ("scene show rolling", 0)],
+    "scene": [("scene show reference", 0), ("scene show rolling", 0), ("scene show flight", 0)],
     "scene-list": [("scene list", 0)],
     "columns": [("columns", 0)],
     "golden-list": [("golden list", 0)],
@@ -50,6 +59,7 @@ SLOW = {
     "extremes": [("extremes --quick --topic contact", 0)],
     "bench": [("bench --only drift", 0)],
     "tradeoff": [("tradeoff --quick", 0)],
+    "report": [("report --render --out {folder}", 0)],
 }
 STORED = {
     "golden-manifest": "reference_data/*/manifest.json",
@@ -162,6 +172,33 @@ def test_every_schema_is_one_and_says_what_each_key_means(file: Path) -> None:
     for node in nodes(schema):
         for key, child in node.get("properties", {}).items():
             assert child.get("description"), key
+
+
+def with_json(command: click.Command, words: str = "") -> Iterator[str]:
+    """The commands, as they are typed, that print JSON."""
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for name in command.list_commands(context):
+            found = command.get_command(context, name)
+            assert found is not None
+            yield from with_json(found, f"{words} {name}".strip())
+    elif any("--json" in option.opts for option in command.params):
+        yield words
+
+
+def test_every_command_that_prints_json_has_a_schema() -> None:
+    called = {"scene show": "scene", "sweep run": "sweep"}
+    names = {called.get(words, words.replace(" ", "-")) for words in with_json(cli.group)}
+    assert len(names) > 15
+    assert names <= {file.name.removesuffix(".schema.json") for file in SCHEMAS.glob("*.json")}
+    assert names - {*OUTPUTS, *SLOW} == {"engines"}  # what it stores is validated
+
+
+def test_the_words_of_a_run_are_those_that_there_are() -> None:
+    keys = read("run")["properties"]
+    assert set(keys["model"]["enum"]) == set(MODELS)
+    assert set(keys["precision"]["enum"]) == set(BITS)
+    assert set(keys["status"]["enum"]) < set(get_args(Status))  # which has those of pieces too
 
 
 def test_every_schema_is_in_the_documentation() -> None:

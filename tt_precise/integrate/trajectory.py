@@ -52,7 +52,8 @@ class Trajectory(Estimated):
     Attributes
     ----------
     status
-        "complete", "contact_ignored", "contact_lost", "singular_contact", "pole" or "failed".
+        "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole" or
+        "failed".
     t_end
         Where the solution ends, in s.
     steps, order
