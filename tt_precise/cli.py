@@ -25,7 +25,7 @@ COMMANDS = {
     "thresholds": "lambda, its thresholds and asymptotic values, each determined twice.",
     "scene": "Write a new scene; show what follows from one.",
     "events": "The catalogue of events, or the events of a scene.",
-    "golden": "Make, verify or list golden reference trajectories.",
+    "golden": "Make, verify, prove or list golden reference trajectories.",
     "check": "Conservation checks on a trajectory from anywhere.",
     "columns": "Columns of a trajectory: names, units, frames, conventions.",
     "claims": "The verdicts on the paper's claims.",

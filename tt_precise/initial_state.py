@@ -27,9 +27,9 @@ class InitialState:
 
     ``vectors`` and ``euler`` are the same state, each made from the exact numbers: beside the
     inverted pole the vectors do not go through theta = pi - offset. They are a ``LiftedState``
-    where the scene gives the height of the lowest point. ``until`` is the scene's
-    horizon. All in the units ``units``, which are given in SI. ``row`` is there where a run goes
-    on from a former piece: the state of its own formulation, and quadratures (scaled) behind it.
+    where the scene gives the height of the lowest point. ``until`` is the scene's horizon. All in
+    the units ``units``, which are given in SI. ``row`` is there where a run goes on from a former
+    piece: the state of its own formulation, and quadratures (scaled) behind it.
     """
 
     model: str

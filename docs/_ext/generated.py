@@ -22,17 +22,11 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]
 
 def columns(_: str) -> Iterator[str]:
     """Each column set with units and meanings, and the conventions."""
-    from tt_precise.check.columns import COLUMN_SETS
-    from tt_precise.commands.columns import CONVENTIONS
-    from tt_precise.mechanics.columns import described
+    from tt_precise.commands.columns import CONVENTIONS, column_sets, meaning
 
-    for name, found in COLUMN_SETS.items():
+    for name, found in column_sets().items():
         yield from (f"**{name[0].upper()}{name[1:]}**", "")
-        rows = []
-        for column in ("t", *found.names):
-            one = described(column)
-            note = " (if known)" if column in found.velocity else ""
-            rows.append((f"`{column}`", one.unit, one.meaning.rstrip(".") + note))
+        rows = [(f"`{column}`", one["unit"], meaning(one)) for column, one in found.items()]
         yield from table(("column", "unit", "meaning"), rows)
         yield ""
     for sentence in CONVENTIONS:
@@ -50,10 +44,12 @@ def scenes(_: str) -> Iterator[str]:
 
 def events(_: str) -> Iterator[str]:
     """The catalogue of events."""
-    from tt_precise.integrate.events import EVENTS, EXTREMUM, TERMINAL
+    from tt_precise.integrate.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
 
     rows = [(f"`{name}`", event.meaning) for name, event in EVENTS.items()]
     rows.append((f"`{EXTREMUM}NAME`", f"extremum of a quantity, such as `{EXTREMUM}g_n`"))
+    rows.append((f"`{ZERO}NAME`", f"a quantity changes sign, such as `{ZERO}E_dot`"))
+    rows += [(f"`{name}` (always recorded)", meaning) for name, meaning in JOINING.items()]
     rows += [(f"`{name}` (always watched)", meaning) for name, meaning in TERMINAL.items()]
     yield from table(("event", "meaning"), rows)
 

@@ -1,8 +1,7 @@
 """Digits requested, claimed and true: ``python -m tt_precise.bench.estimates``.
 
 Seeded random tops and starts, gliding and rolling, each integrated with ``digits=`` some number;
-the truth is a run in a finer arithmetic, at twenty samples. Writes
-``reports/estimates.csv``.
+the truth is a run in a finer arithmetic, at twenty samples. Writes ``reports/estimates.csv``.
 """
 
 from __future__ import annotations

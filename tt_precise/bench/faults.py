@@ -63,8 +63,7 @@ def table(progress: Progress = silent) -> pandas.DataFrame:
     Columns ``jellett`` ... ``axis_norm`` hold the worst relative errors beyond the checker's own
     error bound, ``golden_digits`` the distance from golden data; ``largest`` is the largest error
     that may be asked about (the fault is caught at every limit below), ``by`` the check that has
-    it;
-    ``at_1e-03`` ... say whether a limit catches it, ``by_golden`` whether asking for 8 correct
+    it; ``at_1e-03`` ... say whether a limit catches it, ``by_golden`` whether asking for 8 correct
     digits does. ``equations_1ms`` ... are what ``equations`` finds in rows of that spacing; empty
     where it cannot tell, or the rows are refused.
     """

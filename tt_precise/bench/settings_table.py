@@ -3,8 +3,8 @@
 Every setting integrates every golden scene, and those cheaper than quad as many seeded ones: the
 golden ones alone are harder than most. Recorded is how many digits are right in the worst entry at
 the worst time, and, on the reference scene, what the run costs beside double at full accuracy in
-the same minute. ``tt-precise tradeoff`` calls ``write`` in its full form, which takes
-some minutes. Writes ``tt_precise/integrate/cost_table.csv``.
+the same minute. ``tt-precise tradeoff`` in its full form calls ``write``, which takes some
+minutes. Writes ``tt_precise/integrate/cost_table.csv``.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ import json
 import click
 
 from tt_precise.commands.options import JSON
+from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.columns/1"
 CONVENTIONS = (
@@ -39,18 +40,7 @@ CONVENTIONS = (
 @JSON
 def command(as_json: bool) -> int:
     """List the columns that `check` reads and `run` writes: name, unit, frame, meaning."""
-    from tt_precise.check.columns import COLUMN_SETS
-    from tt_precise.mechanics.columns import described
-
-    sets = {
-        name: {
-            column: {**described(column)._asdict(), "required": column in found.required}
-            for column in ("t", *found.names, *found.height)
-        }
-        for name, found in COLUMN_SETS.items()
-    }
-    for columns in sets.values():
-        columns["t"]["required"] = True
+    sets = column_sets()
     if as_json:
         content = {"schema": SCHEMA, "sets": sets, "conventions": list(CONVENTIONS)}
         click.echo(json.dumps(content, indent=2))
@@ -59,9 +49,30 @@ def command(as_json: bool) -> int:
     for name, columns in sets.items():
         click.echo(f"\n{name}")
         for column, content in columns.items():
-            note = "" if content["required"] else " (if known)"
-            click.echo(f"  {column:<10} {content['unit']:<9} {content['meaning']}{note}")
+            click.echo(f"  {column:<10} {content['unit']:<9} {meaning(content)}")
     click.echo("")
     for sentence in CONVENTIONS:
         click.echo(click.wrap_text(sentence, 88, "- ", "  "))
     return 0
+
+
+def column_sets() -> dict[str, dict[str, dict[str, Json]]]:
+    """Of each set its columns, in order: unit, meaning and whether it is required."""
+    from tt_precise.check.columns import COLUMN_SETS
+    from tt_precise.mechanics.columns import described
+
+    return {
+        name: {
+            column: {
+                **described(column)._asdict(), "required": column in ("t", *found.required),
+            }
+            for column in ("t", *found.names, *found.height)
+        }
+        for name, found in COLUMN_SETS.items()
+    }  # fmt: skip
+
+
+def meaning(column: dict[str, Json]) -> str:
+    """What a column of ``column_sets`` is, for people."""
+    note = "" if column["required"] else " (if known)"
+    return str(column["meaning"]).rstrip(".") + note
