@@ -116,6 +116,16 @@ def test_what_is_left_out_or_made_up_is_noticed(stored: Stored, content: dict[st
         check(replace(stored, events=changed), content)
 
 
+@pytest.mark.parametrize("file", ["trajectory", "events"])
+def test_a_column_that_nobody_looks_at_is_refused(
+    stored: Stored, content: dict[str, Any], file: str
+) -> None:
+    table: Table = getattr(stored, file)
+    wider = Table((*table.columns, "luck"), tuple((*row, "7") for row in table.rows))
+    with pytest.raises(Refused, match=rf"{file}.csv: columns .*luck, expected"):
+        check(replace(stored, **{file: wider}), content)  # type: ignore[arg-type]
+
+
 def another_mantissa(dice: random.Random, text: str) -> str:
     """One of the leading 110 bits changed: the others are below the digits that are printed."""
     mantissa, exponent = text.split("p")

@@ -32,7 +32,8 @@ from tt_precise.certify.pieces import (
 )  # fmt: skip
 from tt_precise.errors import InputError
 from tt_precise.golden.digits import DIGITS, scale_of
-from tt_precise.golden.store import Stored
+from tt_precise.golden.runs import columns
+from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.tails import last_place
 from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.quadratures import QUADRATURE_SCALE
@@ -73,6 +74,7 @@ class _Tables:
         self.stored, self.checker, self.numbers, self.happened = stored, checker, 0, 0
         self.scene, self.lost = checker.scene, False
         table = stored.trajectory
+        _require_columns(stored)
         self.scales = {name: scale_of(table.column(name)) for name in table.columns}
         self.rows = deque(dict(zip(table.columns, row, strict=True)) for row in table.rows)
         self.times = deque(checker.scene.sample_times)
@@ -184,3 +186,14 @@ class _Tables:
         if bool(text) != bool(number.is_finite()) or (text and not apart <= ball(Fraction(half))):
             raise Refused(f"{name} at t = {cells['t']} is not proved: {text or 'empty'}")
         self.numbers += bool(text)
+
+
+def _require_columns(stored: Stored) -> None:
+    """That no column is printed which nothing here looks at."""
+    names = columns(stored.scene)
+    wanted = {TRAJECTORY: names, EVENTS: ("name", "t", "direction", *names[1:])}
+    for file, expected in wanted.items():
+        found = stored.table(file).columns
+        if found != expected:
+            shown = (",".join(one)[:200] for one in (found, expected))
+            raise Refused("{}: columns {}, expected {}".format(file, *shown))
