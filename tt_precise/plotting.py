@@ -143,7 +143,7 @@ def svg_text(figure: Figure) -> str:
             sizes, dpi = (POINTS * width, POINTS * height), before[1]  # of what is an image in it
             svg: Any = RendererSVG(*sizes, sink, image_dpi=dpi, metadata=_METADATA[".svg"])
             svg._text2path = text_to_path
-            renderer = MixedModeRenderer(figure, width, height, dpi, svg)
+            renderer: Any = MixedModeRenderer(figure, width, height, dpi, svg)
             canvas: Any = FigureCanvasBase(figure)
             canvas.get_renderer = lambda: renderer  # that the layout measures with
             figure.draw(renderer)

@@ -55,8 +55,17 @@ class Enclosures:
             A cell is no number, or encloses nothing from which the others could be derived.
         """
         printed = self.stored.table(file)
-        for texts, cells in zip(printed.rows, self.table(file).rows, strict=False):
-            yield self.row(file, texts, cells)
+        # events are asked for twice, for their numbers and for the times of the climb
+        known = self._events if file != TRAJECTORY else []
+        rows = zip(printed.rows, self.table(file).rows, strict=False)
+        for number, (texts, cells) in enumerate(rows):
+            if number < len(known):
+                yield known[number]
+                continue
+            row = self.row(file, texts, cells)
+            if file != TRAJECTORY:
+                known.append(row)
+            yield row
 
     def row(self, file: str, texts: Sequence[str], cells: Sequence[str]) -> Cells:
         """The intervals of one row, from what is printed and what is stored."""
@@ -86,6 +95,11 @@ class Enclosures:
             theta = tilt if state.kz > 0 else pi() - tilt
             return {**there, "theta": theta, "omega_3": dot(state.L, state.k) / body.I3}
         return dict(euler_from_vectors(body, state, IntervalFunctions)._asdict())
+
+    @cached_property
+    def _events(self) -> list[Cells]:
+        """The rows of the events, as far as they have been asked for."""
+        return []
 
     @cached_property
     def _body(self) -> Parameters:
