@@ -9,7 +9,8 @@ import pytest
 from tt_precise.errors import InputError
 from tt_precise.sweep import step_buffer
 from tt_precise.sweep.columns import detectors
-from tt_precise.sweep.lanes import Build, LaneResults, LaneStart, lanes
+from tt_precise.sweep.lanes import Build, LaneResults, lanes
+from tt_precise.sweep.steps_again import LaneStart
 
 BUILD = Build("gliding", "unilateral", detectors((), "gliding"), 8)
 INERTIA = (0.3, 131 / 350, 2 / 5, 0.3)  # alpha, I1, I3, mu

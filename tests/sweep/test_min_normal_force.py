@@ -5,11 +5,11 @@ from typing import Any
 import numpy
 import pytest
 
+from tests.sweep.test_step_polynomials import height_columns
 from tt_precise.sweep import min_normal_force
-from tt_precise.sweep.axis_height import bounds, height_columns
+from tt_precise.sweep.axis_height import bounds
 from tt_precise.sweep.min_normal_force import (
     EQUAL_PEAKS,
-    Step,
     lowest_states,
     lowest_steps,
     may_be_lowest,
@@ -29,15 +29,16 @@ def heights(*curvatures: Any) -> Any:
     return found
 
 
-def steps(series: Any, width: float = 1.0) -> list[Step]:
-    """Steps with k.z alone, as the second of two entries; the first is the time since."""
-    scale = width ** -numpy.arange(ORDER + 1.0)
-    time = numpy.eye(ORDER + 1)[1]
-    return [Step(width, numpy.stack([time, row * scale])) for row in series]
+def steps(series: Any, width: float = 1.0) -> tuple[Any, Any]:
+    """Steps with k.z alone, as the second of two entries, the first is the time since; lengths."""
+    time = numpy.zeros_like(series)
+    time[:, 1] = 1
+    found = numpy.stack([time, series * width ** -numpy.arange(ORDER + 1.0)])
+    return found.swapaxes(1, 2).copy(), numpy.full(len(series), width)
 
 
 def peaks(series: Any) -> Any:
-    return lowest_states(steps(series), numpy.arange(len(series)), 1)[0][:, 0]
+    return lowest_states(*steps(series), numpy.arange(len(series)), 1)[0][:, 0]
 
 
 def by_roots(given: Any) -> float:
@@ -86,29 +87,28 @@ def test_without_halving_a_peak_is_missed(monkeypatch: pytest.MonkeyPatch) -> No
 def test_company_does_not_change_a_bit() -> None:
     given = heights(*numpy.random.default_rng(2).normal(size=(40, 19)))
     owner = numpy.arange(40)
-    together, _ = lowest_states(steps(given, 0.3), owner, 1)
-    alone = [lowest_states(steps(given[[row]], 0.3), owner[:1], 1)[0][0] for row in owner]
+    together, _ = lowest_states(*steps(given, 0.3), owner, 1)
+    alone = [lowest_states(*steps(given[[row]], 0.3), owner[:1], 1)[0][0] for row in owner]
     assert numpy.array_equal(together, numpy.array(alone))
 
 
 def test_no_steps_have_no_states() -> None:
-    assert lowest_states([], numpy.arange(0), 1)[0].size == 0
+    assert lowest_states(*steps(heights()), numpy.arange(0), 1)[0].size == 0
 
 
 def test_of_many_equal_peaks_the_highest_few_stay() -> None:
     tops = numpy.random.default_rng(4).permutation(50)
     given = steps(heights(*[[0.0, 4 * top, -4.0 * top] for top in tops]))
-    highest = [one for one, top in zip(given, tops, strict=True) if top >= 50 - EQUAL_PEAKS]
-    assert [id(one) for one in lowest_steps(given, 1)] == [id(one) for one in highest]
+    assert list(lowest_steps(*given, 1)) == list(numpy.flatnonzero(tops >= 50 - EQUAL_PEAKS))
     owner = numpy.arange(50) // 25
-    states, owners = lowest_states(given, owner, 1)
+    states, owners = lowest_states(*given, owner, 1)
     assert list(owners) == [0] * EQUAL_PEAKS + [1] * EQUAL_PEAKS
     assert numpy.allclose(states[:, 0], 0.5, atol=1e-7)
 
 
 def may_be(series: Any, widths: Any, owner: Any, highest: Any) -> Any:
-    columns = height_columns(series, widths)
-    return may_be_lowest(bounds(columns), widths, owner, highest)
+    read = bounds(height_columns(series, widths))
+    return may_be_lowest(read, widths, owner, highest)
 
 
 def test_only_steps_that_may_be_the_lowest_stay() -> None:
@@ -152,5 +152,5 @@ def test_owners_are_separate() -> None:
 
 def test_widths_scale_the_series() -> None:
     for width in WIDTHS:
-        ((time, _),), _ = lowest_states(steps(heights([0, 1, -1.0]), width), numpy.zeros(1), 1)
+        ((time, _),), _ = lowest_states(*steps(heights([0, 1, -1.0]), width), numpy.zeros(1), 1)
         assert time == pytest.approx(width / 2, rel=1e-7)

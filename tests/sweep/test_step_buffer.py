@@ -13,8 +13,9 @@ from tt_precise.scene import Inclination, load_scene
 from tt_precise.sweep import lanes, specification, step_buffer
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.columns import detectors
-from tt_precise.sweep.lanes import Build, LaneResults, LaneStart
+from tt_precise.sweep.lanes import Build, LaneResults
 from tt_precise.sweep.samples import blocks
+from tt_precise.sweep.steps_again import LaneStart
 
 CLOSE = 1e-12  # dimensionless, of up to 180
 
@@ -111,16 +112,17 @@ def test_a_start_on_the_equator_keeps_all_turning_points() -> None:
 def test_each_bound_between_steps_has_one_sign(monkeypatch: pytest.MonkeyPatch) -> None:
     """Even if it were a wrong one, minima and maxima would take turns."""
     draws = numpy.random.default_rng(1)
-    true_rates = step_buffer.StepBuffer._height_rates
+    true_rates = step_buffer.height_rates
 
-    def wrong(buffer: Any) -> Any:
-        return true_rates(buffer) * draws.choice([-1, 1], size=8)
+    def wrong(*given: Any) -> Any:
+        found = true_rates(*given)
+        return found * draws.choice([-1, 1], size=len(found))
 
     monkeypatch.setattr(lanes, "_idle", Idle(lanes.Lanes))
     monkeypatch.setattr(lanes, "STEPS_BETWEEN", 1)
     monkeypatch.setattr(step_buffer, "ROOM", 1)
     monkeypatch.setattr(lanes, "ROOM", 1)
-    monkeypatch.setattr(step_buffer.StepBuffer, "_height_rates", wrong)
+    monkeypatch.setattr(step_buffer, "height_rates", wrong)
     scene = replace(load_scene("reference"), until=load_scene("reference").until / 16)
     found = integrated(scene, record=("max_theta",)).events
     directions = found.direction[found.detector == 0]

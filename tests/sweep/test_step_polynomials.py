@@ -6,10 +6,17 @@ import numpy
 import pytest
 
 from tt_precise.sweep import step_polynomials
-from tt_precise.sweep.axis_height import bounds, height_columns
+from tt_precise.sweep.axis_height import bounds
 from tt_precise.sweep.step_polynomials import halves, horner, states_in, zeros
 
 ORDER = 21
+
+
+def height_columns(heights: Any, widths: Any) -> Any:
+    """Columns of k.z from its series, shape (steps, order + 1, lanes), with the rates at starts."""
+    coefficients = heights[:, 1:].transpose(1, 0, 2)
+    rates = coefficients[:1]
+    return numpy.concatenate([coefficients, widths[None], rates, rates])
 
 
 def columns(*rates: Any, width: float = 1.0) -> Any:
@@ -116,13 +123,14 @@ def test_bounds_enclose_and_follow() -> None:
 def test_states_are_the_polynomials() -> None:
     draws = numpy.random.default_rng(4)
     given, since = draws.normal(size=(5, 3, 7)), draws.uniform(size=5)
-    found = states_in(given, since)
+    flat = numpy.vstack([given.reshape(5, 21).T, since])
+    found = states_in(flat, 3)
     assert found.shape == (5, 3)
     for row in range(5):
         for entry in range(3):
             expected = horner(given[row, entry], since[row])
             assert found[row, entry] == pytest.approx(expected, rel=1e-14, abs=1e-15)
-    assert states_in(given[:0], since[:0]).shape == (0, 3)
+    assert states_in(flat[:, :0], 3).shape == (0, 3)
 
 
 def test_halves_meet() -> None:

@@ -35,7 +35,7 @@ from tt_precise.sweep.step_polynomials import (
 class Heights(NamedTuple):
     """k.z in each step; arrays of the shape (steps, lanes).
 
-    ``columns`` describe it (see ``height_columns``), ``curvature`` is what its second derivative
+    ``columns`` describe it (see ``read_heights``), ``curvature`` is what its second derivative
     stays below, ``at_ends`` the larger one of those at both ends, ``changes`` how many changes of
     sign its rate has at most (and by an even number fewer in fact); ``finite`` says whether these
     mean anything.
@@ -55,27 +55,28 @@ def height_rates(form: Formulation, parameters: Array, states: Array) -> Array:
     return newton.axis_rate(q.body, q.state)[2]
 
 
-def read_heights(
-    heights: Array, widths: Array, before: Array, after: Array, closing: Array
-) -> Heights:
+def read_heights(columns: Array, before: Array, last: tuple[Array, Array], rates: Array) -> Heights:
     """Bounds of k.z and its derivatives in the steps.
 
     Parameters
     ----------
-    heights, widths
-        Taylor coefficients of k.z, shape (steps, order + 1, lanes), and lengths of the steps.
-    before, after
-        Rates of k.z where the first steps begin, NaN where a trajectory starts there; and where
-        the last ones end; shape (lanes,).
-    closing
-        Rates where a trajectory ends with a step, else NaN; shape (steps, lanes).
+    columns
+        k.z in each step, shape (order + 3, steps, lanes): its Taylor coefficients but the first,
+        the length of the step, and two rows that are filled in here: its rates at the start and at
+        the end, whose signs decide about zeros.
+    before
+        Rates of k.z where the first steps begin, NaN where a trajectory starts there; shape
+        (lanes,).
+    last, rates
+        The steps (and lanes) that are not followed by another one of their trajectory here, and the
+        rates where they end.
     """
-    columns = height_columns(heights, widths)
-    first, last = columns[START], columns[END]
+    columns[START] = columns[0]
+    first, end = columns[START], columns[END]
     # where one step ends the next begins, so that no turn between them is lost or found twice
     first[0] = numpy.where(numpy.isnan(before), first[0], before)
-    last[:-1], last[-1] = first[1:], after
-    last[:] = numpy.where(numpy.isnan(closing), last, closing)
+    end[:-1] = first[1:]
+    end[last] = rates
     return bounds(columns)
 
 
@@ -111,32 +112,18 @@ def turning_points(
     return at[owner[wanted]], since[wanted], time[wanted], rising[wanted]
 
 
-def height_columns(heights: Array, widths: Array) -> Array:
-    """Columns that say how k.z goes in each step, shape (order + 3, steps, lanes).
-
-    Its Taylor coefficients but the first, shape (steps, order + 1, lanes); the length of the step,
-    shape (steps, lanes); and its rate at the start and at the end. As the latter the rate at the
-    start is filled in: the signs there decide about zeros, and only the caller knows what follows.
-    """
-    steps, terms, lanes = heights.shape
-    columns = numpy.empty((terms + 2, steps, lanes))
-    columns[:WIDTH] = heights[:, 1:].transpose(1, 0, 2)
-    columns[WIDTH] = widths
-    columns[START] = columns[END] = columns[0]
-    return columns
-
-
 def bounds(columns: Array) -> Heights:
-    """Bounds from ``height_columns``."""
+    """Bounds from the columns of ``read_heights``."""
     rows, steps, lanes = columns.shape
-    found = _bounds(rows - 2)(columns.reshape(rows, -1), **ALONE).reshape(-1, steps, lanes)
+    inputs = numpy.ascontiguousarray(columns.reshape(rows, -1))
+    found = _bounds(rows - 2)(inputs, **ALONE).reshape(-1, steps, lanes)
     curvature, at_ends, changes, total = found
     return Heights(columns, curvature, at_ends, changes, numpy.isfinite(total))
 
 
 @cache
 def _bounds(terms: int) -> Callable[..., Array]:
-    """From a column of ``height_columns``: three bounds and a sum.
+    """From a column of ``read_heights``: three bounds and a sum.
 
     The sum is finite only if the others mean anything.
     """

@@ -25,6 +25,7 @@ from tt_precise.integrate.step_limit import longest_step
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.sweep.climb_zeros import EARLY
 from tt_precise.sweep.columns import (
     DEFINITIONS,
     NU_FALLS,
@@ -35,10 +36,10 @@ from tt_precise.sweep.columns import (
     part_named,
     turning_events,
 )
-from tt_precise.sweep.lanes import Build, LaneResult, LaneStart, lanes
-from tt_precise.sweep.min_normal_force import lowest_states
+from tt_precise.sweep.lanes import Build, LaneResult, lanes
 from tt_precise.sweep.specification import PARAMETERS, Plan
-from tt_precise.sweep.step_buffer import EARLY, Events
+from tt_precise.sweep.step_buffer import Events
+from tt_precise.sweep.steps_again import LaneStart
 
 SAME = 2.0**-53
 DOUBLE = precision_named("double")
@@ -63,7 +64,9 @@ def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
         ended[row] = result
     events = found.events._replace(row=numpy.array(moving, dtype=int)[found.events.row])
     results = [result for result in ended if result is not None]
-    return _Integrated(plan, form, build, starts, results, events).columns()
+    owner, states = found.lowest
+    lowest = numpy.array(moving, dtype=int)[owner], states
+    return _Integrated(plan, form, build, starts, results, events, lowest).columns()
 
 
 def _starts(plan: Plan, values: Array) -> list[InitialState]:
@@ -87,7 +90,7 @@ def _lane_start(form: Formulation, start: InitialState, order: int) -> LaneStart
 def _refused(form: Formulation, start: InitialState, contact: str) -> LaneResult | None:
     """The result of a start from which there is no contact to begin with."""
     status = ended_at_start(start, contact, DOUBLE.context)
-    return status and LaneResult(status, 0.0, numpy.array(start.state(form)), 0, ())
+    return status and LaneResult(status, 0.0, numpy.array(start.state(form)), 0)
 
 
 class _Integrated:
@@ -101,7 +104,9 @@ class _Integrated:
         starts: Sequence[InitialState],
         results: Sequence[LaneResult],
         events: Events,
+        lowest: tuple[Array, Array],
     ):
+        self.lowest = lowest
         self.plan, self.form, self.starts, self.results = plan, form, starts, results
         self.detectors = build.detectors
         self.rows = len(starts)
@@ -210,10 +215,8 @@ class _Integrated:
     def _at_extrema(self, part: Part) -> tuple[Array, Motion]:
         """Rows and motions among which an extreme value is, if it lies between start and end."""
         if part == SMALLEST_FORCE:
-            owner = numpy.repeat(numpy.arange(self.rows), [len(one.lowest) for one in self.results])
-            steps = [step for one in self.results for step in one.lowest]
-            states, owner = lowest_states(steps, owner, self.form.columns.index("kz"))
-            return owner, self._motion(states.reshape(-1, len(self.form.columns)), owner)
+            owner, states = self.lowest
+            return owner, self._motion(states, owner)
         chosen, q = self._at_events(*turning_events(part.quantity))
         return self.owner[chosen], q
 

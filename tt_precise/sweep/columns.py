@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 
 from tt_precise.arithmetic import Scalar
 from tt_precise.errors import InputError
@@ -40,6 +41,23 @@ DERIVED = {
 }
 NU_RISES, NU_FALLS = "nu_y rises through nu_x", "nu_y falls through nu_x"
 PARTS = ("min", "max", "start", "end")
+
+
+class ClimbSide(Enum):
+    """Which zeros next to the climb initiation and ending times depend on."""
+
+    FIRST = "the first one, which is the climb"
+    BEFORE = "the last one before the climb"
+    AFTER = "the first one after it"
+    BOTH = "the last one before it and the first one after it"
+
+
+SIDES = {
+    "equator": ClimbSide.FIRST,
+    "phi_dot_zero": ClimbSide.BOTH,
+    "Lk_equals_Lz": ClimbSide.BEFORE,
+    "Lk_equals_minus_Lz": ClimbSide.AFTER,
+}
 
 
 @dataclass(frozen=True)
@@ -77,6 +95,11 @@ class Detector:
     def turning(self) -> bool:
         """Whether it is where theta turns, which is read off the series of the steps."""
         return self.event.function is axis_fall
+
+    @property
+    def side(self) -> ClimbSide | None:
+        """Which zeros are needed, None for all; these are looked for in few steps."""
+        return SIDES.get(self.event.name)
 
     @property
     def direction(self) -> int:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
@@ -17,26 +17,13 @@ import heyoka
 import numpy
 
 from tt_precise.arithmetic import Array
-from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.idle import Idle
-from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.system import (
-    event_expression,
-    heyoka_direction,
-    numeric_options,
-    terminal_functions,
-)
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.sweep.columns import Detector
-from tt_precise.sweep.min_normal_force import Step
 from tt_precise.sweep.step_buffer import ROOM, Events, StepBuffer
-from tt_precise.untyped import Adaptive
+from tt_precise.sweep.steps_again import LaneStart, StepsAgain, compiled
 
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
-# heyoka takes the step from the largest of state and event functions: scaled down, these do not
-# shorten it, and a trajectory takes the same steps whatever is looked for along it
-EVENT_SCALE = 2.0**-10
 STEPS_AT_MOST = 5_000_000  # of one trajectory, which then counts as failed
 
 
@@ -49,39 +36,32 @@ class Build(NamedTuple):
     batch: int
 
 
-class LaneStart(NamedTuple):
-    """A start, dimensionless: state, parameters of the formulation, horizon, longest step."""
-
-    state: tuple[float, ...]
-    parameters: tuple[float, ...]
-    until: float
-    longest: float = math.inf
-
-
 class LaneResult(NamedTuple):
     """How one trajectory ended, dimensionless.
 
     ``status`` is "complete", "contact_lost", "singular_contact" or "failed"; ``state`` is that at
-    ``time``, NaN if it failed. ``lowest`` are the steps in one of which the normal force is
-    smallest.
+    ``time``, NaN if it failed.
     """
 
     status: str
     time: float
     state: Array
     steps: int
-    lowest: Sequence[Step]
 
 
 class LaneResults(NamedTuple):
     """How all went: a result for each start, and their events.
 
     Each kind of events of a trajectory is in order of time. Turning points of theta are minima
-    before the climb and maxima after it, unless their detector asks for every one.
+    before the climb and maxima after it, unless their detector asks for every one; of the kinds
+    with a ``side`` there are those on it, and perhaps others. ``lowest`` holds the positions of
+    starts, in order, and states in one of which the normal force of a trajectory is smallest, if
+    that is inside of it.
     """
 
     results: list[LaneResult]
     events: Events
+    lowest: tuple[Array, Array]
 
 
 class Lanes:
@@ -94,45 +74,26 @@ class Lanes:
         # bit; as one of two it has the same numbers as any other lane
         width = max(2, build.batch)
         form = integrated(build.model, "newton")
-        equations = Equations.of(form)
-        terminal = terminal_functions(form, equations.motion, equations.variables[0])
-        if build.contact == "bilateral":
-            del terminal["contact_lost"]
-        self._terminal = tuple(terminal)
-        options = numeric_options(Setup(formulation=form, precision=precision_named("double")))
-        # rolling compiles in a tenth of the time so, and runs as fast (1.02)
-        options["compact_mode"] |= build.model == "rolling"
+        numbered = [(n, one) for n, one in enumerate(build.detectors) if not one.turning]
+        seldom = [(n, one) for n, one in numbered if one.side is not None]
         hits = array("d")
-        size, parameters = len(form.columns), len(form.parameters)
-        self._batch = heyoka.taylor_adaptive_batch(
-            equations.system,
-            numpy.zeros((size, width)),
-            pars=numpy.ones((parameters, width)),
-            t_events=[heyoka.t_event_batch(function) for function in terminal.values()],
-            nt_events=[
-                heyoka.nt_event_batch(
-                    event_expression(one.event, equations) * EVENT_SCALE,
-                    _noting(hits, position),
-                    direction=heyoka_direction(one.direction),
-                )
-                for position, one in enumerate(build.detectors)
-                if not one.turning
-            ],
-            **options,
+        self._batch, self._terminal = compiled(
+            form, build.contact, width, [pair for pair in numbered if pair not in seldom], hits
         )
+        again = StepsAgain(form, build.contact, width, seldom)
         self._row_in = numpy.full(width, -1)  # which row is in each lane, -1: none
         self._goals = [0.0] * width
         self._longest = [math.inf] * width
         self.order = int(self._batch.order)
         self._age = numpy.zeros(width, dtype=int)  # steps since the start of each row
         self._time = self._batch.time  # a view of heyoka's own memory
-        self._buffer = StepBuffer(self._batch, form, build.detectors, hits)
+        self._buffer = StepBuffer(self._batch, form, build.detectors, hits, again)
 
     def integrate(self, starts: Sequence[LaneStart]) -> LaneResults:
         """Integrate from all starts."""
         ends: dict[int, tuple[str, float, Array]] = {}
         waiting = iter(range(len(starts)))
-        self._buffer.open(len(starts))
+        self._buffer.open(starts)
         for lane in range(len(self._row_in) if starts else 0):
             number = next(waiting, -1) if lane < self.build.batch else -1
             self._load(lane, number, starts)
@@ -148,16 +109,14 @@ class Lanes:
             for lane, status in ended.items():
                 ends[int(self._row_in[lane])] = self._end(lane, status)
                 self._load(lane, next(waiting, -1), starts)
-            if self._buffer.steps > ROOM - STEPS_BETWEEN:
+            if self._buffer.steps == ROOM:
                 self._buffer.read()
         if self._buffer.steps:
             self._buffer.read()
         return LaneResults(
-            [
-                LaneResult(*ends[row], int(self._buffer.taken[row]), self._buffer.lowest(row))
-                for row in range(len(starts))
-            ],
+            [LaneResult(*ends[row], int(self._buffer.taken[row])) for row in range(len(starts))],
             self._buffer.events(),
+            self._buffer.lowest(),
         )
 
     def _load(self, lane: int, number: int, starts: Sequence[LaneStart]) -> None:
@@ -182,7 +141,7 @@ class Lanes:
         self._batch.propagate_until(
             self._goals,
             max_delta_t=self._longest,
-            max_steps=STEPS_BETWEEN,
+            max_steps=min(STEPS_BETWEEN, ROOM - before),
             callback=self._buffer.record_step,
         )
         outcomes = [outcome for outcome, _ in self._batch.step_res]
@@ -211,15 +170,6 @@ class Lanes:
                 state * numpy.nan,
             )
         return status, float(self._time[lane]), state.copy()
-
-
-def _noting(hits: array[float], position: int) -> Callable[[Adaptive, float, int, int], None]:
-    # a function, because heyoka copies callables deeply, but functions with what they refer to
-    def note(_: Adaptive, time: float, sign: int, lane: int) -> None:
-        if sign:  # 0: the function vanishes identically, so nothing changes sign
-            hits.extend((lane, position, time, sign))
-
-    return note
 
 
 _idle = Idle(Lanes)

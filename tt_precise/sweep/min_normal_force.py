@@ -7,9 +7,6 @@ at once, and halves of the rest until rounding decides. So no peak inside a step
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy
 
 from tt_precise.arithmetic import Array
@@ -21,13 +18,6 @@ from tt_precise.sweep.step_polynomials import HALVINGS, bernstein_of, halves, st
 SLACK = 1e-9
 ROUNDING = 2.0**-50
 EQUAL_PEAKS = 8  # of equal peaks, which a periodic motion has without end
-
-
-class Step(NamedTuple):
-    """The length of a step and its Taylor series, shape (entries, order + 1)."""
-
-    width: float
-    series: Array
 
 
 def may_be_lowest(
@@ -59,35 +49,42 @@ def reaches(ceiling: Array, highest: Array) -> Array:
     return ceiling >= highest - SLACK * numpy.abs(highest)
 
 
-def lowest_states(steps: Sequence[Step], owner: Array, height: int) -> tuple[Array, Array]:
+def lowest_states(series: Array, widths: Array, owner: Array, height: int) -> tuple[Array, Array]:
     """States where g_n is smallest within each step, of the ``EQUAL_PEAKS`` lowest of each owner.
 
-    ``height`` is the position of k.z among the entries. Returns states, shape (states, entries),
-    and their owners; a state comes from its own step alone, to the last bit.
+    Parameters
+    ----------
+    series, widths
+        Taylor series of the steps, shape (entries, order + 1, steps), and their lengths.
+    owner, height
+        Whose the steps are, and the position of k.z among the entries.
+
+    Returns
+    -------
+    States, shape (states, entries), and their owners; a state comes from its own step alone, to the
+    last bit.
     """
-    if not steps:
-        return numpy.empty(0), owner
-    series, since, chosen = _lowest(steps, owner, height)
-    return states_in(series[chosen], since[chosen]), owner[chosen]
+    since, chosen = _lowest(series, widths, owner, height)
+    entries, terms, steps = series.shape
+    flat = series.reshape(entries * terms, steps)[:, chosen]
+    return states_in(numpy.vstack((flat, since[chosen])), entries), owner[chosen]
 
 
-def lowest_steps(steps: Sequence[Step], height: int) -> list[Step]:
-    """The ``EQUAL_PEAKS`` of the steps in which g_n is smallest, in their order."""
-    _, _, chosen = _lowest(steps, numpy.zeros(len(steps), dtype=int), height)
-    return [steps[position] for position in chosen.tolist()]
+def lowest_steps(series: Array, widths: Array, height: int) -> Array:
+    """Positions of the ``EQUAL_PEAKS`` of the steps in which g_n is smallest, in their order."""
+    _, chosen = _lowest(series, widths, numpy.zeros(len(widths), dtype=int), height)
+    return chosen
 
 
-def _lowest(steps: Sequence[Step], owner: Array, height: int) -> tuple[Array, Array, Array]:
-    """Series of the steps, times of their peaks, and positions of the highest of each owner."""
-    widths = numpy.array([one.width for one in steps])
-    series = numpy.array([one.series for one in steps])
-    power = numpy.arange(2, series.shape[2])
-    curvature = series[:, height, 2:] * (power * (power - 1.0))
+def _lowest(series: Array, widths: Array, owner: Array, height: int) -> tuple[Array, Array]:
+    """Times of the steps' peaks, and positions of the highest of each owner."""
+    power = numpy.arange(2, series.shape[1])
+    curvature = series[height, 2:].T * (power * (power - 1.0))
     curvature *= numpy.vander(widths, len(power), increasing=True)
     place, peak = _peaks(curvature)
     order = numpy.lexsort((-peak, owner))
     rank = numpy.arange(len(order)) - numpy.searchsorted(owner[order], owner[order])
-    return series, place * widths, numpy.sort(order[rank < EQUAL_PEAKS])
+    return place * widths, numpy.sort(order[rank < EQUAL_PEAKS])
 
 
 def _peaks(polynomials: Array) -> tuple[Array, Array]:

@@ -1,11 +1,10 @@
-"""The last steps of all lanes: their series are held until what happened in them is read off."""
+"""The last steps of all lanes: what happened in them is read off when there are enough."""
 
 from __future__ import annotations
 
 import math
 from array import array
-from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy
@@ -15,13 +14,14 @@ from tt_precise.errors import InputError
 from tt_precise.integrate.system import MOST_EVENTS
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.sweep.axis_height import Heights, height_rates, read_heights, turning_points
+from tt_precise.sweep.climb_zeros import EARLY, ClimbZeros, Taken
 from tt_precise.sweep.columns import Detector
-from tt_precise.sweep.min_normal_force import Step, lowest_steps, may_be_lowest, reaches
-from tt_precise.sweep.step_polynomials import states_in
+from tt_precise.sweep.min_normal_force import lowest_states, lowest_steps, may_be_lowest, reaches
+from tt_precise.sweep.step_polynomials import WIDTH
+from tt_precise.sweep.steps_again import LaneStart, StepsAgain, noted
 from tt_precise.untyped import Adaptive
 
-ROOM = 384  # steps
-EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
+ROOM = 500  # steps; not near a multiple of 64, where the rows of columns share lines of a cache
 EVENTS_OF_A_ROW = 1000  # a hundred bytes each; a climb has hundreds
 MOST_LOWEST = 256  # steps of a row, one of which has the smallest force
 
@@ -41,60 +41,108 @@ class Events(NamedTuple):
     state: Array
 
 
+class LowestSteps(NamedTuple):
+    """Steps in which the normal force of a row may be smallest, a column each.
+
+    ``ceiling`` is what the second derivative of k.z stays below, ``state`` that at the start, shape
+    (entries, steps).
+    """
+
+    row: Array
+    ceiling: Array
+    width: Array
+    state: Array
+
+    def only(self, chosen: Array) -> LowestSteps:
+        """Those at some positions, or where a mask is True."""
+        return LowestSteps(*(column[..., chosen] for column in self))
+
+
 class StepBuffer:
     """Records the steps of a batch integrator, and reads them.
 
-    ``hits`` is where events found by heyoka are noted: lane, detector, time and direction of each,
-    flat, because objects are slow.
+    ``hits`` is where events found by heyoka on the way are noted, see ``compiled``; ``again`` takes
+    steps again, with the detectors that are not looked for on the way.
     """
 
     def __init__(
-        self, batch: Adaptive, form: Formulation, detectors: Sequence[Detector], hits: array[float]
+        self,
+        batch: Adaptive,
+        form: Formulation,
+        detectors: Sequence[Detector],
+        hits: array[float],
+        again: StepsAgain,
     ):
-        self._batch, self._form, self._hits = batch, form, hits
+        self._batch, self._form, self._hits, self._again = batch, form, hits, again
         self._stateful = numpy.array([one.stateful for one in detectors])
         self._turning = [one.turning for one in detectors].index(True)
         self._every = detectors[self._turning].every
-        self._equator = [one.event.name for one in detectors].index("equator")
         self._height = form.columns.index("kz")
-        # views of heyoka's own memory, which stays where it is
-        self._tc, self._time, self._last_h = batch.tc, batch.time, batch.last_h
-        width = len(self._time)
-        self._series = numpy.empty((ROOM, *self._tc.shape))
-        self._ends = numpy.empty((ROOM, width))
-        self._widths = numpy.empty((ROOM, width))
+        self._zeros = ClimbZeros(form, list(enumerate(detectors)), again)
+        entries, terms, width = batch.tc.shape
+        self._columns = numpy.empty((terms + 2, ROOM, width))  # see read_heights
+        self._states = numpy.empty((entries, ROOM, width))  # where the steps begin
+        self._high, self._low = numpy.zeros((2, ROOM + 1, width))  # times; the first: of the start
         self._rows = numpy.empty((ROOM, width), dtype=int)
-        self._closing = numpy.full((ROOM, width), math.nan)  # rates of k.z where rows end
-        self._since = numpy.zeros(width)  # when the steps begin
         self._rates = numpy.full(width, math.nan)  # of k.z where the steps begin; NaN at starts
+        self._closed: list[tuple[int, Array, Array]] = []  # rows that end: step, lanes, states
         self._counts: list[int] = []
         self.steps = 0  # how many there are now
+        self.record_step = self._recorder()
 
-    def open(self, rows: int) -> None:
-        """Begin with so many rows."""
+    def _recorder(self) -> Callable[[Adaptive], bool]:
+        """A function that records the last step of the integrator, which calls it after each.
+
+        Half the time of this loop was Python's way to the places; so all are looked up before.
+        """
+        # views of heyoka's own memory, which stays where it is
+        series, (high, low), last_h = self._batch.tc, self._batch.dtime, self._batch.last_h
+        heights, starts = series[self._height, 1:], series[:, 0]
+        places = [
+            (
+                self._columns[:WIDTH, step], self._states[:, step], self._columns[WIDTH, step],
+                self._high[step + 1], self._low[step + 1],
+            )
+            for step in range(ROOM)
+        ]  # fmt: skip
+        counts, hits = self._counts, self._hits
+
+        def record_step(_: Adaptive) -> bool:
+            to_heights, to_starts, to_width, to_high, to_low = places[self.steps]
+            to_heights[...] = heights
+            to_starts[...] = starts
+            to_width[...] = last_h
+            to_high[...] = high
+            to_low[...] = low
+            counts.append(len(hits))
+            self.steps += 1
+            return True
+
+        return record_step
+
+    def open(self, starts: Sequence[LaneStart]) -> None:
+        """Begin with the rows from these starts."""
+        rows = len(starts)
         self.steps = 0
         self._rates[:] = math.nan
-        del self._hits[:]
-        self._counts.clear()
+        self._forget()
+        self._high[0] = self._low[0] = 0.0
+        self._again.open(starts)
+        self._zeros.open(rows)
         # the last one of these is for empty lanes
         self.taken = numpy.zeros(rows + 1, dtype=int)  # steps of each row
-        self._climb = numpy.full(rows + 1, math.inf)  # theta first rises through pi/2
         self._highest = numpy.full(rows + 1, -math.inf)  # the largest curvature
-        self._lowest: dict[int, list[tuple[float, Step]]] = defaultdict(list)
-        none = numpy.empty(0, dtype=int)
-        size = self._tc.shape[0]
+        none = numpy.empty(0)
+        nothing = none.astype(int)
+        entries = len(self._form.columns)
+        self._lowest = LowestSteps(nothing, none, none, numpy.empty((entries, 0)))
         self._room = MOST_EVENTS + EVENTS_OF_A_ROW * rows
-        self._found = [Events(none, none, none, numpy.empty(0), numpy.empty((0, size)))]
+        self._found = [Events(nothing, nothing, nothing, none, numpy.empty((0, entries)))]
 
-    def record_step(self, _: Adaptive) -> bool:
-        """Record the last step of the integrator, which calls this after each."""
-        step = self.steps
-        self._series[step] = self._tc
-        self._ends[step] = self._time
-        self._widths[step] = self._last_h
-        self._counts.append(len(self._hits))
-        self.steps = step + 1
-        return True
+    def _forget(self) -> None:
+        del self._hits[:]
+        self._closed.clear()
+        self._counts.clear()
 
     def assign(self, since: int, rows: Array) -> None:
         """Say whose the steps from ``since`` on are, -1 for empty lanes."""
@@ -102,95 +150,130 @@ class StepBuffer:
 
     def step_start(self, lane: int) -> float:
         """When the last step of ``lane`` began, which is not the first one of its row."""
-        step = self.steps - 2
-        return float(self._ends[step, lane]) if step >= 0 else float(self._since[lane])
+        return float(self._high[self.steps - 1, lane])
 
     def close(self, lanes: Sequence[int]) -> None:
         """Note that the rows in these lanes end here."""
-        self._closing[self.steps - 1, lanes] = self._height_rates()[lanes]
+        places = numpy.array(lanes)
+        self._closed.append((self.steps - 1, places, self._batch.state[:, places]))
 
     def read(self) -> None:
         """Read off what happened in the steps, and give them up."""
-        series, widths = self._series[: self.steps], self._widths[: self.steps]
-        whose = self._rows[: self.steps][widths != 0]
+        steps = self.steps
+        taken, (last, states) = self._taken(), self._last()
+        whose = taken.row[taken.width != 0]
         self.taken += numpy.bincount(whose, minlength=len(self.taken))
-        rates, closing = self._height_rates(), self._closing[: self.steps]
-        read = read_heights(series[:, self._height], widths, self._rates, rates, closing)
-        self._find_lowest(read)
-        noted = self._noted()
-        climbs = noted.detector == self._equator
-        numpy.minimum.at(self._climb, noted.row[climbs], noted.time[climbs])
-        self._found += [noted, self._turns(read)]
-        self._room -= len(noted.row) + len(self._found[-1].row)
+        self._zeros.read(taken, last, states)
+        rates = height_rates(self._form, self._again.parameters[:, taken.row[last]], states)
+        read = read_heights(self._columns[:, :steps], self._rates, last, rates)
+        self._find_lowest(read, taken)
+        self._found += [self._noted(taken), self._turns(read, taken)]
+        self._room -= sum(len(one.row) for one in self._found[-2:])
         if self._room < 0:
             raise InputError(
                 f"until: got a time in which {len(self.taken) - 1} rows have more than "
                 f"{MOST_EVENTS + EVENTS_OF_A_ROW * (len(self.taken) - 1)} events, expected a "
                 "shorter one"
             )
-        self._since, self._rates = self._ends[self.steps - 1].copy(), rates
-        closing[:] = math.nan
-        del self._hits[:]
-        self._counts.clear()
+        self._high[0], self._low[0] = self._high[steps], self._low[steps]
+        self._rates = rates[: len(self._rates)]
+        for step, lanes, _ in self._closed:
+            if step == steps - 1:
+                self._rates[lanes] = math.nan
+        self._forget()
         self.steps = 0
 
     def events(self) -> Events:
-        """All events of the rows, in their order."""
-        events = Events(*(numpy.concatenate(column) for column in zip(*self._found, strict=True)))
+        """All events of the rows, each kind in order of time."""
+        hits = self._zeros.hits()
+        hits = hits.only(numpy.argsort(hits.time, kind="stable"))
+        blank = numpy.full((len(hits.time), len(self._form.columns)), numpy.nan)
+        found = [*self._found, Events(hits.place, hits.detector, hits.direction, hits.time, blank)]
+        events = Events(*(numpy.concatenate(column) for column in zip(*found, strict=True)))
         order = numpy.argsort(events.row, kind="stable")
         order = order[events.row[order] >= 0]
         return Events(*(column[order] for column in events))
 
-    def lowest(self, row: int) -> list[Step]:
-        """The steps of a row in one of which the normal force is smallest."""
-        highest = self._highest[row]
-        return [step for ceiling, step in self._lowest[row] if reaches(ceiling, highest)]
+    def lowest(self) -> tuple[Array, Array]:
+        """Rows, in order, and states in one of which their normal force is smallest."""
+        held = self._still_lowest()
+        held = held.only(numpy.argsort(held.row, kind="stable"))
+        series = self._again.series(held.row, held.state)
+        states, rows = lowest_states(series, held.width, held.row, self._height)
+        return rows, states
 
-    def _height_rates(self) -> Array:
-        """Rates of k.z where the lanes are now."""
-        return height_rates(self._form, self._batch.pars, self._batch.state)
+    def _taken(self) -> Taken:
+        steps = self.steps
+        high, low = self._high[: steps + 1], self._low[: steps + 1]
+        ends = high[1:].copy()
+        for step, lanes, _ in self._closed:  # what is next in these lanes begins at time 0
+            high[step + 1, lanes] = low[step + 1, lanes] = 0.0
+        widths, states = self._columns[WIDTH, :steps], self._states[:, :steps]
+        return Taken(self._rows[:steps], widths, ends, high[:-1], low[:-1], states)
 
-    def _find_lowest(self, read: Heights) -> None:
-        rows = self._rows[: self.steps]
-        found = may_be_lowest(read, self._widths[: self.steps], rows, self._highest)
-        step, lane, ceiling = found
-        for row, above, width, series in zip(
-            rows[step, lane].tolist(),
-            ceiling.tolist(),
-            self._widths[step, lane].tolist(),
-            self._series[step, :, :, lane],
-            strict=True,
-        ):
-            self._lowest[row].append((above, Step(width, series.copy())))
-        for row in set(rows[step, lane].tolist()):
-            if len(self._lowest[row]) > MOST_LOWEST:  # a periodic motion has as many as periods
-                steps = lowest_steps(self.lowest(row), self._height)
-                self._lowest[row] = [(math.inf, step) for step in steps]
+    def _last(self) -> tuple[tuple[Array, Array], Array]:
+        """Which steps (and lanes) are the last ones, here or of their rows; where they end."""
+        lanes = numpy.arange(len(self._rates))
+        ends = [(self.steps - 1, lanes, self._batch.state), *self._closed]
+        last = (
+            numpy.concatenate([numpy.full(len(lanes), step) for step, lanes, _ in ends]),
+            numpy.concatenate([lanes for _, lanes, _ in ends]),
+        )
+        return last, numpy.concatenate([states for _, _, states in ends], axis=1)
 
-    def _turns(self, read: Heights) -> Events:
+    def _still_lowest(self) -> LowestSteps:
+        held = self._lowest
+        return held.only(reaches(held.ceiling, self._highest[held.row]))
+
+    def _find_lowest(self, read: Heights, taken: Taken) -> None:
+        step, lane, ceiling = may_be_lowest(read, taken.width, taken.row, self._highest)
+        new = LowestSteps(
+            taken.row[step, lane], ceiling, taken.width[step, lane], taken.state[:, step, lane]
+        )
+        parts = zip(self._lowest, new, strict=True)
+        self._lowest = LowestSteps(*(numpy.concatenate(one, axis=-1) for one in parts))
+        # a periodic motion has as many as periods
+        if (numpy.bincount(self._lowest.row) > MOST_LOWEST).any():
+            self._keep_few_lowest()
+
+    def _keep_few_lowest(self) -> None:
+        held = self._still_lowest()
+        kept = numpy.ones(len(held.row), dtype=bool)
+        for row in numpy.flatnonzero(numpy.bincount(held.row) > MOST_LOWEST).tolist():
+            mine = numpy.flatnonzero(held.row == row)
+            series = self._again.series(held.row[mine], held.state[:, mine])
+            chosen = mine[lowest_steps(series, held.width[mine], self._height)]
+            kept[mine] = False
+            kept[chosen], held.ceiling[chosen] = True, math.inf
+        self._lowest = held.only(kept)
+
+    def _turns(self, read: Heights, taken: Taken) -> Events:
         """The turning points of theta: all, or those that the climb depends on.
 
         As an event of heyoka, which finds hundreds of them in a row of a sweep, that costs as much
         as all other events together.
         """
-        ends, rows = self._ends[: self.steps], self._rows[: self.steps]
-        climb = self._climb[rows]
-        at, since, time, rising = turning_points(read, ends, climb, self._every | (climb < EARLY))
-        step, lane = numpy.divmod(at, len(self._time))
-        state = states_in(self._series[step, :, :, lane], since)
+        climb = self._zeros.climb[taken.row]
+        every = self._every | (climb < EARLY)
+        at, since, time, rising = turning_points(read, taken.end, climb, every)
+        step, lane = numpy.divmod(at, taken.row.shape[1])
+        rows = taken.row[step, lane]
+        state = self._again.states(rows, taken.state[:, step, lane], since)
         detector = numpy.full(len(lane), self._turning)
         # the event's function falls where theta has a minimum
-        return Events(rows.ravel()[at], detector, 2 * rising - 1, time, state)
+        return Events(rows, detector, 2 * rising - 1, time, state)
 
-    def _noted(self) -> Events:
-        """What heyoka has found."""
-        lane, detector, time, direction = numpy.array(self._hits).reshape(-1, 4).T
-        lane, detector, direction = (one.astype(int) for one in (lane, detector, direction))
+    def _noted(self, taken: Taken) -> Events:
+        """What heyoka has found on the way."""
+        lane, detector, time, direction = noted(self._hits)
         step = numpy.searchsorted(self._counts, 4 * numpy.arange(len(lane)), side="right")
-        state = numpy.full((len(lane), self._tc.shape[0]), numpy.nan)
+        rows = taken.row[step, lane]
+        state = numpy.full((len(lane), len(taken.state)), numpy.nan)
         wanted = numpy.flatnonzero(self._stateful[detector])
         if len(wanted):
             at, on = step[wanted], lane[wanted]
-            begun = self._ends[at, on] - self._widths[at, on]
-            state[wanted] = states_in(self._series[at, :, :, on], time[wanted] - begun)
-        return Events(self._rows[step, lane], detector, direction, time, state)
+            begun = taken.end[at, on] - taken.width[at, on]
+            state[wanted] = self._again.states(
+                rows[wanted], taken.state[:, at, on], time[wanted] - begun
+            )
+        return Events(rows, detector, direction, time, state)

@@ -31,17 +31,14 @@ def horner(coefficients: Sequence[Scalar], at: Scalar) -> Scalar:
     return reduce(lambda value, one: value * at + one, coefficients[-2::-1], coefficients[-1])
 
 
-def states_in(series: Array, since: Array) -> Array:
-    """States in steps, so long after their starts, from their Taylor series.
+def states_in(series: Array, entries: int) -> Array:
+    """States in steps, from Taylor series of their entries and how long since the start.
 
-    ``series`` has the shape (steps, entries, order + 1), ``since`` (steps,), the result (steps,
-    entries).
+    ``series`` has a column for each step: coefficients of the first entry, of the second one and so
+    on, and the time since. The result has the shape (steps, entries).
     """
-    steps, entries, terms = series.shape
-    inputs = numpy.empty((entries * terms + 1, steps))
-    inputs[:-1] = series.reshape(steps, entries * terms).T
-    inputs[-1] = since
-    return _states(entries, terms)(inputs, **ALONE).T
+    given = numpy.ascontiguousarray(series)
+    return _states(entries, len(given) // entries)(given, **ALONE).T
 
 
 def bernstein_of(polynomials: Array) -> Array:
