@@ -19,6 +19,7 @@ from tt_precise.certify.pieces import FILE
 from tt_precise.certify.proof import Proof, prove
 from tt_precise.certify.verdict import NotProved
 from tt_precise.commands.certify_golden import command
+from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.proofs import ENCLOSURE, PROOF
@@ -256,3 +257,25 @@ def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> No
     assert not (tmp_path / NAME / FILE).exists()  # only where it is asked for
     assert certificate.wrong > 0
     assert _run(NAME, "--folder", str(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("cell", ["abc", "nan", "inf", "1/3", "1e999999999", "0x1"])
+@pytest.mark.parametrize(
+    ("file", "column"), [(TRAJECTORY, "kx"), (TRAJECTORY, "t"), (EVENTS, "t"), (EVENTS, "nu_y")]
+)
+def test_what_is_no_number_is_refused_before_anything_is_proved(
+    stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, column: str,
+    cell: str,
+) -> None:  # fmt: skip
+    table = stored.table(file)
+    place = table.columns.index(column)
+    row = (*table.rows[1][:place], cell, *table.rows[1][place + 1 :])
+    spoiled = Table(table.columns, (table.rows[0], row, *table.rows[2:]))
+    in_events = file == EVENTS
+    changed = replace(stored, events=spoiled) if in_events else replace(stored, trajectory=spoiled)
+    _write(changed, tmp_path)
+    monkeypatch.setattr("tt_precise.certify.certificate.prove", None)
+    with pytest.raises(
+        InputError, match=rf"{file}, line 3, {column}: got '{cell}', expected a dec"
+    ):
+        certify(NAME, folder=tmp_path)

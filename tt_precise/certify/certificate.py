@@ -25,6 +25,7 @@ from tt_precise.certify.printed import Tally, outward, rounded, tally
 from tt_precise.certify.proof import BITS, Proof, prove
 from tt_precise.certify.tables import State, tails_table
 from tt_precise.certify.verdict import NotProved
+from tt_precise.errors import InputError
 from tt_precise.files import atomic_write, locked
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import DIGITS, is_near_zero, scale_of
@@ -32,6 +33,7 @@ from tt_precise.golden.enclosures import LABELS, Enclosures
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.seal import record_proof
 from tt_precise.golden.table import Table
+from tt_precise.numerals import NUMBER
 from tt_precise.progress import Progress, silent
 from tt_precise.untyped import Json
 
@@ -100,7 +102,7 @@ def certify(
     Raises
     ------
     InputError
-        There are no golden data of that name.
+        There are no golden data of that name, or a cell of theirs is no number.
     NotProved
         Nothing at all could be proved.
     """
@@ -134,11 +136,12 @@ def proved(
     Raises
     ------
     InputError
-        There are no golden data of that name.
+        There are no golden data of that name, or a cell of theirs is no number.
     NotProved
         Nothing at all could be proved.
     """
     stored = store.read(scene, folder)
+    _require_numbers(stored)
     while True:
         proof = prove(stored.scene, bits, workers=workers, progress=progress)
         certificate = compared(stored, proof)
@@ -148,6 +151,20 @@ def proved(
     if pieces:
         return replace(certificate, pieces=packed(content_of(stored, proof)))
     return certificate
+
+
+def _require_numbers(stored: store.Stored) -> None:
+    """What is no number is found before the minutes that a proof takes."""
+    for file in (store.TRAJECTORY, store.EVENTS):
+        table = stored.table(file)
+        for line, row in enumerate(table.rows, start=2):
+            for name, cell in zip(table.columns, row, strict=True):
+                written = NUMBER.fullmatch(cell) and "/" not in cell
+                if cell and name not in LABELS and not written:
+                    raise InputError(
+                        f"{stored.name}: {file}, line {line}, {name}: got {cell[:50]!r}, expected "
+                        f"a decimal; `tt-precise golden verify {stored.name}` says what is wrong"
+                    )
 
 
 def write(certificate: Certificate, folder: Path | None = None) -> None:
