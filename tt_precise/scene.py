@@ -86,7 +86,7 @@ class Scene:
             shown = float(min(self.sample_every, Fraction(10**300)))
             raise InputError(
                 f"sample_every: got {shown:g}, which makes more than "
-                f"{MOST_SAMPLES} samples; expected a longer interval"
+                f"{MOST_SAMPLES} samples; expected a longer interval, or an earlier end (until)"
             )
         if self.model == "rolling" and self.body.spring:
             raise InputError(

@@ -1,6 +1,7 @@
 """``tt-precise scene``: what it writes can be run, and what it shows is what follows."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -144,7 +145,7 @@ def test_a_shipped_scene_is_shown_with_its_own_law(
 ) -> None:
     scene = load_scene(name)
     content = printed(capsys, name)
-    text = scene_command.lines(content)
+    text = "\n".join(scene_command.lines(content))
     kinds = [kind for kind, (holds, _, _) in TOLD.items() if holds(scene)]
     assert kinds
     for kind in kinds:
@@ -152,3 +153,14 @@ def test_a_shipped_scene_is_shown_with_its_own_law(
         assert [words for words in said if words not in text] == [], text
         assert [words for words in unsaid if words in text] == [], text
     assert (content["friction"] == "none") == bool({"flight", "rolling", "ice"} & set(kinds))
+
+
+def test_a_title_cannot_forge_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        re.sub("title = .*", r'title = "a\\n  inverts    no"', load_scene("reference").text)
+    )
+    assert cli.main(["scene", "show", str(file)]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    assert shown[0] == r"mine: a\n  inverts    no"
+    assert [line.split()[1] for line in shown if "inverts" in line][1:] == ["yes:"]

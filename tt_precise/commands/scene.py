@@ -10,6 +10,7 @@ import click
 
 from tt_precise.commands.options import JSON
 from tt_precise.errors import InputError
+from tt_precise.terminal import say
 from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def command() -> None:
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 def new(file: Path, force: bool) -> None:
-    """Write a commented scene to FILE (.toml), valid as it is, to be changed."""
+    """Write a commented scene, valid as it is, to FILE (.toml)."""
     from tt_precise.files import atomic_write
 
     if file.suffix != ".toml":
@@ -95,8 +96,7 @@ def list_command(as_json: bool) -> None:
         content = [{"name": one.name, "model": one.model, "title": one.title} for one in found]
         click.echo(json.dumps({"schema": "tt_precise.scene.list/1", "scenes": content}, indent=2))
         return
-    for one in found:
-        click.echo(f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}")
+    say(f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}" for one in found)
 
 
 @command.command("show")
@@ -110,7 +110,10 @@ def show(scene: str, as_json: bool) -> None:
     from tt_precise.scene import load_scene
 
     content = summary(load_scene(scene))
-    click.echo(json.dumps(content, indent=2, ensure_ascii=False) if as_json else lines(content))
+    if as_json:
+        click.echo(json.dumps(content, indent=2, ensure_ascii=False))
+    else:
+        say(lines(content))
 
 
 def summary(scene: Scene) -> dict[str, Json]:
@@ -200,7 +203,7 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     return found
 
 
-def lines(content: dict[str, Json]) -> str:
+def lines(content: dict[str, Json]) -> list[str]:
     """What a person reads."""
     body = {name: _short(value) for name, value in content["body"].items()}
     inverts = {True: "yes", False: "no", None: "undecided"}[content["inverts"]]
@@ -209,7 +212,7 @@ def lines(content: dict[str, Json]) -> str:
         for name, value in content["lambda_over"].items()
     )
     given = ", ".join(f"{name} = {_short(value)}" for name, value in content["given"].items())
-    text = [
+    return [
         f"{content['scene']}: {content['title']}",
         f"  model      {content['model']}, {_forces(content, body)}, until {content['until']} s",
         f"  body       m {body['m']} kg, R {body['R']} m, alpha {body['alpha']}, "
@@ -223,7 +226,6 @@ def lines(content: dict[str, Json]) -> str:
         f"  balance    {content['static_balance']}",
         *(f"  WARNING    {warning}" for warning in content["warnings"]),
     ]
-    return "\n".join(text)
 
 
 def _forces(content: dict[str, Json], body: dict[str, str]) -> str:
