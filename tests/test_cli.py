@@ -313,6 +313,16 @@ def test_every_command_explains_itself(capsys: pytest.CaptureFixture[str], name:
     assert f"Usage: tt-precise {name}" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("name", ["scene", "golden", "sweep"])
+def test_a_group_says_of_its_commands_whole_sentences(
+    capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    assert cli.main([name, "--help"]) == 0
+    listed = capsys.readouterr().out.partition("Commands:")[2].split("\n  ")[1:]
+    assert listed
+    assert [line for line in listed if not line.rstrip().endswith(".") or "..." in line] == []
+
+
 def test_no_command_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([]) == 2
     out, err = capsys.readouterr()

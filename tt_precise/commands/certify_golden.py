@@ -15,7 +15,7 @@ CHECK_SCHEMA = "tt_precise.golden.certify.check/1"
 CHECK_FAILED = 1
 
 
-@click.command("certify")
+@click.command("certify", short_help="Prove the printed digits.")
 @click.argument("scenes", nargs=-1)
 @click.option(
     "--folder",

@@ -34,7 +34,7 @@ def command() -> None:
     """Reference trajectories of which every printed digit is right."""
 
 
-@command.command("build")
+@command.command("build", short_help="Make golden data for scenes.")
 @click.argument("scenes", nargs=-1)
 @click.option("--replace", default="", metavar="REASON", help="Allow published digits to change.")
 @FOLDER
@@ -72,7 +72,7 @@ def build_command(
     return 0 if all(one.good for one in built) else CHECK_FAILED
 
 
-@command.command("verify")
+@command.command("verify", short_help="Verify hashes, proofs and digits.")
 @click.argument("scenes", nargs=-1)
 @FOLDER
 @WORKERS
@@ -82,9 +82,7 @@ def verify_command(
 ) -> int:
     """Verify golden data of SCENES, by default all: hashes, proofs and fresh computations.
 
-    A scene is a name, its TOML file, or the folder of its data.
-
-    Exit status 1 if anything is wrong.
+    A scene is a name, its TOML file, or the folder of its data. Exit status 1 if anything is wrong.
     """
     from tt_precise.golden import verify
     from tt_precise.progress import progress_bar
@@ -99,7 +97,7 @@ def verify_command(
     return 0 if all(one.verdict == "pass" for one in found) else CHECK_FAILED
 
 
-@command.command("list")
+@command.command("list", short_help="List the scenes that have golden data.")
 @FOLDER
 @options.JSON
 def list_command(folder: Path | None, as_json: bool) -> int:

@@ -14,7 +14,7 @@ SCHEMA = "tt_precise.golden.starts/1"
 UNDECIDED_STATUS = 1
 
 
-@click.command("starts")
+@click.command("starts", short_help="Prove what becomes of all starts in a box.")
 @click.argument("scene")
 @click.option(
     "--within",

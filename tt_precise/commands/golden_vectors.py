@@ -12,7 +12,7 @@ from tt_precise.commands.options import JSON
 SCHEMA = "tt_precise.golden.vectors/1"
 
 
-@click.command("vectors")
+@click.command("vectors", short_help="Verify test vectors and the index.")
 @click.option("--build", is_flag=True, help="Write them, instead of verifying what is there.")
 @click.option(
     "--index-only", is_flag=True, help="Leave the vectors alone: only the index, which is quick."

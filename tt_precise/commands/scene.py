@@ -99,7 +99,7 @@ def list_command(as_json: bool) -> None:
     say(f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}" for one in found)
 
 
-@command.command("show")
+@command.command("show", short_help="Show what follows from a scene.")
 @click.argument("scene")
 @JSON
 def show(scene: str, as_json: bool) -> None:

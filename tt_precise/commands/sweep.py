@@ -37,7 +37,7 @@ def command() -> None:
     """Many starts at once: sweep SCENE --vary ..., or sweep plot RESULT --x ... --y ..."""
 
 
-@command.command("run")
+@command.command("run", short_help="Integrate a scene from many starts.")
 @click.argument("scene")
 @click.option("--vary", multiple=True, metavar="NAME=FIRST:LAST:COUNT", help="A grid; or NAME=1,2.")
 @click.option("--box", multiple=True, metavar="NAME=LOW:HIGH", help="A range to sample from.")
@@ -145,7 +145,7 @@ def run(
     return SOME_FAILED if swept.summary["quarantined"] else 0
 
 
-@command.command("plot")
+@command.command("plot", short_help="Draw the rows of a sweep.")
 @click.argument("result", type=click.Path())
 @click.option("--x", required=True, help="A column.")
 @click.option("--y", required=True, help="A column; t_init, t_end and climb are of definition A.")
