@@ -15,6 +15,7 @@ ROW = {
     "name": "drift", "against": "integrate()", "value": 0.75, "aim": "at most 0.5", "met": False,
     "milliseconds": 1.5, "turns": 3,
 }  # fmt: skip
+MEASURED = bars.measured
 UNKNOWN = {**ROW, "name": "a peer", "value": None, "met": None}
 
 
@@ -41,6 +42,13 @@ def test_json_has_the_bars(capsys: pytest.CaptureFixture[str]) -> None:
     assert printed == {"schema": "tt_precise.bench/1", "bars": [ROW]}
 
 
-def test_a_bar_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["bench", "--only", "nothing"]) == 2
-    assert "--only: got nothing" in capsys.readouterr().err
+@pytest.mark.parametrize("others", [[], ["--only", "drift"]])
+def test_a_bar_that_does_not_exist_is_refused_before_any_is_measured(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, others: list[str]
+) -> None:
+    monkeypatch.setattr(bars, "measured", MEASURED)
+    monkeypatch.setattr(bars, "_row", lambda _: pytest.fail("measured"))
+    assert cli.main(["bench", *others, "--only", "nothing"]) == 2
+    captured = capsys.readouterr()
+    assert "--only: got 'nothing', expected a part of one of: fastest peer" in captured.err
+    assert captured.out == ""

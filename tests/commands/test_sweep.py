@@ -37,7 +37,22 @@ def test_sweep_reads_toml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     path.write_text('scene = "reference"\nuntil = "0.3"\n[vary]\nmu = "0.3,0.4"\n', "utf-8")
     assert main(["sweep", str(path), "--workers", "1", "--recheck", "0"]) == 0
     assert "2 of 2 rows" in capsys.readouterr().out
-    assert main(["sweep", str(path), "--until", "1"]) == 2
+
+
+@pytest.mark.parametrize(
+    "option",
+    ["--vary mu=1,2", "--box mu=1:2", "--samples 4", "--sampler latin", "--seed 0", "--until 1",
+     "--record climb_A", "--contact bilateral"],
+)  # fmt: skip
+def test_what_a_sweep_s_file_says_is_not_said_beside_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    path = tmp_path / "small.toml"
+    path.write_text('scene = "reference"\nuntil = "0.3"\n[vary]\nmu = "0.3,0.4"\n', "utf-8")
+    assert main(["sweep", str(path), *option.split()]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith(f"tt-precise: {option.split()[0]}: got it beside ")
+    assert captured.out == ""
 
 
 @pytest.mark.parametrize(

@@ -77,6 +77,12 @@ def test_unknown_scenes_have_status_2(
     assert "nowhere" in captured.err
 
 
+def test_certificates_are_checked_or_written(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("flint", reason="needs the extra certify")
+    assert main(["golden", "certify", "upright", "--check", "--certificate"]) == 2
+    assert "--check: got --certificate too" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("place", ["empty", "missing"])
 @pytest.mark.parametrize(
     "what", ["verify", "verify --json", "certify", "certify --check", "certify --check --json"]

@@ -18,6 +18,7 @@ from tt_precise.bench.evaluators import CostTo, TableEntry
 from tt_precise.bench.findings import TradeoffComparison, met
 from tt_precise.bench.tables import TradeoffTables
 from tt_precise.bench.timing import Turn, interleaved
+from tt_precise.errors import InputError
 from tt_precise.progress import Progress, silent
 from tt_precise.untyped import Json
 
@@ -122,9 +123,20 @@ def measured(
 
     ``value`` is the ratio (None where a peer is not installed), ``milliseconds`` the fastest of
     all turns. ``notify`` is called with each peer that is left out.
+
+    Raises
+    ------
+    InputError
+        No bar has one of ``only`` in its name.
     """
-    compared = [one for one in engine() if _asked(one.name, only)]
-    wanted = [bar for bar in bars(scratch, scenes) if _asked(bar.name, only)]
+    comparisons, costs = engine(), bars(scratch, scenes)
+    names = [*(one.name for one in comparisons), *(bar.name for bar in costs)]
+    for part in only:
+        if not any(part in name for name in names):
+            known = "; ".join(names)
+            raise InputError(f"--only: got {part[:60]!r}, expected a part of one of: {known}")
+    compared = [one for one in comparisons if _asked(one.name, only)]
+    wanted = [bar for bar in costs if _asked(bar.name, only)]
     yield from _engine_rows(compared, notify) if compared else []
     for number, bar in enumerate(wanted):
         yield _row(bar)

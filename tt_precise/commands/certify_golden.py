@@ -70,6 +70,8 @@ def command(
     from tt_precise.progress import progress_bar
     from tt_precise.workers import Call, Failure, cores, local_pool
 
+    if checked and certificate:
+        raise InputError("--check: got --certificate too, expected one of the two")
     scenes = tuple(dict.fromkeys(scenes or some(golden_scenes(folder), folder)))
     if checked:
         return _check(scenes, folder, bits, as_json)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from tt_precise.commands import options
 from tt_precise.errors import InputError
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 SOME_FAILED = 1
 LARGEST_SEED = 2**64 - 1
+SAID_IN_FILE = ("vary", "box", "samples", "sampler", "seed", "until", "record", "contact")
 
 
 class _RunByDefault(click.Group):
@@ -103,8 +105,7 @@ def run(
     from tt_precise.sweep.run import sweep
 
     if is_sweep_file(scene):
-        if vary or box or samples or until or record:
-            raise InputError(f"{scene}: is a sweep already, expected no --vary, --box and the like")
+        _refuse_what_the_file_says(scene)
         spec = _read(scene)
     else:
         spec = specification(
@@ -214,6 +215,16 @@ def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:
             raise InputError(f"{option}: got {one[:60]!r}, expected NAME=... , each name once")
         found[name] = text
     return found
+
+
+def _refuse_what_the_file_says(scene: str) -> None:
+    """Options of a sweep beside the file of one, which would be left out without a word."""
+    context = click.get_current_context()
+    for name in SAID_IN_FILE:
+        if context.get_parameter_source(name) is not ParameterSource.DEFAULT:
+            raise InputError(
+                f"--{name}: got it beside {scene}, which is a sweep; expected it in there"
+            )
 
 
 def is_sweep_file(path: str) -> bool:
