@@ -120,6 +120,15 @@ def test_a_sign_as_small_as_its_error_is_not_resolved() -> None:
             Eigenvalue(value, one).sign()
 
 
+@pytest.mark.parametrize("place", [0, 1])
+def test_what_is_no_number_has_no_sign(place: int) -> None:
+    context = own_context(20)
+    parts = [context.mpf(1), context.mpf(0)]
+    parts[place] = context.nan
+    with pytest.raises(ArithmeticError):
+        Eigenvalue(context.mpc(parts[0], 5), parts[1]).sign()
+
+
 def test_the_signs_beside_a_crossing_are_looked_at() -> None:
     """At the crossing and a width on either side of it, of the eigenvalue that leads."""
     context = own_context(30)

@@ -98,7 +98,7 @@ def test_d_is_a_square_for_the_rational_sigma_and_not_for_the_printed_one(
     one = Fraction(1)
     made = Parameters(m=one, R=one, alpha=alpha, I1=gamma, I3=one, g=one, mu=Fraction(0))
     sigma = {
-        "gamma": thresholds.rational_sigma(made),
+        "gamma": (1 - gamma) / (gamma + alpha**2 - 1),  # as ``T_upp`` needs it
         "alpha": (1 - alpha) / (gamma + alpha**2 - 1),  # as section 1 prints it
     }[above_the_bar]
     body = dataclasses.replace(made, I3=1 / sigma, I1=gamma / sigma)

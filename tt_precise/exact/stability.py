@@ -53,8 +53,8 @@ class Eigenvalue(NamedTuple):
     error: Scalar
 
     def sign(self) -> int:
-        """Whether its mode grows (1) or decays (-1)."""
-        if abs(self.value.real) <= self.error:
+        """Whether its mode grows (1) or decays (-1); raises where the error leaves that open."""
+        if not abs(self.value.real) > self.error:
             raise _UnresolvedError
         return 1 if self.value.real > 0 else -1
 

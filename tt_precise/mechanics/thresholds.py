@@ -92,21 +92,15 @@ def E1(body: Parameters, lambda_: Scalar) -> Scalar:
 def T_upp(body: Parameters, lambda_: Scalar, D: Scalar, fn: Functions) -> Scalar:
     """Bound on the time between turning points, in s; section 1.
 
-    Only for the rational case, that is where ``body.sigma`` is ``rational_sigma(body)``.
+    Only for the rational case, where d(z) is a square and V a rational function of cos theta:
+    sigma = (1 - gamma)/(gamma + alpha^2 - 1). The paper prints 1 - alpha above the bar; claim EQ-26
+    proves that it is 1 - gamma.
     """
     alpha, gamma = body.alpha, body.gamma
     numerator = body.R * body.I3 * gamma * (alpha + 1 - gamma)
     root = fn.sqrt(gamma + alpha * alpha - 1)
     printed, hundred = FACTOR_OF_T_UPP
     return printed * numerator / (hundred * (alpha * lambda_ + alpha * body.R * D * root))
-
-
-def rational_sigma(body: Parameters) -> Scalar:
-    """sigma for which d(z) is a square and V a rational function of cos theta; section 1.
-
-    The paper prints 1 - alpha above the bar; claim EQ-26 proves that it is 1 - gamma.
-    """
-    return (1 - body.gamma) / (body.gamma + body.alpha * body.alpha - 1)
 
 
 def _spin_energy(body: Parameters, lambda_: Scalar, height: Scalar) -> Scalar:
