@@ -23,8 +23,10 @@ import click
 import pytest
 
 import tt_precise
-from tt_precise import cli
+from tt_precise import InputError, cli
+from tt_precise.commands.sweep import is_sweep_file
 from tt_precise.scene import parse_scene
+from tt_precise.sweep import read_specification
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
@@ -140,6 +142,15 @@ def check_words(command: str, *, partly: bool = False) -> None:
             raise
 
 
+def check_file(name: str) -> None:
+    """Read a scene or a sweep, which perhaps only a long example does."""
+    if name.endswith(".toml"):
+        if is_sweep_file(name):
+            read_specification(name)
+        else:
+            tt_precise.load_scene(name)
+
+
 def is_long(text: str) -> bool:
     return any(f"tt-precise {words}" in text for words in LONG) or any(
         words in text for words in LONG_PYTHON
@@ -163,6 +174,7 @@ def run_all(text: str, *, long: bool) -> int:
             file = CAPTION.match(block.text)
             if file:
                 Path(file[1]).write_text(file[2], "utf-8")
+                check_file(file[1])
                 count += 1
         elif block.language == "python":
             waiting = waiting or is_long(block.text)
@@ -254,11 +266,12 @@ def test_links_lead_somewhere(path: Path) -> None:
         "as `tt-precise runs` says\n",
         "as `tt-precise check\n--limits 3` says\n",
         "```{code-block} python\n:caption: one.py\n\n1/0\n```\n```console\n$ python one.py\n```\n",
+        '```{code-block} toml\n:caption: a.toml\n\nscene = "reference"\nseed = 7\n```\n',
     ],
 )
 def test_a_wrong_example_is_found(spoiled: str) -> None:
     with pytest.raises(
-        (AssertionError, AttributeError, click.ClickException, pytest.fail.Exception)
+        (AssertionError, AttributeError, InputError, click.ClickException, pytest.fail.Exception)
     ):
         run_all(spoiled, long=False)
 
