@@ -38,7 +38,7 @@ LONG = (
     "tradeoff", "extremes", "engines",
 )  # fmt: skip
 LONG_PYTHON = ("tt_precise.certify", "sweep(", "animate(")
-BEGINNING = re.compile(r"#.*?(-?\d+\.\d+)\.\.\.")
+BEGINNING = re.compile(r"#.*?(\[?-?\d+\.\d+)\.\.\.")
 FENCE = re.compile(r"^```(\w+|\{code-block\} \w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CAPTION = re.compile(r":caption: (\S+)\n\n?(.*)", re.DOTALL)
 INLINE = re.compile(r"`(tt-precise [a-z][^`]*)`")

@@ -65,7 +65,8 @@ OF_EACH_KIND = ("reference", "rolling", "contact-lost", "upright", "beside-the-p
     ],
 )
 def test_digits_are_those_of_golden_compare(scene: str) -> None:
-    golden = pandas.DataFrame(tt.golden.load(scene)).iloc[::20]
+    golden = pandas.DataFrame(tt.golden.load(scene))
+    golden = golden.iloc[:: min(20, len(golden) // 2)]
     names = [name for name in (*NewtonState._fields, *EulerState._fields) if name in golden]
     if "rolling" in scene or tt.load_scene(scene).model == "rolling":
         names = [name for name in names if name not in ("vx", "vy", "nu_x", "nu_y")]

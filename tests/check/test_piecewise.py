@@ -119,6 +119,21 @@ def test_a_slip_and_a_stick_between_two_rows_at_rest_are_joints() -> None:
     assert found.passed, str(found)
 
 
+def test_a_row_just_behind_a_loss_of_contact_is_not_on_the_table() -> None:
+    """It is 6 pm above it at 0.0865 s, where the table would have to pull: a joint, both sides."""
+    scene = tt.load_scene("coulomb-flight").varied(
+        theta="1.236", phi_dot="16.65", omega_3="152", nu_y="-0.08", mu="0.322",
+        until="0.0895", sample_every="0.0005",
+    )  # fmt: skip
+    frame = tt.integrate(scene, events=(), record=()).frame(*SETS["vectors"])
+    assert 0 < frame.height[173] < 1e-11 < frame.height[174]
+    found = tt.check.conservation(frame, scene, limits=STRICT)
+    assert found.passed, str(found)
+    late = frame.copy()
+    late.loc[173:, "vx"] += 1e-4 * (frame.t[173:] - 0.0865)
+    assert not tt.check.conservation(late, scene, limits=STRICT).passed
+
+
 @pytest.mark.slow
 def test_no_healthy_run_is_flagged() -> None:
     """Sixty starts by lot, with rows of six spacings."""

@@ -129,7 +129,9 @@ class SolvedRows:
                 margin = cone_margin(self._body, q.state)
             margins[:, part.rows] = margin.c
             which[part.rows] = flies
-        found: Array = which[:-1] == which[1:]
+        # just behind a loss of contact a row is still at the table, which would have to pull it
+        held = margins[0] >= 0
+        found: Array = (which[:-1] == which[1:]) & held[:-1] & held[1:]
         for end, sign in ((slice(None, -1), 1), (slice(1, None), -1)):
             for fraction in numpy.linspace(0, 1, POINTS)[1:-1]:
                 h = sign * fraction * steps
