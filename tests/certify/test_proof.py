@@ -149,6 +149,16 @@ def test_an_event_that_does_not_exist_is_refused(proof: Proof) -> None:
         proof.events("eclipse")
 
 
+def test_a_start_alone_says_nothing_of_what_is_conserved(proof: Proof) -> None:
+    assert "jellett" in proof.drift_bounds
+    begun = replace(
+        proof.enclosure, stretches=proof.enclosure.stretches[:1], failure=NotProved("S4", "as if")
+    )
+    alone = replace(proof, enclosure=begun)
+    assert len(list(alone.rows())) == 1
+    assert alone.drift_bounds == {}
+
+
 def test_contact_stays(proof: Proof) -> None:
     frame = tt.integrate(proof.scene).frame("g_n", numbers="float")
     weight = float(proof.scene.body.m * proof.scene.body.g)

@@ -105,6 +105,8 @@ class Proof:
     def drift_bounds(self) -> dict[str, arb]:
         """Bounds of the relative drift of what the scene conserves, over the samples.
 
+        None of them where only the start is enclosed, or where one is not finite.
+
         The identities of the mechanics say that it is zero; so this is an independent check: an
         enclosure that missed the exact solution would exclude it.
 
@@ -124,8 +126,8 @@ class Proof:
                 if not all(other.overlaps(first) for other in others):
                     raise NotProved("conserved", f"an enclosure excludes that {integral.name} is")
                 drifts = [abs(other - first) / scale for other in others]
-                if all(drift.is_finite() for drift in drifts):
-                    found[integral.name] = largest([arb(0), *drifts])
+                if drifts and all(drift.is_finite() for drift in drifts):
+                    found[integral.name] = largest(drifts)
         return found
 
     def events(self, name: str) -> ProvedEvents:
