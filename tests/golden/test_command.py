@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from tt_precise import files
 from tt_precise.cli import main
 from tt_precise.commands.golden import _verified_lines
+from tt_precise.errors import InputError
 from tt_precise.golden import Verification
 from tt_precise.golden.store import TRAJECTORY
 
@@ -75,6 +77,28 @@ def test_unknown_scenes_have_status_2(
     captured = capsys.readouterr()
     assert captured.err.count("\n") == 1
     assert "nowhere" in captured.err
+
+
+@pytest.mark.parametrize("wrong", ["no such scene", "a place that cannot be written"])
+def test_what_cannot_be_certified_is_found_out_before_the_work(
+    small: Small, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, wrong: str
+) -> None:
+    pytest.importorskip("flint", reason="needs the extra certify")
+    from tt_precise.certify import certificate
+
+    def unwritable(path: Path) -> None:
+        raise InputError(f"{path}: Permission denied")
+
+    monkeypatch.setattr(certificate, "attempted", lambda *_: pytest.fail("minutes of work"))
+    scenes = ["reference"]
+    if wrong == "no such scene":
+        scenes.append("nowhere")
+    else:
+        monkeypatch.setattr(files, "require_writable", unwritable)
+    argv = ["golden", "certify", *scenes, "--folder", str(small.folder), "--workers", "1"]
+    assert main(argv) == 2
+    said = "got 'nowhere'" if wrong == "no such scene" else "proof.json: Permission denied"
+    assert said in capsys.readouterr().err
 
 
 def test_certificates_are_checked_or_written(capsys: pytest.CaptureFixture[str]) -> None:

@@ -65,8 +65,10 @@ def command(
         raise InputError(
             "golden certify: python-flint is not installed; pip install 'tt-precise[certify]'"
         ) from None
+    from tt_precise.files import require_writable
+    from tt_precise.golden.places import require, some
     from tt_precise.golden.places import scenes as golden_scenes
-    from tt_precise.golden.places import some
+    from tt_precise.golden.proofs import PROOF
     from tt_precise.progress import progress_bar
     from tt_precise.workers import Call, Failure, cores, local_pool
 
@@ -75,6 +77,8 @@ def command(
     scenes = tuple(dict.fromkeys(scenes or some(golden_scenes(folder), folder)))
     if checked:
         return _check(scenes, folder, bits, as_json)
+    for name in scenes:  # found out now, not after minutes
+        require_writable(require(name, folder).path / PROOF)
     found, nothing = [], []
     # two that share a scene are no faster than one, for 1.4 times the processor time
     shared = workers or 1 if len(scenes) == 1 else 1
