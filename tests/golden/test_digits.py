@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from decimal import Decimal
+import random
+from decimal import Decimal, localcontext
 
 import pytest
 
@@ -66,3 +67,18 @@ def test_column_claims_its_weakest_entry() -> None:
     full = "1." + "0" * 33 + "e+0"
     entries = [full, "1.5e+0", "0", ""]
     assert column_digits(entries, scale_of(entries)) == ColumnDigits(2, "1.50e+0", 1, 1)
+
+
+def test_a_scale_is_that_of_decimals_alone() -> None:
+    seed = random.Random(3)
+    for power in (-400, -320, -308, -30, 0, 30, 308, 400):
+        for spread in (1e-33, 1e-17, 1e-15, 1e-3, 1.0):
+            entries = [
+                "",
+                *(f"{seed.choice('-+')}{1 + spread * seed.random()!r}" for _ in range(9)),
+            ]
+            entries = [one and f"{one}e{power + seed.randrange(2)}" for one in entries]
+            expected = max(abs(Decimal(one)) for one in entries if one)
+            with localcontext(prec=3):
+                assert scale_of(entries) == +expected
+    assert scale_of(["", ""]) == scale_of(["0", "-0.0"]) == 0

@@ -85,6 +85,7 @@ class GoldenDistance:
                 values,
                 partial(self._cells, block, samples),
                 self._resolved,
+                largest_only=True,
             )
             self._take(found)
             compared = found.compared

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from collections.abc import Iterable, Sequence
 from decimal import Context, Decimal, localcontext
 from typing import NamedTuple
@@ -24,6 +25,8 @@ RULE = (
 )
 EXACT = Context(prec=400)  # wide enough that no difference of computed values is rounded
 COARSE = Context(prec=9)  # for a count of digits
+NEARLY = 1e-12  # relative; far more than the rounding of a float
+SMALLEST_FLOAT = sys.float_info.min  # that is rounded relative to itself
 PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
 ZERO = "0"
 
@@ -99,8 +102,14 @@ def is_near_zero(text: str, scale: Decimal) -> bool:
 
 def scale_of(entries: Iterable[str]) -> Decimal:
     """Largest magnitude among printed or computed entries, rounded to three digits."""
+    present = [entry for entry in entries if entry]
+    sizes = [abs(float(entry)) for entry in present]
+    # decimals take five times as long, so only those are made that may be the largest; where
+    # floats underflow or overflow, that is all of them
+    least = max(sizes, default=0.0) * (1 - NEARLY) - SMALLEST_FLOAT
     with localcontext(prec=3):
-        return max((+abs(Decimal(entry)) for entry in entries if entry), default=Decimal(0))
+        largest = (entry for entry, size in zip(present, sizes, strict=True) if not size < least)
+        return max((+abs(Decimal(entry)) for entry in largest), default=Decimal(0))
 
 
 def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:

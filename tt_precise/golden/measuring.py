@@ -23,6 +23,8 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene import Scene
 
 EPS = float(numpy.finfo(float).eps)
+TINY = float(numpy.finfo(float).tiny)
+FIGURES = 1e-8  # relative; an exact error is rounded to nine digits
 FAR = 1000  # roundings; a larger error is known to three digits without regard to them
 SAME_TIME = 4 * EPS  # relative; a row at a golden time may miss it by a rounding
 LIFT_OFF = 1e-12  # relative; a last row may lie so far beyond the end of the solution
@@ -103,12 +105,16 @@ class TrueRows:
         values: Mapping[str, numpy.ndarray],
         exactly: Callable[[int, Sequence[str]], Sequence[Scalar]],
         resolved: float = RESOLVED,
+        *,
+        largest_only: bool = False,
     ) -> Measured:
         """The distance of rows with strictly increasing times ``t`` (s) from the true ones.
 
         ``values`` are their columns in double, NaN where there is no number;
         ``exactly(row, names)`` gives the numbers of one row as they were given. A row between
-        golden times is compared in the columns that can be resolved to ``resolved``.
+        golden times is compared in the columns that can be resolved to ``resolved``. With
+        ``largest_only`` decimals are spared where an error is certainly not the largest of its
+        column: then it may be off by two roundings of the entry.
         """
         names = [name for name in values if name in self.scales]
         nearest, delays = self._nearest(t)
@@ -120,7 +126,8 @@ class TrueRows:
             here.copy(),
             here & (nearest == 0),
         )
-        self._measure_here(found, numpy.flatnonzero(here), nearest, values, exactly)
+        at = numpy.flatnonzero(here)
+        self._measure_here(found, at, nearest, values, exactly, largest_only)
         between = numpy.flatnonzero(~here & (t > 0) & (t <= self.times[-1] * (1 + LIFT_OFF)))
         if len(between):
             self._measure_between(found, between, nearest, delays, values, resolved)
@@ -133,17 +140,23 @@ class TrueRows:
         nearest: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
         exactly: Callable[[int, Sequence[str]], Sequence[Scalar]],
+        largest_only: bool,
     ) -> None:
         rows = nearest[here]
         close: dict[int, list[str]] = {}
         for name, errors in found.errors.items():
-            true = self._numbers[name][rows]
-            error = abs(values[name][here] - true) / self._sizes[name][rows]
+            given, true = values[name][here], self._numbers[name][rows]
+            error = abs(given - true) / self._sizes[name][rows]
             defined = ~numpy.isnan(true)
             errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
             found.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
             # what rounding to double may have to do with is looked at in decimals
-            rounded = numpy.isclose(values[name][here], true, rtol=FAR * EPS, atol=0)
+            rounded = numpy.isclose(given, true, rtol=FAR * EPS, atol=0)
+            if largest_only:
+                # what two roundings may add to an error or take from it, with a margin
+                slack = (2 * EPS * (abs(given) + abs(true)) + TINY) / self._sizes[name][rows]
+                least = numpy.fmax.reduce(numpy.where(rounded, error - slack, error), initial=0)
+                rounded &= (error + slack) * (1 + FIGURES) >= least
             for at in here[rounded].tolist():
                 close.setdefault(at, []).append(name)
         for at, names in close.items():

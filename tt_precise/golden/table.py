@@ -45,7 +45,7 @@ class Table:
         InputError
             No header, a name twice, or a row of another length; the line is named.
         """
-        lines = [tuple(cell.strip() for cell in line) for line in csv.reader(io.StringIO(text))]
+        lines = [tuple(map(str.strip, line)) for line in csv.reader(io.StringIO(text))]
         lines = [line for line in lines if line]
         if not lines:
             raise InputError("an empty file, expected a header line")
