@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.golden.table import Table
+from tt_precise.golden.table import Table, _plain_lines
 
 TEXT = "t,kx\n0,1.0e-1\n0.01,\n"
 
@@ -47,3 +50,36 @@ def test_row_marks_tell_which_row_changed() -> None:
 def test_refuses_what_is_no_table(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         Table.parse(text)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text,
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.replace(",", ", ", 1),
+        lambda text: text.replace("\n", "\n\n", 1),
+        lambda text: text.replace("0.01", "\u20030.01\x85"),
+        lambda text: text.replace("0.01", '"0.01"'),
+        lambda text: text.replace("0.01", '"0,01"'),
+        lambda text: text.rstrip("\n"),
+        lambda text: "\n" + text,
+    ],
+)
+def test_what_is_plain_is_read_as_any_csv_is(
+    change: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = change(TEXT)
+    found = Table.parse(text)
+    assert (_plain_lines(text) is None) == (text != TEXT)
+    monkeypatch.setattr("tt_precise.golden.table._plain_lines", lambda text: None)
+    assert Table.parse(text) == found
+
+
+def test_floats_are_those_of_the_cells() -> None:
+    table = Table.parse(TEXT)
+    assert table.floats("t") == (0.0, 0.01)
+    assert table.floats("kx")[0] == 0.1
+    assert math.isnan(table.floats("kx")[1])
+    empty = Table(("t", "kx"), ())
+    assert (empty.column("kx"), empty.floats("kx")) == ((), ())

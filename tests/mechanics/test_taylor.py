@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import factorial
+from typing import Any
 
 import numpy
 import pytest
 
-from tt_precise.mechanics.taylor import TaylorSeries, integral, solution
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.taylor import (
+    Growing,
+    SeriesTape,
+    TaylorSeries,
+    integral,
+    solution,
+)
+from tt_precise.scene import load_scene
 
 EPS = numpy.finfo(float).eps
 
@@ -95,3 +104,37 @@ def test_the_root_squared_is_the_series() -> None:
     root = TaylorSeries(c).sqrt()
     assert root.c[0].tolist() == [2, 3]
     assert (root * root).c == pytest.approx(c, rel=4 * EPS)
+
+
+def test_an_operation_is_done_once_and_only_where_it_is_needed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = load_scene("reference")
+    body = scene.body.numbers(float)
+    start = numpy.random.default_rng(1).uniform(0.1, 1, (8, 5))
+    taken: list[int] = []
+
+    def coefficients() -> numpy.ndarray:
+        def rates(state: tuple[Any, ...]) -> tuple[Any, ...]:
+            found = newton.rates(body, newton.NewtonState(*state))
+            tape = state[0].tape
+            taken.append(len(tape.needed(found)))
+            return tuple(found)
+
+        return numpy.array([series.c for series in solution(rates, list(start), 9)])
+
+    shared = coefficients()
+    # every operation for itself, as written
+    monkeypatch.setattr(Growing, "_once", lambda a, what, b, step: Growing(a.tape, step, a, b))
+    monkeypatch.setattr(SeriesTape, "needed", lambda tape, wanted: tape.nodes)
+    assert (coefficients() == shared).all()
+    assert taken[0] < 0.7 * taken[1]
+
+
+def test_zeros_of_either_sign_are_two_numbers() -> None:
+    tape = SeriesTape(1, 1)
+    x = Growing(tape, lambda c, k: c[k])
+    assert x + 1.0 is x + 1.0
+    assert x * 2.0 is not x * 2
+    assert x + 0.0 is not x + -0.0
+    assert x - x is not x + x

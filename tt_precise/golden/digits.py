@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from decimal import Context, Decimal, localcontext
 from typing import NamedTuple
 
@@ -100,16 +100,19 @@ def is_near_zero(text: str, scale: Decimal) -> bool:
     return Decimal(1).scaleb(exponent) <= scale.scaleb(1 - DIGITS)
 
 
-def scale_of(entries: Iterable[str]) -> Decimal:
-    """Largest magnitude among printed or computed entries, rounded to three digits."""
-    present = [entry for entry in entries if entry]
-    sizes = [abs(float(entry)) for entry in present]
+def scale_of(entries: Sequence[str], rounded: Sequence[float] = ()) -> Decimal:
+    """Largest magnitude among printed or computed entries, rounded to three digits.
+
+    ``rounded`` are the entries as floats, where these are known.
+    """
+    floats = rounded or [float(entry) if entry else 0.0 for entry in entries]
+    sizes = [(abs(size), entry) for size, entry in zip(floats, entries, strict=True) if entry]
     # decimals take five times as long, so only those are made that may be the largest; where
     # floats underflow or overflow, that is all of them
-    least = max(sizes, default=0.0) * (1 - NEARLY) - SMALLEST_FLOAT
+    least = max((size for size, _ in sizes), default=0.0) * (1 - NEARLY) - SMALLEST_FLOAT
     with localcontext(prec=3):
-        largest = (entry for entry, size in zip(present, sizes, strict=True) if not size < least)
-        return max((+abs(Decimal(entry)) for entry in largest), default=Decimal(0))
+        largest = (Decimal(entry) for size, entry in sizes if not size < least)
+        return max((+abs(entry) for entry in largest), default=Decimal(0))
 
 
 def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:

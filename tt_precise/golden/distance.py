@@ -36,7 +36,7 @@ def scales_by_kind(table: Table, body: TippeTop) -> dict[str, Decimal]:
     A component that is zero altogether takes the scale of its kind, and a kind that is zero
     altogether that of the dimensionless form (m = R = g = 1).
     """
-    own = {name: scale_of(table.column(name)) for name in table.columns}
+    own = {name: scale_of(table.column(name), table.floats(name)) for name in table.columns}
     units = Units.of(body, math, float)
     scales = {}
     for name in table.columns:

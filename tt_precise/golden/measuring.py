@@ -74,7 +74,7 @@ class TrueRows:
     @cached_property
     def times(self) -> numpy.ndarray:
         """Times of the rows, s."""
-        return numpy.array([float(cell) for cell in self._table.column("t")])
+        return numpy.array(self._table.floats("t"))
 
     @cached_property
     def _cells(self) -> dict[str, tuple[str, ...]]:
@@ -82,10 +82,7 @@ class TrueRows:
 
     @cached_property
     def _numbers(self) -> dict[str, numpy.ndarray]:
-        return {
-            name: numpy.array([float(cell) if cell else numpy.nan for cell in cells])
-            for name, cells in self._cells.items()
-        }
+        return {name: numpy.array(self._table.floats(name)) for name in self.names}
 
     @cached_property
     def _sizes(self) -> dict[str, numpy.ndarray]:

@@ -44,7 +44,7 @@ class Stored:
     @property
     def scene(self) -> Scene:
         """The scene that the data are for."""
-        return parse_scene(self.scene_text, self.name, f"{self.name}/{SCENE}")
+        return _scene(self.scene_text, self.name)
 
     def table(self, file: str) -> Table:
         """The table in ``file``."""
@@ -95,6 +95,11 @@ def _number(place: Path) -> int | None:
         return place.stat().st_ino
     except OSError:
         return None
+
+
+@lru_cache(maxsize=128)
+def _scene(text: str, name: str) -> Scene:
+    return parse_scene(text, name, f"{name}/{SCENE}")
 
 
 def _read(name: str, home: Path) -> Stored:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy
 
@@ -94,35 +95,53 @@ class SeriesFunctions:
 class Growing:
     """A series that gets its coefficients one after the other, each from those of its parts.
 
-    ``step(c, k)`` gives coefficient k; all parts stand before it on the tape.
+    ``step(c, k)`` gives coefficient k from those of ``parts``, which stand before it on the tape.
     """
 
-    __slots__ = ("c", "step", "tape")
+    __slots__ = ("c", "parts", "step", "tape")
     __array_ufunc__ = None
 
-    def __init__(self, tape: SeriesTape, step: Callable[[numpy.ndarray, int], Array]):
+    def __init__(
+        self,
+        tape: SeriesTape,
+        step: Callable[[numpy.ndarray, int], Array],
+        *parts: Scalar,
+    ):
         self.c = numpy.zeros(tape.shape, tape.kind)
         self.tape, self.step = tape, step
+        self.parts = [part for part in parts if isinstance(part, Growing)]
         tape.nodes.append(self)
+
+    def _once(
+        self, what: str, other: Scalar, step: Callable[[numpy.ndarray, int], Array]
+    ) -> Growing:
+        """The series of an operation with ``other``; the same one where it was asked for before."""
+        # 0 is equal to -0, and arrays to nothing
+        if not isinstance(other, Growing) and (type(other) not in (int, float) or not other):
+            return Growing(self.tape, step, self)
+        known, key = self.tape.known, (what, self, type(other), other)
+        if key not in known:
+            known[key] = Growing(self.tape, step, self, other)
+        return known[key]
 
     def __add__(self, other: Scalar) -> Growing:
         a = self.c
         if isinstance(other, Growing):
             b = other.c
-            return Growing(self.tape, lambda c, k: a[k] + b[k])
-        return Growing(self.tape, lambda c, k: a[k] + other if k == 0 else a[k])
+            return self._once("+", other, lambda c, k: a[k] + b[k])
+        return self._once("+", other, lambda c, k: a[k] + other if k == 0 else a[k])
 
     __radd__ = __add__
 
     def __neg__(self) -> Growing:
         a = self.c
-        return Growing(self.tape, lambda c, k: -a[k])
+        return self._once("-", self, lambda c, k: -a[k])
 
     def __sub__(self, other: Scalar) -> Growing:
         a = self.c
         if isinstance(other, Growing):
             b = other.c
-            return Growing(self.tape, lambda c, k: a[k] - b[k])
+            return self._once("a - b", other, lambda c, k: a[k] - b[k])
         return self + -other
 
     def __rsub__(self, other: Scalar) -> Growing:
@@ -131,31 +150,33 @@ class Growing:
     def __mul__(self, other: Scalar) -> Growing:
         a = self.c
         if not isinstance(other, Growing):
-            return Growing(self.tape, lambda c, k: a[k] * other)
+            return self._once("*", other, lambda c, k: a[k] * other)
         b, product = other.c, self.tape.product
-        return Growing(self.tape, lambda c, k: product(a[: k + 1], b[k::-1]))
+        return self._once("*", other, lambda c, k: product(a[: k + 1], b[k::-1]))
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Scalar) -> Growing:
         a = self.c
         if not isinstance(other, Growing):
-            return Growing(self.tape, lambda c, k: a[k] / other)
+            return self._once("/", other, lambda c, k: a[k] / other)
         b, product = other.c, self.tape.product
-        return Growing(self.tape, lambda c, k: (a[k] - product(c[:k], b[k:0:-1])) / b[0])
+        return self._once("/", other, lambda c, k: (a[k] - product(c[:k], b[k:0:-1])) / b[0])
 
     def __rtruediv__(self, other: Scalar) -> Growing:
         b, product = self.c, self.tape.product
-        return Growing(
-            self.tape,
+        return self._once(
+            "1/",
+            other,
             lambda c, k: ((other if k == 0 else 0.0) - product(c[:k], b[k:0:-1])) / b[0],
         )
 
     def sqrt(self) -> Growing:
         """The positive root; its first coefficient is not zero."""
         a, product = self.c, self.tape.product
-        return Growing(
-            self.tape,
+        return self._once(
+            "root",
+            self,
             lambda c, k: (
                 (a[k] - product(c[1:k], c[k - 1 : 0 : -1])) / (2 * c[0]) if k else numpy.sqrt(a[0])
             ),
@@ -172,6 +193,15 @@ class SeriesTape:
         self.shape, self.kind = (terms + 1, rows), object if dot else float
         self.product = (lambda a, b: dot(a[:, 0], b[:, 0])) if dot else _product
         self.nodes: list[Growing] = []
+        self.known: dict[tuple[Any, ...], Growing] = {}  # by operation and operands
+
+    def needed(self, wanted: Sequence[Scalar]) -> list[Growing]:
+        """The series that those ``wanted`` are made of, these included, in order."""
+        found = {one for one in wanted if isinstance(one, Growing)}
+        for node in reversed(self.nodes):
+            if node in found:
+                found.update(node.parts)
+        return [node for node in self.nodes if node in found]
 
 
 def _product(a: numpy.ndarray, b: numpy.ndarray) -> numpy.ndarray:
@@ -201,7 +231,7 @@ def solution(
         slopes = rates(tuple(entries))
         for entry, value in zip(entries, start, strict=True):
             entry.c[0] = value[piece]
-        operations = tape.nodes[len(entries) :]
+        operations = [node for node in tape.needed(slopes) if node not in entries]
         for k in range(terms):
             for node in operations:
                 node.c[k] = node.step(node.c, k)
