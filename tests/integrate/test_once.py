@@ -5,12 +5,15 @@ from __future__ import annotations
 from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
 from tt_precise.errors import InputError
+from tt_precise.integrate import integrate, once
 from tt_precise.integrate.once import _require_euler_angles
 from tt_precise.integrate.precision import precision_named
+from tt_precise.integrate.setup import Setup
 from tt_precise.scene import Inclination, Scene
 
 
@@ -25,3 +28,16 @@ def test_euler_angles_begin_where_theta_is_told_apart_from_pi(
     refused = nullcontext() if told_apart else pytest.raises(InputError, match="is equal to pi in")
     with refused:
         _require_euler_angles(replace(reference, start=near), precision_named(name))
+
+
+@pytest.mark.parametrize("how", [{}, {"tolerance": 1e-9}, {"precision": "extended"}])
+@pytest.mark.parametrize("estimated", [True, False])
+def test_what_an_estimate_needs_is_compiled_ahead_where_one_is_wanted(
+    reference: Scene, how: dict[str, Any], estimated: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ahead: list[Setup] = []
+    monkeypatch.setattr(once, "compile_ahead", ahead.append)
+    trajectory = integrate(reference.varied(until="0.01"), estimated=estimated, **how)
+    setups = [run.setup for run in trajectory.reference_runs]
+    assert len(setups) == 1
+    assert ahead == (setups if estimated else [])

@@ -106,6 +106,7 @@ def command(
             bits=bits,
             contact=contact,
             progress=progress,
+            estimated=True,
         )
     if out is not None:
         from tt_precise.files import atomic_write

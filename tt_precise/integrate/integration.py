@@ -28,6 +28,7 @@ def integrate(
     tolerance: float = 0.0,
     options: dict[str, Any] | None = None,
     progress: Progress | None = None,
+    estimated: bool = False,
 ) -> Trajectory:
     """Integrate a scene with an adaptive Taylor method.
 
@@ -61,6 +62,9 @@ def integrate(
         Further keyword arguments for ``heyoka.taylor_adaptive``, for measurements.
     progress
         Called with the fraction done, now and then.
+    estimated
+        ``error_estimate`` will be asked for: what it needs is compiled meanwhile, in a thread.
+        With ``digits`` it is made anyway.
 
     Returns
     -------
@@ -85,6 +89,7 @@ def integrate(
             tolerance=tolerance,
             options=options,
             paired=False,
+            estimated=estimated,
             **asked,
         )
     if precision is not None or bits is not None:

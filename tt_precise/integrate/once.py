@@ -6,11 +6,12 @@ from collections.abc import Iterable
 from typing import Any
 
 from tt_precise.errors import InputError
+from tt_precise.integrate.accuracy import reference_runs
 from tt_precise.integrate.contact import CONTACTS
 from tt_precise.integrate.events import event_named
 from tt_precise.integrate.precision import Precision, precision_named
 from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.system import full_tolerance
+from tt_precise.integrate.system import compile_ahead, full_tolerance
 from tt_precise.integrate.trajectory import Trajectory
 from tt_precise.mechanics.formulations import Formulation, elastic, integrated
 from tt_precise.progress import Progress
@@ -30,6 +31,7 @@ def integrate_once(
     options: dict[str, Any] | None,
     paired: bool,
     progress: Progress | None,
+    estimated: bool = False,
 ) -> Trajectory:
     """Integrate a scene in one precision; arguments as of ``integrate``.
 
@@ -66,7 +68,16 @@ def integrate_once(
         paired=paired,
         lifts=scene.lifts,
     )
+    if estimated and not scene.in_pieces:
+        _compile_references(setup)
     return Trajectory(scene, setup, progress)
+
+
+def _compile_references(setup: Setup) -> None:
+    for changes in reference_runs(setup):
+        reference = setup.but(**{k: v for k, v in changes.items() if k != "rounded_otherwise"})
+        if reference != setup and not reference.precision.doubles:
+            compile_ahead(reference)
 
 
 def _formulation(scene: Scene, coordinates: str) -> Formulation:

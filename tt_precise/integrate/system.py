@@ -130,6 +130,11 @@ def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
     return _idle.lent(setup)
 
 
+def compile_ahead(setup: Setup) -> None:
+    """Begin to compile an integrator for ``setup``, beside what else is done."""
+    _idle.prepare(setup)
+
+
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
     """Functions that are positive where the model holds; it ends where one falls to zero."""
     if form.model == "flight":
