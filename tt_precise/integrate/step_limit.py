@@ -32,6 +32,8 @@ def longest_step(
     linear equations there, a term of its series is at most (frequency times step)^k/k!, with the
     frequency of the fastest mode, and the step follows from the first term left out.
     """
+    if max(map(abs, vectors.k[:2])) >= LARGE_TILT:  # most starts of a sweep, decided in no time
+        return None
     context = precision.context
     spin = context.sqrt(dot(vectors.L, vectors.L))
     sideways = context.hypot(vectors.Lx, vectors.Ly) / max(1, spin)
