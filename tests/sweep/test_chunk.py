@@ -172,7 +172,7 @@ def test_drift_is_small_and_that_of_another_lambda_is_not() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("batch", [1, 4])
+@pytest.mark.parametrize("batch", [1, 4, 16])
 def test_batch_sizes_agree_bit_for_bit(
     batch: int, mixed: tuple[Specification, numpy.ndarray, dict[str, Any]]
 ) -> None:

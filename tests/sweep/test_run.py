@@ -187,6 +187,22 @@ def test_what_several_doubles_lack_is_done_in_quad() -> None:
     assert spot_check.recomputed(thrown, ())["outcome"] == "contact_lost"
 
 
+def test_long_sweeps_have_more_lanes_and_the_same_rows(
+    monkeypatch: pytest.MonkeyPatch, whole: pandas.DataFrame
+) -> None:
+    monkeypatch.setattr("heyoka.recommended_simd_size", lambda: 2)  # compiles faster
+    for many, lanes in ((42, 4), (41, 8), (20, 8)):
+        monkeypatch.setattr(running, "MANY_ROWS", many)
+        found = sweep(SPEC, one_in=0)
+        assert found.summary["how"]["batch"] == lanes
+        assert found.rows.equals(whole)
+    shared = {"executor": Stopping(9), "size": 2}
+    assert sweep(SPEC, one_in=0, **shared).summary["how"]["batch"] == 8  # type: ignore[arg-type]
+    monkeypatch.setattr(running, "MANY_ROWS", 21)
+    shared = {"executor": Stopping(9), "size": 2}
+    assert sweep(SPEC, one_in=0, **shared).summary["how"]["batch"] == 4  # type: ignore[arg-type]
+
+
 def test_differences_tell_missing_values() -> None:
     row = {"outcome": "inverts", "t_init_A": 1.0, "t_end_A": numpy.nan, "t_end_B": 2.0}
     fine = {"outcome": "inverts", "t_init_A": 1.25, "t_end_A": None, "t_end_B": None}

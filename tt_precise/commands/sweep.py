@@ -69,7 +69,7 @@ def command() -> None:
 @click.option(
     "--batch",
     type=click.IntRange(1, 64),
-    help="SIMD lanes; by default two vectors of the processor.",
+    help="SIMD lanes; by default two vectors of the processor, four in long sweeps.",
 )
 @click.option("--chunk", type=click.IntRange(1, 1_000_000), help="Rows of a task and of a file.")
 @click.option(

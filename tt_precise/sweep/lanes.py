@@ -24,6 +24,7 @@ from tt_precise.sweep.step_buffer import ROOM, Events, StepBuffer
 from tt_precise.sweep.steps_again import LaneStart, StepsAgain, compiled
 
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
+MOST_AGAIN = 8  # lanes
 STEPS_AT_MOST = 5_000_000  # of one trajectory, which then counts as failed
 
 
@@ -80,7 +81,8 @@ class Lanes:
         self._batch, self._terminal = compiled(
             form, build.contact, width, [pair for pair in numbered if pair not in seldom], hits
         )
-        again = StepsAgain(form, build.contact, width, seldom)
+        # of more lanes there would be nothing to gain, and twice as much to compile
+        again = StepsAgain(form, build.contact, min(width, MOST_AGAIN), seldom)
         self._row_in = numpy.full(width, -1)  # which row is in each lane, -1: none
         self._goals = [0.0] * width
         self._longest = [math.inf] * width

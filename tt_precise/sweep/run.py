@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 TRIES = 3  # of a chunk, before it is quarantined
 RECYCLED_AFTER = 500  # tasks of a process; then a new one, without what it may have leaked
+MANY_ROWS = 10_000  # of one worker: then steps of more lanes save what compiling them costs
 Counted = Callable[[int, int], None]
 
 
@@ -72,7 +73,7 @@ def sweep(
         Processes on this machine; or the address of a dask scheduler; or any executor, of
         ``size`` workers, which is not shut down.
     batch
-        SIMD lanes of a worker; by default two vectors of the processor.
+        SIMD lanes of a worker; by default two vectors of the processor, four in long sweeps.
     chunk
         Rows of one task and of one file.
     one_in
@@ -96,10 +97,11 @@ def sweep(
         store = Memory(spec, chunk or default_chunk(spec.rows))
     else:
         store = Files(out, spec, chunk)
-    lanes = batch or _simd_lanes()
     with store.locked():
         before, started = len(store.parts), time.perf_counter()
         with _pool(workers, dask, executor, size) as pool:
+            missing = spec.rows - sum(part["rows"] for part in store.parts.values())
+            lanes = batch or _simd_lanes(missing // pool.size())
             # other machines do not see a folder of this one; a URL is for all
             there = (dask is None and executor is None) or "://" in str(out)
             computed = _compute(spec, store, pool, lanes, there, progress)
@@ -245,10 +247,11 @@ def _rows(store: Memory | Files, wanted: set[int]) -> Iterator[dict[Hashable, An
         yield from frame[frame["index"].isin(wanted)].to_dict("records")
 
 
-def _simd_lanes() -> int:
+def _simd_lanes(rows: int) -> int:
+    """How many lanes are best for a worker that has so many rows before it."""
     import heyoka
 
-    # two vectors of the processor: the Python around each step of a batch costs the same for
-    # more lanes, until registers run out (measured where a vector has 4: with 8 lanes 1.2 to 1.6
-    # times the rows of 4, with 16 fewer)
-    return 2 * int(heyoka.recommended_simd_size())
+    # the Python around each step of a batch costs the same for more lanes, and heyoka takes steps
+    # of four vectors in as much time a lane as of two (24 lanes 1.25 times); but to compile them
+    # takes 6 s instead of 3
+    return (4 if rows >= MANY_ROWS else 2) * int(heyoka.recommended_simd_size())

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import heyoka
@@ -33,6 +33,7 @@ from tt_precise.untyped import Adaptive
 # heyoka takes the step from the largest of state and event functions: scaled down, these do not
 # shorten it, and a trajectory takes the same steps whatever is looked for along it
 EVENT_SCALE = 2.0**-10
+BATCHES = 15  # whose series are read at once, from memory that is near
 
 
 class LaneStart(NamedTuple):
@@ -139,6 +140,8 @@ class StepsAgain:
         self._width = width
         self._plain, _ = compiled(*self._build, (), array("d"))
         self._finding: Adaptive = None  # compiled when it is needed first
+        entries, terms, _ = self._plain.tc.shape
+        self._columns = numpy.zeros((entries * terms + 1, BATCHES * width))
 
     def open(self, starts: Sequence[LaneStart]) -> None:
         """Steps are those of rows from these starts."""
@@ -152,34 +155,39 @@ class StepsAgain:
 
         ``begun`` has the shape (entries, steps), the result (steps, entries).
         """
-        series = self._series(rows, begun)
-        series[-1, : len(since)] = since
-        return states_in(series, len(begun))[: len(since)]
+        found = numpy.empty((len(rows), len(begun)))
+        for here, series in self._series(rows, begun):
+            count = here.stop - here.start
+            series[-1, :count] = since[here]
+            found[here] = states_in(series, len(begun))[:count]
+        return found
 
     def series(self, rows: Array, begun: Array) -> Array:
         """Taylor series of steps from their states at the start, of shape (entries, steps).
 
         The shape is (entries, order + 1, steps).
         """
-        series = self._series(rows, begun)[:-1, : len(rows)]
-        return series.reshape(*self._plain.tc.shape[:2], len(rows))
+        found = numpy.empty((*self._plain.tc.shape[:2], len(rows)))
+        flat = found.reshape(len(self._columns) - 1, len(rows))
+        for here, series in self._series(rows, begun):
+            flat[:, here] = series[:-1, : here.stop - here.start]
+        return found
 
-    def _series(self, rows: Array, begun: Array) -> Array:
-        """The series of whole batches, in columns, and a row of zeros for times."""
-        batch, width = self._plain, self._width
+    def _series(self, rows: Array, begun: Array) -> Iterator[tuple[slice, Array]]:
+        """Some steps at a time, their series in columns, and a row below them for times."""
+        batch, width, columns = self._plain, self._width, self._columns
         state, parameters, flat = batch.state, batch.pars, batch.tc.reshape(-1, width)
         batch.set_time(0.0)
         chosen = self._filled(len(rows))
         begun, bodies = begun[:, chosen], self.parameters[:, rows[chosen]]
-        found = numpy.empty((len(flat) + 1, len(chosen)))
-        found[-1] = 0.0
-        for first in range(0, len(chosen), width):
-            here = slice(first, first + width)
-            state[...] = begun[:, here]
-            parameters[...] = bodies[:, here]
-            batch.step(write_tc=True)
-            found[:-1, here] = flat
-        return found
+        for piece in range(0, len(chosen), columns.shape[1]):
+            end = min(piece + columns.shape[1], len(chosen))
+            for first in range(piece, end, width):
+                state[...] = begun[:, first : first + width]
+                parameters[...] = bodies[:, first : first + width]
+                batch.step(write_tc=True)
+                columns[:-1, first - piece : first - piece + width] = flat
+            yield slice(piece, min(end, len(rows))), columns
 
     def zeros(self, steps: Begun) -> Hits:
         """What the detectors find in the steps."""
