@@ -330,3 +330,24 @@ def test_not_more_samples_are_kept_than_are_worth_it(
     assert run._dense_output.propagation.samples is None
     assert run.frame("kx").equals(expected)
     solution.beginning.cache_clear()
+
+
+def test_dense_output_stored_at_once_is_that_of_a_repetition(
+    half: Scene,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bit for bit, between samples and at them; and without repeating anything."""
+    times = ["0", "0.01", "0.123456789", "0.3", "0.5"]
+    later = integrate(half, events=("extremum:nu_x",))
+    expected = later.frame("theta", "nu_x", times=times)
+
+    def never(*_: object) -> None:
+        raise AssertionError("integrated again")
+
+    monkeypatch.setattr(dense_output.DenseOutput, "_again", never)
+    run = integrate(half, events=("extremum:nu_x",), dense=True)
+    assert run.frame("theta", "nu_x", times=times).equals(expected)
+    assert run.frame("theta").equals(later.frame("theta"))
+    assert run.events.equals(later.events)
+    with pytest.raises(AssertionError, match="integrated again"):
+        integrate(half, events=("extremum:nu_x",)).frame("theta", times=times)

@@ -27,6 +27,7 @@ def integrate(
     contact: str = "unilateral",
     tolerance: float = 0.0,
     options: dict[str, Any] | None = None,
+    dense: bool = False,
     progress: Progress | None = None,
     estimated: bool = False,
 ) -> Trajectory:
@@ -60,6 +61,9 @@ def integrate(
         heyoka's relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
     options
         Further keyword arguments for ``heyoka.taylor_adaptive``, for measurements.
+    dense
+        Store the dense output of a run in double at once, for one that will be read between its
+        samples: when that is first asked for, the same integration is repeated otherwise.
     progress
         Called with the fraction done, now and then.
     estimated
@@ -78,7 +82,8 @@ def integrate(
     """
     loaded = load_scene(scene)
     asked: dict[str, Any] = {
-        "events": events, "record": record, "contact": contact, "progress": progress,
+        "events": events, "record": record, "contact": contact, "dense": dense,
+        "progress": progress,
     }  # fmt: skip
     if digits is None:
         return integrate_once(

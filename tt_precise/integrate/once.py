@@ -31,6 +31,7 @@ def integrate_once(
     options: dict[str, Any] | None,
     paired: bool,
     progress: Progress | None,
+    dense: bool = False,
     estimated: bool = False,
 ) -> Trajectory:
     """Integrate a scene in one precision; arguments as of ``integrate``.
@@ -70,7 +71,7 @@ def integrate_once(
     )
     if estimated and not scene.in_pieces:
         _compile_references(setup)
-    return Trajectory(scene, setup, progress)
+    return Trajectory(scene, setup, progress, dense=dense)
 
 
 def _compile_references(setup: Setup) -> None:

@@ -38,6 +38,7 @@ def solve(
     progress: Progress | None = None,
     *,
     rounded_otherwise: bool = False,
+    dense: bool = False,
 ) -> Solution:
     """Integrate ``scene`` from its start; arguments as of ``Trajectory``.
 
@@ -64,12 +65,12 @@ def solve(
     pieces = _pieces(scene, setup, start, progress)
     if pieces:
         return Solution(start, joined(pieces, setup, start))
-    if precision.name == "double":
+    if precision.name == "double" and not dense:
         times = begun.samples
         samples = None if times is None else times.doubles.rounded[1:]
         propagation = propagate(setup, start, samples=samples, progress=progress)
         return Solution(start, DenseOutput(setup, start, propagation, samples=times))
-    # wider arithmetics take longer, so there the dense output is stored at once, not made again
+    # wider arithmetics take longer, so there the dense output is always stored at once
     stored = StoredPieces(setup)
     propagation = propagate(setup, start, dense=stored, progress=progress)
     return Solution(start, DenseOutput(setup, start, propagation, stored.pieces))

@@ -69,9 +69,12 @@ class Trajectory(Estimated):
         progress: Progress | None = None,
         *,
         rounded_otherwise: bool = False,
+        dense: bool = False,
         solution: Solution | None = None,
     ):
-        solution = solution or solve(scene, setup, progress, rounded_otherwise=rounded_otherwise)
+        solution = solution or solve(
+            scene, setup, progress, rounded_otherwise=rounded_otherwise, dense=dense
+        )
         propagation = solution.output.propagation
         self.scene, self.setup, self.start = scene, setup, solution.start
         self._rounded_otherwise = rounded_otherwise
