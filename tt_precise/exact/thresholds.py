@@ -126,6 +126,11 @@ def thresholds(scene: Scene, digits: int = 50) -> Thresholds:
     return Thresholds(digits, work.fn, quantities, verdict.inverts, verdict.reason)
 
 
+def lambda_at_start(scene: Scene, digits: int = 50) -> Scalar:
+    """lambda alone, in kg m^3/s, as ``thresholds`` has it; the thresholds take a second."""
+    return _Work(scene, checked_digits(digits)).lambda_of_vectors()
+
+
 class _Work:
     """One scene in one arithmetic."""
 
@@ -145,12 +150,15 @@ class _Work:
 
     def lambda_(self) -> Determination:
         return self.determined(
-            QUANTITIES["lambda"].evaluate(self.motion),
+            self.lambda_of_vectors(),
             euler.jellett(self.top, self.euler, self.fn),
             "value: -L.a of the vectors at the start; independent: the paper's eq (14) "
             "in the Euler angles of the start",
             "kg m^3/s",
         )
+
+    def lambda_of_vectors(self) -> Scalar:
+        return QUANTITIES["lambda"].evaluate(self.motion)
 
     def threshold(self, side: int) -> Determination:
         body = self.scene.body

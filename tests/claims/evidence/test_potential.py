@@ -72,3 +72,21 @@ def test_nothing_swings_below_the_minimum() -> None:
     (theta,) = minima(BODY, HALFWAY, LAMBDA)
     bottom = effective_potential(BODY, math.cos(theta), HALFWAY, LAMBDA, math)
     assert swing(BODY, HALFWAY, bottom * (1 - 1e-3), LAMBDA) is None
+
+
+@pytest.mark.parametrize("share", ["1e-4", "0.3", "0.5", "0.7", "0.9999"])
+def test_no_well_is_lower_than_the_minimum(share: str) -> None:
+    """Against all eighths, of which the search looks at a quarter; between D0 and D1."""
+    fn = own_context(70)
+    body = evidence.body_in(fn)
+    lambda_ = fn.mpf(LAMBDA)
+    ends = thresholds.D0(body, lambda_, fn), thresholds.D1(body, lambda_, fn)
+    D = ends[0] + (ends[1] - ends[0]) * fn.mpf(share)
+
+    def V(z: Any) -> Any:
+        return effective_potential(body, z, D, lambda_, fn)
+
+    z = minimum(body, D, lambda_, fn)
+    assert V(z) < min(V(fn.tanh(fn.mpf(i) / 8)) for i in range(-160, 161))
+    assert V(z) < V(fn.tanh(fn.atanh(z) + fn.mpf(10) ** -15))
+    assert V(z) < V(fn.tanh(fn.atanh(z) - fn.mpf(10) ** -15))

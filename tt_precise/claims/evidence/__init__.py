@@ -10,6 +10,7 @@ from tt_precise.claims.evidence.runs import (
     at,
     body_in,
     during_the_climb,
+    lambda_of,
     least,
     rough,
     sampled,
@@ -24,7 +25,7 @@ from tt_precise.claims.evidence.runs import (
 )
 
 __all__ = [
-    "FINE", "SceneLike", "at", "body_in", "during_the_climb", "least", "rough", "sampled",
-    "settled", "thresholds_of", "times_of", "trajectory", "turning_values", "variant", "weight",
-    "zeros",
+    "FINE", "SceneLike", "at", "body_in", "during_the_climb", "lambda_of", "least", "rough",
+    "sampled", "settled", "thresholds_of", "times_of", "trajectory", "turning_values", "variant",
+    "weight", "zeros",
 ]  # fmt: skip

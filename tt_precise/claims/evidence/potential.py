@@ -9,6 +9,7 @@ from tt_precise.body import Parameters
 from tt_precise.mechanics.quantities import effective_mass, effective_potential
 
 REACH = 40  # in u: 1 - |z| down to 1e-34, so the context needs some 60 digits
+COARSE = 4  # eighths
 NODES = 200  # of the period's quadrature, which converges geometrically
 
 
@@ -23,15 +24,18 @@ class Swing(NamedTuple):
 def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scalar:
     """cos theta at the lowest minimum of V, to the precision of the mpmath context ``fn``.
 
-    Sought in u with z = tanh u, which spreads both poles out to infinity.
+    Sought in u with z = tanh u, which spreads both poles out to infinity, and makes every well
+    about 1 wide: steps of 1/2 see each of them, and the bottoms are told apart in steps of 1/8.
     """
 
     def V(u: Scalar) -> Scalar:
         return effective_potential(body, fn.tanh(u), D, lambda_, fn)
 
-    grid = [fn.mpf(i) / 8 for i in range(-REACH * 8, REACH * 8 + 1)]
-    lowest = min(range(1, len(grid) - 1), key=lambda i: V(grid[i]))
-    bracket = grid[lowest - 1], grid[lowest + 1]
+    coarse = {i: V(fn.mpf(i) / 8) for i in range(-REACH * 8, REACH * 8 + 1, COARSE)}
+    wells = [i for i in list(coarse)[1:-1] if coarse[i - COARSE] >= coarse[i] <= coarse[i + COARSE]]
+    near = {j for i in wells for j in range(i - COARSE + 1, i + COARSE)}
+    lowest = min(near, key=lambda i: V(fn.mpf(i) / 8))
+    bracket = fn.mpf(lowest - 1) / 8, fn.mpf(lowest + 1) / 8
     found = fn.findroot(lambda u: fn.diff(V, u), bracket, solver="anderson", verify=False)
     return fn.tanh(found)
 

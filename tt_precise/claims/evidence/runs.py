@@ -11,7 +11,7 @@ from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
 from tt_precise.claims.measured import Settled
 from tt_precise.exact.arithmetic import rounding_to
-from tt_precise.exact.thresholds import Thresholds, thresholds
+from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
 from tt_precise.integrate import Trajectory, catalogue, integrate
 from tt_precise.integrate.precision import is_available
 from tt_precise.scene import Scene, load_scene
@@ -132,6 +132,12 @@ def weight(scene: SceneLike = "reference") -> Fraction:
 def body_in(context: Functions, scene: SceneLike = "reference") -> Parameters:
     """The body of a scene in SI in an mpmath context."""
     return load_scene(scene).body.numbers(rounding_to(context))
+
+
+@cache
+def lambda_of(scene: SceneLike = "reference") -> Scalar:
+    """lambda of a scene's start in kg m^3/s, that of ``thresholds_of``."""
+    return lambda_at_start(load_scene(scene))
 
 
 @cache

@@ -76,7 +76,7 @@ def energy_in_the_limit(limit: str = "E1", scene: str = "reference") -> Finding:
     """The minimum of V tends to the energy of the inverted spin as D tends to D1."""
     fn = own_context(DIGITS)
     body = evidence.body_in(fn, scene)
-    lambda_ = fn.convert(evidence.thresholds_of(scene).quantities["lambda"].value)
+    lambda_ = fn.convert(evidence.lambda_of(scene))
     D1 = thresholds.D1(body, lambda_, fn)
     target = getattr(thresholds, limit)(body, lambda_)
     off = []

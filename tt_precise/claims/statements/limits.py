@@ -114,7 +114,7 @@ def _distances(scene: evidence.SceneLike) -> dict[str, list[float]]:
         return {}
     fn = run.precision.context
     body = evidence.body_in(fn, scene)
-    lambda_ = fn.convert(evidence.thresholds_of(scene).quantities["lambda"].value)
+    lambda_ = fn.convert(evidence.lambda_of(scene))
     limits = {
         "theta": fn.pi,
         "Lz": thresholds.L1(body, lambda_),
