@@ -13,7 +13,7 @@ from tt_precise.cli import main
 from tt_precise.commands.golden import _verified_lines
 from tt_precise.errors import InputError
 from tt_precise.golden import Verification
-from tt_precise.golden.store import TRAJECTORY
+from tt_precise.golden.store import MANIFEST, TRAJECTORY
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small
@@ -99,6 +99,31 @@ def test_what_cannot_be_certified_is_found_out_before_the_work(
     assert main(argv) == 2
     said = "got 'nowhere'" if wrong == "no such scene" else "proof.json: Permission denied"
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("cell", ["nan", "inf", "1e9z"])
+def test_a_cell_that_is_no_number_is_a_problem_and_no_bug(
+    small: Small, capsys: pytest.CaptureFixture[str], cell: str
+) -> None:
+    path = small.folder / "reference" / TRAJECTORY
+    head, row, *rows = path.read_text().splitlines()
+    t, _, *cells = row.split(",")
+    path.write_text("\n".join([head, ",".join([t, cell, *cells]), *rows]) + "\n")
+    problem = f"trajectory.csv, line 2, kx: got {cell!r}, expected a printed number"
+    asked = ["--folder", str(small.folder)]
+    assert main(["golden", "verify", *asked, "--workers", "1"]) == 1
+    assert problem in capsys.readouterr().out
+    assert main(["golden", "list", *asked]) == 0
+
+
+def test_a_manifest_that_lacks_what_is_listed_is_one_line(
+    small: Small, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (small.folder / "reference" / MANIFEST).write_text("{}")
+    assert main(["golden", "list", "--folder", str(small.folder)]) == 2
+    captured = capsys.readouterr()
+    assert "manifest.json: not of its form (KeyError: 'files')" in captured.err
+    assert captured.err.count("\n") == 1
 
 
 def test_certificates_are_checked_or_written(capsys: pytest.CaptureFixture[str]) -> None:

@@ -102,6 +102,7 @@ def verify_command(
 @options.JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
     """List the scenes that have golden data, and shipped ones that lack them."""
+    from tt_precise import json_file
     from tt_precise.golden import places, proofs, store
     from tt_precise.scene import shipped
 
@@ -109,18 +110,10 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     entries = []
     for name in present:
         stored = store.read(name, folder)
-        manifest = stored.manifest
-        proof = proofs.summary(stored, folder)
-        entries.append(
-            {
-                "scene": name,
-                **{key: manifest.get(key) for key in ("title", "status", "t_end", "digits")},
-                "rows": manifest["files"][store.TRAJECTORY]["rows"],
-                "events": manifest["files"][store.EVENTS]["rows"],
-                "agreement": manifest["evidence"]["agreement"],
-                "proof": proof,
-            }
-        )
+        place = stored.folder / name / store.MANIFEST
+        with json_file.of_its_form(place, "the manifest of golden data"):
+            entries.append(_listed(stored.manifest))
+        entries[-1] |= {"scene": name, "proof": proofs.summary(stored, folder)}
     missing = [name for name in shipped() if name not in present]
     if as_json:
         listed = {"schema": SCHEMA.format("list"), "scenes": entries, "missing": missing}
@@ -134,6 +127,16 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     if missing:
         click.echo(f"without golden data: {', '.join(missing)}")
     return 0
+
+
+def _listed(manifest: dict[str, Json]) -> dict[str, Json]:
+    return {
+        "scene": "",
+        **{key: manifest.get(key) for key in ("title", "status", "t_end", "digits")},
+        "rows": manifest["files"]["trajectory.csv"]["rows"],
+        "events": manifest["files"]["events.csv"]["rows"],
+        "agreement": manifest["evidence"]["agreement"],
+    }
 
 
 def _proved(proof: dict[str, Json] | None) -> str:

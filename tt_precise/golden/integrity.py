@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
@@ -10,26 +9,18 @@ from pathlib import Path
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import exact_decimal
-from tt_precise.golden.digits import PRINTED
 from tt_precise.golden.invariants import CONSTANT_TO, constancies
 from tt_precise.golden.manifest import SCHEMA, SELF_HASH, derive, scene_sha256, self_hash
 from tt_precise.golden.places import Folder, home
+from tt_precise.golden.printed_cells import misprinted
 from tt_precise.golden.runs import columns
 from tt_precise.golden.seal import missing_proof
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene import Scene, load_scene
 from tt_precise.scene import shipped as shipped_scenes
 from tt_precise.untyped import Json
 
-_FORMS = {
-    "name": re.compile(r"\w+", re.ASCII),
-    "t": re.compile(rf"{PRINTED.pattern}|\d+(?:\.\d+)?", re.ASCII),
-    "direction": re.compile(r"[+-]?1|0", re.ASCII),
-}
-# Euler columns are undefined at the poles, others nowhere
-NEVER_EMPTY = {*_FORMS, *NewtonState._fields}
 WORDS = ("meaning", "event_meanings")  # their wording may change from version to version
 FEW = 3  # of many equal problems so many are reported
 
@@ -37,7 +28,7 @@ FEW = 3  # of many equal problems so many are reported
 def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, list[str]]:
     """Read the golden data of ``name``; what is wrong with the files, a line each.
 
-    The data are None where they cannot be read at all.
+    The data are None where they cannot be read at all, or hold what is no number.
     """
     try:
         stored = store.read(name, folder)
@@ -54,6 +45,8 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     for file, names in wanted.items():
         damaged += list(_problems_of_table(scene, file, stored.table(file), names, stored))
     problems += damaged
+    if any(misprinted(file, stored.table(file), empty=False) for file in wanted):
+        return None, problems
     if not damaged:
         stated = derive(scene, stored.trajectory, stored.events)
         problems += _differences(stated, stored.manifest, MANIFEST)
@@ -104,12 +97,7 @@ def _problems_of_table(
         yield f"{file}: columns are {','.join(table.columns)}, expected {','.join(names)}"
         return
     stated = _stated(stored, file)
-    bad = [
-        f"{file}, line {line}, {name}: got {cell[:50]!r}, expected a printed number"
-        for line, row in enumerate(table.rows, start=2)
-        for name, cell in zip(names, row, strict=True)
-        if not _FORMS.get(name, PRINTED).fullmatch(cell) and (cell or name in NEVER_EMPTY)
-    ]
+    bad = misprinted(file, table)
     yield from bad[:FEW]
     if file == TRAJECTORY and not bad:
         yield from _missing_times(scene, table, stored.manifest.get("status"))

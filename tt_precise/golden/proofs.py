@@ -17,6 +17,7 @@ from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, Cells, Enclosures
 from tt_precise.golden.outward import Outward
+from tt_precise.golden.printed_cells import misprinted
 from tt_precise.golden.proof_checks import complaints
 from tt_precise.golden.proof_record import PROOF, SCHEMA, SELF_HASH, Record, read, text
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
@@ -113,7 +114,10 @@ def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | Non
         return {"problem": str(error)}
     if record is None:
         return None
-    found = complaints(stored, record, rows=False)
+    found = [
+        *misprinted(TRAJECTORY, stored.trajectory),
+        *misprinted(EVENTS, stored.events),
+    ] or complaints(stored, record, rows=False)
     return {"problem": found[0]} if found else record.summary
 
 
