@@ -35,13 +35,15 @@ class Mpfr:
     """
 
     def __init__(self, context: Functions):
+        import gmpy2  # here, so that to import this file costs nothing
+        from mpmath.libmp import from_man_exp
+
         self.context, self.bits = context, int(context.prec)
+        self._gmpy2, self._from_man_exp = gmpy2, from_man_exp
 
     def precision(self) -> AbstractContextManager[Any]:
         """Within it sums, products and functions are rounded to this precision."""
-        import gmpy2
-
-        found: AbstractContextManager[Any] = gmpy2.context(precision=self.bits)
+        found: AbstractContextManager[Any] = self._gmpy2.context(precision=self.bits)
         return found
 
     def number(self, value: Scalar) -> Scalar:
@@ -50,29 +52,24 @@ class Mpfr:
             return self._number(value)
 
     def _number(self, value: Scalar) -> Scalar:
-        import gmpy2
-
         if not hasattr(value, "_mpf_"):
-            return gmpy2.mpfr("nan" if value is None else value)
+            return self._gmpy2.mpfr("nan" if value is None else value)
         sign, mantissa, exponent, length = value._mpf_
         if not mantissa:
-            return gmpy2.mpfr(float(value))  # zero, an infinity, or NaN
+            return self._gmpy2.mpfr(float(value))  # zero, an infinity, or NaN
         if length > self.bits:
-            with gmpy2.context(precision=length):
-                found = gmpy2.mpfr(mantissa) * gmpy2.exp2(exponent)
+            with self._gmpy2.context(precision=length):
+                found = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
                 return -found if sign else found
-        found = gmpy2.mpfr(mantissa) * gmpy2.exp2(exponent)
+        found = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
         return -found if sign else found
 
     def back(self, value: Scalar) -> Scalar | None:
         """The number as mpmath's; None where it is none."""
-        import gmpy2
-        from mpmath.libmp import from_man_exp
-
-        if not gmpy2.is_finite(value):
+        if not self._gmpy2.is_finite(value):
             return None
         mantissa, exponent = value.as_mantissa_exp()
-        return self.context.make_mpf(from_man_exp(int(mantissa), int(exponent)))
+        return self.context.make_mpf(self._from_man_exp(int(mantissa), int(exponent)))
 
     def array(self, values: Iterable[Scalar]) -> Array:
         """Numbers of mpmath's as an array."""
@@ -81,28 +78,22 @@ class Mpfr:
 
     def of_fractions(self, values: Iterable[Fraction]) -> Array:
         """Exact numbers, each rounded once."""
-        import gmpy2
-
         with self.precision():
-            return _array([gmpy2.mpfr(gmpy2.mpq(value)) for value in values])
+            return _array([self._gmpy2.mpfr(self._gmpy2.mpq(value)) for value in values])
 
     def of_texts(self, texts: Iterable[str]) -> Array:
         """Decimals, each rounded once."""
-        import gmpy2
-
         with self.precision():
-            return _array([gmpy2.mpfr(text) for text in texts])
+            return _array([self._gmpy2.mpfr(text) for text in texts])
 
     def of_parts(self, parts: Array) -> Array:
         """Exact sums of doubles: of axes (number, part) an array of numbers."""
-        import gmpy2
-
         rows = parts.tolist()
-        with gmpy2.context(precision=self.bits) as rounded:
-            found = list(map(gmpy2.fsum, rows))
+        with self._gmpy2.context(precision=self.bits) as rounded:
+            found = list(map(self._gmpy2.fsum, rows))
         if rounded.inexact:  # bits far behind the others; mpmath takes them into the next operation
-            with gmpy2.context(precision=EXACT_BITS):
-                exact = map(gmpy2.fsum, rows)
+            with self._gmpy2.context(precision=EXACT_BITS):
+                exact = map(self._gmpy2.fsum, rows)
                 found = [x if x == y else y for x, y in zip(found, exact, strict=True)]
         return _array(found)
 
@@ -122,9 +113,7 @@ class Mpfr:
 
         None for what is no number.
         """
-        import gmpy2
-
-        return [_text(value, digits) if gmpy2.is_finite(value) else None for value in values]
+        return [_text(value, digits) if self._gmpy2.is_finite(value) else None for value in values]
 
     def sqrt(self, x: Scalar) -> Scalar:
         """Square root."""
@@ -132,9 +121,7 @@ class Mpfr:
 
     def hypot(self, x: Scalar, y: Scalar) -> Scalar:
         """Square root of the sum of squares, which is cut off first as mpmath has it."""
-        import gmpy2
-
-        with gmpy2.context(precision=self.bits + HYPOT_BITS, round=gmpy2.RoundToZero):
+        with self._gmpy2.context(precision=self.bits + HYPOT_BITS, round=self._gmpy2.RoundToZero):
             square = _elementwise("fmma", 4)(x, x, y, y)
         return self.sqrt(square)
 

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import mpmath
 import pytest
 
-from tt_precise.golden.invariants import CONSTANT_TO, Constancy, constancies
+from tt_precise.golden.invariants import CONSTANT_TO, WORKING_DIGITS, Constancy, constancies
 from tt_precise.golden.store import read
 from tt_precise.golden.table import Table
+from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.numerals import to_mpmath
 
 
 def few(scene: str, rows: int = 12) -> Table:
@@ -44,3 +52,21 @@ def test_the_row_of_a_wrong_digit_is_named(column: str, name: str) -> None:
     rows[7][place] = f"{cell[:at]}{(int(cell[at]) + 5) % 10}{cell[at + 1 :]}"
     wrong = found("reference", Table(table.columns, tuple(map(tuple, rows))))[name]
     assert (wrong.worst_row, wrong.digits < 20) == (7, True)
+
+
+@pytest.mark.parametrize("scene", ["reference", "frictionless", "rolling", "flight"])
+def test_drifts_are_those_of_mpmath_row_by_row(scene: str) -> None:
+    context = mpmath.MPContext()
+    context.dps = WORKING_DIGITS
+    table, known = few(scene, 40), read(scene).scene
+    body = known.body.numbers(lambda value: to_mpmath(value, context))
+    kind: Any = LiftedState if known.lifts else NewtonState
+    columns = [list(map(context.mpf, table.column(name))) for name in kind._fields]
+    motions = [Motion(body, kind(*row), context, known.model) for row in zip(*columns, strict=True)]
+    constant = found(scene, table)
+    for integral in conserved(known.model, known.body):
+        drifts = drift(integral, motions)
+        worst = max(range(len(drifts)), key=drifts.__getitem__)
+        digits = min(34.0, float(-context.log10(drifts[worst]))) if drifts[worst] else 34.0
+        # bit by bit: both arithmetics round correctly, to the same precision
+        assert constant[integral.name] == Constancy(integral.name, digits, worst)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import Parameters
@@ -18,7 +19,8 @@ from tt_precise.mechanics import euler, quantities
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import exact, to_mpmath
+from tt_precise.mpfr import mpfr_of
+from tt_precise.numerals import exact
 from tt_precise.scene import Scene
 
 GUARD_DIGITS = 10  # lambda takes some ten operations, each good to the last digit
@@ -85,17 +87,20 @@ def jellett_along(
     chosen = _chosen(columns, form)
     places = [list(columns).index(name) for name in chosen.columns]
     start = InitialState.in_si(scene, arithmetic_of(context))
-    values = []
+    numbers: list[list[Fraction]] = [[] for _ in places]
     for number, row in enumerate(rows):
         if len(row) != len(columns):
             raise InputError(
                 f"row {number}: got {len(row)} entries, expected {len(columns)}, one a column"
             )
-        numbers = [
-            to_mpmath(exact(row[place], f"row {number}, {columns[place]}"), context)
-            for place in places
-        ]
-        values.append(chosen.evaluate(start.body, numbers, context))
+        for place, column in zip(places, numbers, strict=True):
+            column.append(exact(row[place], f"row {number}, {columns[place]}"))
+    wide = mpfr_of(context)
+    with wide.precision():
+        body = start.body.map(wide.number)
+        values = list(
+            map(wide.back, chosen.evaluate(body, list(map(wide.of_fractions, numbers)), wide))
+        )
     if not values:
         raise InputError("rows: got none, expected at least one state")
     first = quantities.jellett(start.motion(context))

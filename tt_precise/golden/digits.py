@@ -12,6 +12,7 @@ import re
 import sys
 from collections.abc import Sequence
 from decimal import Context, Decimal, localcontext
+from functools import lru_cache
 from typing import NamedTuple
 
 DIGITS = 34  # published at most; IEEE decimal128 and Fortran's real(16) hold as many
@@ -117,12 +118,16 @@ def scale_of(entries: Sequence[str], rounded: Sequence[float] = ()) -> Decimal:
 
 def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:
     """What the printed ``entries`` of a column claim, derived from the text alone."""
+    return _claimed(tuple(entries), scale)
+
+
+@lru_cache(maxsize=256)
+def _claimed(entries: tuple[str, ...], scale: Decimal) -> ColumnDigits:
     present = [entry for entry in entries if entry]
-    near_zero = [entry for entry in present if is_near_zero(entry, scale)]
     claimed = [digits_of(entry) for entry in present if not is_near_zero(entry, scale)]
     return ColumnDigits(
         digits=min(claimed, default=None),
         scale=f"{scale:.2e}",
-        near_zero=len(near_zero),
+        near_zero=len(present) - len(claimed),
         undefined=len(entries) - len(present),
     )

@@ -7,6 +7,7 @@ from typing import Any
 
 import mpmath
 
+from tt_precise.arithmetic import Scalar
 from tt_precise.exact.jellett import jellett_along
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.table import Table
@@ -14,6 +15,7 @@ from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mpfr import mpfr_of
 from tt_precise.numerals import to_mpmath
 from tt_precise.scene import Scene
 
@@ -41,19 +43,21 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
     """
     context = mpmath.MPContext()
     context.dps = WORKING_DIGITS
-    body = scene.body.numbers(lambda value: to_mpmath(value, context))
+    wide = mpfr_of(context)
     kind: Any = LiftedState if scene.lifts else NewtonState
-    places = [trajectory.columns.index(name) for name in kind._fields]
-    motions = [
-        Motion(body, kind(*(context.mpf(row[i]) for i in places)), context, scene.model)
-        for row in trajectory.rows
-    ]
     found = []
-    for integral in conserved(scene.model, scene.body):
-        drifts = drift(integral, motions)
-        worst = max(range(len(drifts)), key=drifts.__getitem__)
-        digits = -context.log10(drifts[worst]) if drifts[worst] else context.mpf(DIGITS)
-        found.append(Constancy(integral.name, min(float(digits), float(DIGITS)), worst))
+    with wide.precision():
+        body = scene.body.numbers(lambda value: wide.number(to_mpmath(value, context)))
+        entries = [wide.of_texts(trajectory.column(name)) for name in kind._fields]
+        first, rows = (
+            Motion(body, kind(*state), wide, scene.model)
+            for state in ([entry[0] for entry in entries], entries)
+        )
+        for integral in conserved(scene.model, scene.body):
+            drifts: list[Scalar] = list(map(wide.back, drift(integral, [first, rows])[1]))
+            worst = max(range(len(drifts)), key=drifts.__getitem__)
+            digits = -context.log10(drifts[worst]) if drifts[worst] else context.mpf(DIGITS)
+            found.append(Constancy(integral.name, min(float(digits), float(DIGITS)), worst))
     euler = _jellett_euler(scene, trajectory)
     return [*found, euler] if euler else found
 

@@ -17,6 +17,7 @@ from tt_precise.golden import store
 from tt_precise.golden.digits import DIGITS, ZERO, column_digits
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, LABELS, Enclosures
 from tt_precise.golden.hashes import scene_sha256, self_hash
+from tt_precise.golden.held import surely_held
 from tt_precise.golden.outward import Outward, pi
 from tt_precise.golden.proof_record import PROOF, SELF_HASH, Record
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
@@ -138,10 +139,12 @@ def _shapes(stored: Stored, record: Record, enclosures: Enclosures) -> Iterator[
 def _excluded(enclosures: Enclosures, file: str) -> Iterator[str]:
     """Printed entries that their enclosure excludes."""
     printed = enclosures.stored.table(file)
-    several = 0
-    for line, (texts, cells) in enumerate(
-        zip(printed.rows, enclosures.of(file), strict=False), start=2
-    ):
+    several, sure = 0, surely_held(enclosures, file)
+    rows = zip(printed.rows, enclosures.table(file).rows, sure.tolist(), strict=False)
+    for line, (texts, stored, held) in enumerate(rows, start=2):
+        if held:
+            continue
+        cells = enclosures.row(file, texts, stored)
         for name, text in zip(printed.columns, texts, strict=True):
             if name in LABELS or (name == "t" and file == TRAJECTORY):
                 continue

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import ordered_events
-from tt_precise.golden.distance import as_decimal, correct_digits, relative_error, scales_by_kind
+from tt_precise.golden.distance import correct_digits, scales_by_kind
 from tt_precise.golden.integrity import inspect
 from tt_precise.golden.places import VECTORS, Folder, Located, home, locate, require, some
 from tt_precise.golden.proved import PROVED
@@ -21,6 +21,7 @@ from tt_precise.golden.runs import LADDER, Run, Task
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import perform_all
+from tt_precise.golden.worst import largest_error
 from tt_precise.progress import Progress, silent
 from tt_precise.workers import local_pool
 
@@ -28,13 +29,6 @@ FRESH_DIGITS = 28  # a fresh computation has to find at least so many
 DIGITS_PER_BIT = math.log10(2)
 # What golden data are compared with: by an integrator that did not make them, where there is one.
 FINE, WITHOUT_LLVM = "triple-double", "quad"
-
-# Digits of a fresh computation count relative to the size of the component at that time, its
-# largest golden entry within so many rows: a zero passed on the way does not decide, and a
-# component that decays is still measured by its own size. One that has decayed further than to
-# 1e-10 of its largest is measured as if it had not.
-NEIGHBOURS = 20
-DECAYED = Decimal("1e-10")
 
 # A scene loses the same digits in every arithmetic, its sensitivity. Where double or the fresh
 # computation itself shows that it cannot have 28 left, the scene is computed with as many bits as
@@ -112,6 +106,7 @@ def verify(
         return inspect(name, located[name])
 
     doubles: dict[str, Run] = {}
+    roughly: dict[str, WorstEntry | None] = {}
 
     def finish(name: str, runs: list[Run]) -> list[Task]:
         stored, problems = inspected(name)
@@ -121,10 +116,11 @@ def verify(
         if name not in doubles:
             doubles[name] = run
             # what double has in common with damaged data says nothing about the scene
-            rough = None if problems else _worst(stored, run)
+            roughly[name] = _worst(stored, run)
+            rough = None if problems else roughly[name]
             fine = _fine(stored, rough and bits_needed(rough.digits, run.bits))
             return [fine, _rough(stored, "double-double")] if fine.precision == FINE else [fine]
-        found[name] = judge(stored, problems, [*runs, doubles[name]])
+        found[name] = judge(stored, problems, [*runs, doubles[name]], roughly[name])
         digits = found[name].digits_found
         if digits is None or digits >= FRESH_DIGITS:
             return []
@@ -168,11 +164,17 @@ def bits_needed(digits: float, bits: int) -> int | None:
     return needed if needed + SPARE_BITS <= MOST_BITS else None
 
 
-def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verification:
+def judge(
+    stored: Stored,
+    problems: Sequence[str],
+    runs: Sequence[Run],
+    roughly: WorstEntry | None = None,
+) -> Verification:
     """The verdict on data with these ``problems`` of their own.
 
     ``runs`` are the finest and the one in double; between them one that is coarse enough to show
-    how many digits the scene loses, if the finest is not.
+    how many digits the scene loses, if the finest is not. ``roughly`` is where the one in double
+    is worst, if that is known.
     """
     finer, double, telling = runs[0], runs[-1], runs[-2]
     found = list(problems)
@@ -187,7 +189,7 @@ def judge(stored: Stored, problems: Sequence[str], runs: Sequence[Run]) -> Verif
         if one.digits < FRESH_DIGITS
     ]
     digits = min((one.digits for one in worst), default=None)
-    rough, shown = _worst(stored, double), _worst(stored, telling)
+    rough, shown = roughly or _worst(stored, double), _worst(stored, telling)
     if shown is not None and rough is not None:
         left = shown.digits if telling is not finer or digits is None else digits
         lost = telling.bits * DIGITS_PER_BIT - left
@@ -247,7 +249,7 @@ def _rough(stored: Stored, precision: str) -> Task:
 
 
 def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[WorstEntry]:
-    """The worst entry of each column, apart from undefined ones; row by row where rows agree."""
+    """The worst entry of each column, apart from undefined ones; of the rows that both have."""
     golden = stored.table(file)
     if len(fresh.rows) != len(golden.rows):
         problems.append(f"{file}: {len(golden.rows)} rows, a fresh one has {len(fresh.rows)}")
@@ -268,21 +270,16 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
         if name in ("name", "direction"):
             continue
         cells = golden.column(name)
-        sizes = _sizes(cells, scales[name]) if name != "t" else [abs(Decimal(t)) for t in cells]
-        triples = list(enumerate(zip(fresh.column(name), cells, sizes, strict=False)))
-        errors = {
-            row: relative_error(as_decimal(mine), Decimal(cell), size)
-            for row, (mine, cell, size) in triples
-            if cell
-        }
-        blank = [row for row, (mine, cell, _) in triples if mine and not cell]
+        found = fresh.column(name)
+        both = enumerate(zip(found, cells, strict=False))
+        blank = [row for row, (mine, cell) in both if mine and not cell]
         wrongly = next((row for row in blank if not _at_pole(golden, row)), None)
         if wrongly is not None:
             line = f"{file}, line {wrongly + 2}, {name}"
             problems.append(f"{line}: is empty, a fresh computation has a number")
-        if errors:
-            row = max(errors, key=errors.__getitem__)
-            worst.append(WorstEntry(file, row, name, correct_digits(errors[row])))
+        largest = largest_error(cells, found, scales.get(name))
+        if largest:
+            worst.append(WorstEntry(file, largest.row, name, correct_digits(largest.error)))
     return worst
 
 
@@ -290,17 +287,6 @@ def _at_pole(table: Table, row: int) -> bool:
     """Whether the axis is vertical to all digits that are verified: nothing says where it leans."""
     cells = (table.column(name)[row] for name in ("kx", "ky"))
     return all(abs(Decimal(cell or 1)) < Decimal(10) ** -FRESH_DIGITS for cell in cells)
-
-
-def _sizes(cells: Sequence[str], scale: Decimal) -> list[Decimal]:
-    """For each row, the size of its component at that time."""
-    own = [abs(Decimal(cell or 0)) for cell in cells]
-    if not any(own):
-        return [scale] * len(own)
-    return [
-        max(*own[max(0, row - NEIGHBOURS) : row + NEIGHBOURS + 1], scale * DECAYED)
-        for row in range(len(own))
-    ]
 
 
 def _events_table(run: Run) -> Table:
