@@ -214,7 +214,7 @@ def _momentum(rung: Rung, states: States) -> Array:
 def _motion(rung: Rung, states: States) -> Motion:
     L = _momentum(rung, states)
     vectors = NewtonState(*(*states.k.T, *L.T, 0.0, 0.0))
-    return Motion(rung.start.body, vectors, numpy, s_dot=tuple(states.s_dot.T))
+    return Motion(rung.start.body, vectors, numpy, s_dot=lambda: tuple(states.s_dot.T))
 
 
 def _relative(values: Array) -> float:

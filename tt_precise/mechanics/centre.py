@@ -45,7 +45,7 @@ def to_vectors(body: Parameters, state: CentreState) -> NewtonState:
 
 def velocity(body: Parameters, state: CentreState) -> Vector:
     """Velocity s_dot of the centre of mass, whose height is R (1 - alpha k.z)."""
-    sinking = newton.axis_rate(body, to_vectors(body, state))[2]
+    sinking = newton.axis_rate(body, NewtonState(*state[:6], 0, 0))[2]
     return (state.s_dot_x, state.s_dot_y, -body.R * body.alpha * sinking)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from tt_precise.arithmetic import Functions, Scalar, StateOfAny
@@ -108,9 +108,9 @@ class Formulation:
     def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
         if self.State is CentreState:
-            state = CentreState(*state)
-            vectors, s_dot = centre.to_vectors(body, state), centre.velocity(body, state)
-            return Motion(body, vectors, fn, self.model, s_dot=s_dot)
+            there = CentreState(*state)
+            velocity = partial(centre.velocity, body, there)
+            return Motion(body, centre.to_vectors(body, there), fn, self.model, s_dot=velocity)
         if "rise" in self.columns:
             return self._lifted_motion(body, state, fn, phi)
         if self.own_time:

@@ -20,7 +20,8 @@ class Motion:
     """A body in a state, in one arithmetic: what quantities are functions of.
 
     ``state`` holds vectors (a rolling one has vx = vy = 0); ``model`` says which force acts at
-    the contact. Everything is computed when first asked for.
+    the contact. Everything is computed when first asked for; ``s_dot`` says how, where it is
+    known better than from the vectors.
     """
 
     state: Any  # a NewtonState or a LiftedState
@@ -32,14 +33,13 @@ class Motion:
         fn: Functions,
         model: str = "gliding",
         euler: EulerState | None = None,
-        s_dot: Vector | None = None,
+        s_dot: Callable[[], Vector] | None = None,
     ):
         self.body, self.state, self.fn, self.model = body, state, fn, model
         # what is known already is not derived from the vectors
         if euler is not None:
             self.__dict__["euler"] = euler
-        if s_dot is not None:
-            self.__dict__["s_dot"] = s_dot
+        self._s_dot = s_dot
 
     @cached_property
     def k(self) -> Vector:
@@ -64,6 +64,8 @@ class Motion:
     @cached_property
     def s_dot(self) -> Vector:
         """Velocity of the centre of mass, v_A - omega x a."""
+        if self._s_dot:
+            return self._s_dot()
         return subtracted(self.state.v, self.omega_cross_a)
 
     @cached_property

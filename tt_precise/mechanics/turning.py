@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 from tt_precise.arithmetic import Functions, Scalar, StateOfAny
@@ -142,8 +143,8 @@ class _Turning(Formulation):
     def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
         """What quantities that do not depend on the azimuth are taken from."""
         there = to_centre(body, TurningState(*state))
-        vectors, s_dot = centre.to_vectors(body, there), centre.velocity(body, there)
-        return Motion(body, vectors, fn, self.model, s_dot=s_dot)
+        velocity = partial(centre.velocity, body, there)
+        return Motion(body, centre.to_vectors(body, there), fn, self.model, s_dot=velocity)
 
     def start(self, body: Parameters, vectors: NewtonState, euler: EulerState) -> TurningState:
         return from_centre(body, centre.from_vectors(body, vectors))

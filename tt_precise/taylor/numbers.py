@@ -31,8 +31,8 @@ def moments(times: Iterable[Scalar]) -> Array:
 
 def number(parts: Sequence[float], fn: Functions) -> Scalar:
     """The mpmath number of its parts."""
-    found = fzero
-    for part in parts:
+    found = from_float(parts[0])
+    for part in parts[1:]:
         found = mpf_add(found, from_float(part))
     return fn.make_mpf(found)
 
