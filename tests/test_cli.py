@@ -99,6 +99,7 @@ def test_a_bad_scene(
         (["run", "nowhere.toml"], "nowhere.toml: No such file or directory"),
         (["run", "reference", "--until", "-1"], "until: got -1"),
         (["run", "reference", "--until", "0,1"], "until: got '0,1'"),
+        (["run", "reference", "--until", "1e-999"], "until: got less than 1e-300 s"),
         (["run", "reference", "--until", "nan"], "until: got 'nan'"),
         (["run", "upright", "--formulation", "euler"], "theta = 0 is a pole"),
         (["run", "reference", "--formulation", "lagrange"], "expected one of: newton, euler"),

@@ -21,6 +21,7 @@ from tt_precise.untyped import Json
 MODELS = ("gliding", "rolling", "flight")
 RECORDABLE = ("phi", "psi", "x", "y")
 MOST_SAMPLES = 20_000_000
+SHORTEST = Fraction("1e-300")  # s
 __all__ = [
     "MODELS", "MOST_SAMPLES", "RECORDABLE", "Inclination", "Scene", "Start", "load_scene",
     "parse_scene", "shipped",
@@ -78,6 +79,11 @@ class Scene:
             _one_of(name, RECORDABLE, "record")
         if self.until < 0:
             raise InputError(f"until: got {str(self.until)[:60]}, expected seconds, at least 0")
+        if 0 < self.until < SHORTEST:
+            raise InputError(
+                "until: got less than 1e-300 s, which double cannot distinguish from 0; expected "
+                "0, or at least that"
+            )
         if self.sample_every <= 0:
             raise InputError(
                 f"sample_every: got {str(self.sample_every)[:60]}, expected seconds, above 0"
