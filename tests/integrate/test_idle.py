@@ -67,3 +67,11 @@ def test_what_cannot_be_prepared_fails_where_it_is_asked_for() -> None:
     idle.prepare("a")
     with pytest.raises(ValueError, match="a"), idle.lent("a"):
         pass
+
+
+def test_the_kind_that_nobody_asked_for_the_longest_goes() -> None:
+    idle: Idle[str, object] = Idle(lambda key: object(), kinds=2)
+    for key in "abac":
+        with idle.lent(key):
+            pass
+    assert [idle.waiting(key) for key in "abc"] == [1, 0, 1]

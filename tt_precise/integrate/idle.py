@@ -10,14 +10,15 @@ from typing import Generic, TypeVar
 Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
 
-MOST = 32  # of one kind that wait
+MOST = 32  # that wait: one for each thread of a busy program
+KINDS = 6  # of them: each takes 3 to 5 MB, and most kinds are asked for once
 
 
 class Idle(Generic[Key, Made]):
     """What ``build`` makes of a key, lent out; may be used by several threads at once."""
 
-    def __init__(self, build: Callable[[Key], Made], most: int = MOST):
-        self._build, self._most = build, most
+    def __init__(self, build: Callable[[Key], Made], most: int = MOST, kinds: int = KINDS):
+        self._build, self._most, self._kinds = build, most, kinds
         self._waiting: dict[Key, list[Made]] = {}
         self._coming: dict[Key, threading.Thread] = {}
         self._lock = threading.Lock()
@@ -37,8 +38,16 @@ class Idle(Generic[Key, Made]):
         yield taken
         # only after a run without an exception: an interrupted integrator is not used again
         with self._lock:
-            if sum(map(len, self._waiting.values())) < self._most:
-                self._waiting.setdefault(key, []).append(taken)
+            self._keep(key, taken)
+
+    def _keep(self, key: Key, made: Made) -> None:
+        """Let one wait; of many kinds the one goes that nobody has asked for the longest."""
+        waiting = self._waiting.pop(key, [])
+        self._waiting[key] = waiting
+        while len(self._waiting) > self._kinds:
+            del self._waiting[next(iter(self._waiting))]
+        if sum(map(len, self._waiting.values())) < self._most:
+            waiting.append(made)
 
     def prepare(self, key: Key) -> None:
         """Begin to build one for this key, in a thread of its own, unless there is one.
@@ -51,7 +60,7 @@ class Idle(Generic[Key, Made]):
             with suppress(Exception):
                 made = self._build(key)
                 with self._lock:
-                    self._waiting.setdefault(key, []).append(made)
+                    self._keep(key, made)
 
         with self._lock:
             if self._waiting.get(key) or key in self._coming:
