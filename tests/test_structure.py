@@ -10,6 +10,9 @@ from pathlib import Path
 import pytest
 
 import tt_precise
+from tt_precise.claims import committed
+from tt_precise.golden import workers
+from tt_precise.integrate.sources import SOURCES
 
 PACKAGE = Path(tt_precise.__file__).parent
 
@@ -91,6 +94,36 @@ def test_no_folder_imports_one_further_down() -> None:
 
 def test_no_circle_of_files() -> None:
     assert circle(arrows()) == []
+
+
+# on these no number rests
+NO_NUMBERS = {
+    f"tt_precise.{name}"
+    for name in (
+        "_version", "cache", "docstrings", "errors", "files", "lazy", "notebook", "plotting",
+        "processes", "progress", "registry", "startup", "terminal", "untyped", "workers",
+    )
+}  # fmt: skip
+
+
+def missing(places: tuple[str, ...]) -> set[str]:
+    """What is imported, also by way of others, and neither in ``places`` nor without numbers."""
+    graph, files = arrows(), modules(PACKAGE)
+    roots = [PACKAGE / place for place in places]
+    own = {name for name, file in files.items() if {file, *file.parents} & {*roots}}
+    assert all(root.exists() for root in roots)
+    reached, ahead = set(own), [*own]
+    while ahead:
+        further = graph[ahead.pop()] - reached - NO_NUMBERS
+        reached |= further
+        ahead += further
+    return reached - own
+
+
+@pytest.mark.parametrize("places", [SOURCES, workers.CODE, committed.CODE])
+def test_results_are_kept_beside_the_hash_of_all_that_they_rest_on(places: tuple[str, ...]) -> None:
+    assert missing(places) == set()
+    assert missing(tuple(place for place in places if place != "taylor")) != set()
 
 
 @pytest.fixture

@@ -18,15 +18,15 @@ from tt_precise import json_file
 from tt_precise.cache import fingerprint as fingerprint_of
 from tt_precise.cache import source_hash
 from tt_precise.files import shipped
+from tt_precise.integrate.sources import SOURCES
 from tt_precise.untyped import Json
 
 FILE = "results.json"  # in reports/
 PACKAGE = Path(__file__).resolve().parents[1]
 # whatever a verdict may rest on; the rows of section 2.2 have a fingerprint of their own
 CODE = (
-    "arithmetic.py", "body.py", "initial_state.py", "json_file.py", "numerals.py", "scene.py",
-    "toml.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py", "claims/evidence",
-    "claims/statements", "exact", "golden", "integrate", "mechanics", "sweep",
+    *SOURCES, "json_file.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py",
+    "claims/evidence", "claims/statements", "exact", "golden", "sweep",
 )  # fmt: skip
 SCENES = "scenes"
 

@@ -11,13 +11,13 @@ from tt_precise.cache import UNREADABLE, Records, source_hash
 from tt_precise.golden.manifest import versions
 from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.table import Table
+from tt_precise.integrate.sources import SOURCES
 from tt_precise.progress import Progress, silent
 from tt_precise.workers import Call, Failure, Pool
 
 # The code that decides the digits of a run: when it changes, cached runs are void.
-SOURCES = (
-    "body.py", "numerals.py", "scene.py", "mechanics", "integrate", "golden/runs.py",
-    "golden/events.py",
+CODE = (
+    *SOURCES, "golden/digits.py", "golden/events.py", "golden/runs.py", "golden/table.py",
 )  # fmt: skip
 
 
@@ -28,7 +28,7 @@ class RunCache:
     """
 
     def __init__(self, place: Path | None = None):
-        made_by = [versions(), source_hash(*SOURCES)]
+        made_by = [versions(), source_hash(*CODE)]
         if place is None:
             self.records = Records.of_user("golden-runs", made_by)
         else:
