@@ -22,9 +22,13 @@ HYPOT_BITS = 4
 EXACT_BITS = 2200  # from the largest double's first bit to the least one's last
 
 
-@lru_cache(maxsize=64)
 def mpfr_of(context: Functions) -> Mpfr:
-    """The arrays whose numbers have the precision of an mpmath context."""
+    """The arrays whose numbers have the present precision of an mpmath context."""
+    return _mpfr(context, context.prec)
+
+
+@lru_cache(maxsize=64)
+def _mpfr(context: Functions, bits: int) -> Mpfr:
     return Mpfr(context)
 
 

@@ -12,7 +12,8 @@ from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.arithmetic import Array, Functions, Scalar
-from tt_precise.taylor.numbers import moments, number
+from tt_precise.mpfr import mpfr_of
+from tt_precise.taylor.numbers import MOST_PARTS
 
 if TYPE_CHECKING:
     from tt_precise.taylor.system import StepBlock
@@ -162,24 +163,21 @@ class Watch:
         rates = polynomials[which][:, 1:] * numpy.arange(1, polynomials.shape[1])
         steps, lengths = steps[step], lengths[step]
         units = piece.units[steps]
-        slopes = (values(rates, place) / (lengths * units)).tolist()
-        since = (place * lengths * units).tolist()
-        times = [number(b, fn) + tau for b, tau in zip(piece.begins[steps], since, strict=True)]
-
-        def rows() -> Array:
-            return piece.rows(steps, moments(times))
-
+        slopes = values(rates, place) / (lengths * units)
+        wide = mpfr_of(fn)
         near = 2.0 ** (8 - 52 * piece.system.parts)
-        for _ in range(MOST_NEWTONS):
-            there = rows()[numpy.arange(len(steps)), :, self._columns.start + function]
-            off = [
-                number(value, fn) / slope if slope else fn.mpf(0)
-                for value, slope in zip(there.tolist(), slopes, strict=True)
-            ]
-            times = [time - one for time, one in zip(times, off, strict=True)]
-            if all(abs(one) <= near * time for one, time in zip(off, times, strict=True)):
-                break
-        zeros = map(SignChange, function.tolist(), times, direction.tolist(), rows())
+        with wide.precision():
+            times = wide.of_parts(piece.begins[steps]) + place * lengths * units
+            for _ in range(MOST_NEWTONS):
+                there = piece.rows(steps, wide.in_parts(times, MOST_PARTS))
+                here = there[numpy.arange(len(steps)), :, self._columns.start + function]
+                off = wide.of_parts(here) / numpy.where(slopes, slopes, numpy.inf)
+                times = times - off
+                if (abs(off) <= near * times).all():
+                    break
+            rows = piece.rows(steps, wide.in_parts(times, MOST_PARTS))
+        exact = [wide.back(time) for time in times]
+        zeros = map(SignChange, function.tolist(), exact, direction.tolist(), rows)
         return sorted(zeros, key=lambda zero: zero.time)
 
     def _series(self, piece: StepBlock, steps: Array, lengths: Array) -> tuple[Array, Array]:
