@@ -74,6 +74,12 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
         ('I3 = "2/5"', 'I3 = "0.75"', "I3: got 0.75, expected at most 2 I1"),
         ('mu = "0.3"', 'mu = "-0.3"', "mu: got -0.3, expected a number of at least 0"),
         ('until = "8"', 'until = "-1"', "until: got -1, expected seconds, at least 0"),
+        (
+            'mu = "0.3"',
+            'mu = "1e999"',
+            "mu: got a number of 1000 digits before the point, expected",
+        ),
+        ('omega_3 = "155"', 'omega_3 = "-1e301"', "omega_3: got a number of 302 digits before the"),
         ('theta = "0.1"', 'theta = "4"', "theta: got 4, expected 0 <= theta <= pi"),
         ('model = "gliding"', 'model = "sliding"', "expected one of: flight, gliding, rolling"),
         ('model = "gliding"', 'model = "gliding', "not a TOML file"),

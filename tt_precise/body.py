@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.errors import InputError
-from tt_precise.numerals import written
+from tt_precise.numerals import within_doubles, written
 
 SPRINGS = ("linear", "hunt-crossley")
 
@@ -68,7 +68,8 @@ class TippeTop(Parameters):
 
     def __post_init__(self) -> None:
         for name in (field.name for field in fields(self) if field.name not in self.words):
-            object.__setattr__(self, name, written(getattr(self, name), name))
+            value = within_doubles(written(getattr(self, name), name), name)
+            object.__setattr__(self, name, value)
         for name in ("m", "R", "I1", "I3", "g"):
             _require(getattr(self, name) > 0, name, getattr(self, name), "a number above 0")
         _require(0 < self.alpha < 1, "alpha", self.alpha, "a number between 0 and 1, both excluded")

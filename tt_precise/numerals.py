@@ -14,6 +14,7 @@ NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+",
 # Characters. With three digits of exponent an integer stays below the 4300 digits that Python is
 # willing to print, and a hostile file cannot build an astronomically large one.
 LONGEST = 2000
+LARGEST = 10**300
 PLAIN = 1e-4, 1e16  # from the first to below the second, ``repr`` writes no power of ten
 
 
@@ -54,6 +55,23 @@ def written(value: str | float | Fraction, what: str = "number") -> Fraction:
     if isinstance(value, float) and math.isfinite(value):
         return exact(float.__repr__(value), what)
     return exact(value, what)  # type: ignore[arg-type]
+
+
+def within_doubles(value: Fraction, what: str) -> Fraction:
+    """The value, if doubles go so far.
+
+    Raises
+    ------
+    InputError
+        It is beyond ``LARGEST``.
+    """
+    if abs(value) > LARGEST:
+        digits = len(str(abs(value.numerator) // value.denominator))
+        raise InputError(
+            f"{what}: got a number of {digits} digits before the point, expected one of at most "
+            "1e300 in size, for which double has a number"
+        )
+    return value
 
 
 def to_mpmath(value: Fraction, context: Functions) -> Scalar:

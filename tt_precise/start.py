@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.body import TippeTop
 from tt_precise.errors import InputError
-from tt_precise.numerals import exact, written
+from tt_precise.numerals import exact, within_doubles, written
 from tt_precise.untyped import Json
 
 # what some authors give instead of omega_3, and instead of nu_x and nu_y
@@ -90,7 +90,8 @@ class Start:
         if not isinstance(given, Inclination):
             object.__setattr__(self, "theta", Inclination.parse(given))
         for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
-            object.__setattr__(self, name, written(getattr(self, name), name))
+            value = within_doubles(written(getattr(self, name), name), name)
+            object.__setattr__(self, name, value)
 
     @staticmethod
     def of(body: TippeTop, given: Mapping[str, Json]) -> Start:
@@ -126,7 +127,8 @@ class LiftedStart(Start):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in LIFTED:
-            object.__setattr__(self, name, written(getattr(self, name), name))
+            value = within_doubles(written(getattr(self, name), name), name)
+            object.__setattr__(self, name, value)
 
 
 _ENTRIES = tuple(field.name for field in fields(Start))
