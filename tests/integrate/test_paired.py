@@ -33,13 +33,13 @@ def truth(half: Scene) -> Trajectory:
 
 
 def test_the_estimate_is_the_error_at_every_sample(coarse: Trajectory, truth: Trajectory) -> None:
-    """Within a third where it is large: the reference errs about a tenth of it."""
+    """Within a third where it is not small: the reference errs about ``RATIO`` times less."""
     assert coarse._pair is not None
     found, exact = coarse.frame(*NAMES), truth.frame(*NAMES, numbers="float")
     stated = coarse.error_over_time(*NAMES)
     for name in NAMES:
         error = numpy.abs(found[name].to_numpy() - exact[name].to_numpy())
-        large = error > 0.6 * error.max()
+        large = error > 0.2 * error.max()
         assert error.max() > 1e-12 * numpy.abs(exact[name]).max()
         ratio = stated[name].to_numpy()[large] / error[large]
         assert (numpy.abs(ratio - 1) < 0.35).all(), name

@@ -62,19 +62,19 @@ def test_a_much_cheaper_setting_is_tried_where_it_may_suffice(
     """Without several doubles, of which none is that much cheaper than the next."""
     monkeypatch.setattr(to_digits, "is_available", lambda name: name not in DOUBLES)
     runs = Runs(change=1.4)
-    integrate_to_digits(13, None, runs)
+    integrate_to_digits(12, None, runs)
     (only,) = runs.settings
     assert only.precision == "double"
-    assert only.digits < 13 + SPARE  # by the table it lacks some
+    assert only.digits < 12 + SPARE  # by the table it lacks some
 
 
 def test_what_a_scene_loses_is_added_to_the_next_setting() -> None:
-    runs = Runs(change=-4.0)
+    runs = Runs(change=-3.0)
     found = integrate_to_digits(9, None, runs)
     assert found.digits_throughout >= 9 + SPARE
     first, *between, last = runs.settings
     assert first.digits < last.digits
-    assert last.digits >= 9 + SPARE + 4
+    assert last.digits >= 9 + SPARE + 3
     # double at full accuracy costs more with its reference run than several doubles with theirs
     assert between == []
 

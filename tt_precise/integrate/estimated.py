@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from tt_precise.arithmetic import Array, Scalar
-from tt_precise.integrate.accuracy import error_estimate, reference_runs, worst_digits
+from tt_precise.integrate.accuracy import RATIO, error_estimate, reference_runs, worst_digits
 from tt_precise.integrate.error_over_time import Reference, error_columns
 from tt_precise.integrate.event_errors import digits_of_time, event_errors
 from tt_precise.integrate.propagate import ARRIVED
@@ -41,9 +41,10 @@ class Estimated:
         See ``accuracy.reference_runs``; a paired run has the one that was made with it.
         """
         if self._pair:
-            finer = self._pair.reference
-            solution = Solution(finer.start, finer)
-            return (type(self)(self.scene, finer.setup, rounded_otherwise=True, solution=solution),)
+            setup = self.setup.but(tolerance=self.setup.tolerance / RATIO, paired=False)
+            solution = Solution(self._pair.beginning.reference, self._pair.reference)
+            run = type(self)(self.scene, setup, rounded_otherwise=True, solution=solution)
+            return (run,)
         alone = self.setup.but(paired=False)
         return tuple(self.again(paired=False, **changes) for changes in reference_runs(alone))
 

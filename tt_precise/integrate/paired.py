@@ -1,8 +1,8 @@
 """Two lanes: a run in double and its reference run at once, for little more than the run alone.
 
 heyoka's tolerance is relative to the largest entry of the state, lane by lane. So a batch of two
-gets one more entry, which is constant: 0 in one lane, and in the other ``LANES_RATIO`` times the
-largest entry of the start. There the steps are as long as at a tolerance so many times looser. That
+gets one more entry, which is constant: 0 in one lane, and in the other ``RATIO`` times the largest
+entry of the start. There the steps are as long as at a tolerance ``RATIO`` times looser. That
 lane is the run, and the finer one its reference, with body and start rounded the other way.
 
 Both integrate the equations in a frame that turns (``mechanics.turning``), and are read as the
@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.initial_state import InitialState
+from tt_precise.integrate.accuracy import RATIO
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.idle import Idle
@@ -49,9 +50,6 @@ from tt_precise.scene import Scene
 from tt_precise.taylor.numbers import moments, multiples
 from tt_precise.untyped import Adaptive, ContinuousOutput
 
-# Of the tolerances of the lanes: both take as many steps as the finer one, and with 30, as between
-# runs of their own, that is rounding's before the coarser one has lost what is to be estimated.
-LANES_RATIO = 10
 MOST_ROWS, MOST_STEPS = 100_000, 200_000
 ROWS_APART = 2.0  # over |l|, the rate of nutation: mostly less than three of the shortest steps
 STATE = slice(0, 8)
@@ -137,19 +135,18 @@ class Pair:
     @cached_property
     def run(self) -> DenseOutput:
         """The coarser of the two."""
-        return self._output(0, self.beginning.start, self.setup)
+        return self._output(0, self.beginning.start)
 
     @cached_property
     def reference(self) -> DenseOutput:
         """The finer one."""
-        finer = self.setup.but(tolerance=self.setup.tolerance / LANES_RATIO, paired=False)
-        return self._output(1, self.beginning.reference, finer)
+        return self._output(1, self.beginning.reference)
 
     @cached_property
     def _made(self) -> _Again:
         return _Again(self.setup.tolerance, self.beginning, self.march.watched)
 
-    def _output(self, number: int, start: InitialState, setup: Setup) -> DenseOutput:
+    def _output(self, number: int, start: InitialState) -> DenseOutput:
         lane, until = self.beginning.lanes[number], self.beginning.horizon
         propagation = Propagation(
             status="complete",
@@ -161,7 +158,7 @@ class Pair:
             hits=(),
         )
         again = partial(self._made, number, propagation)
-        return DenseOutput(setup, start, propagation, again=again)
+        return DenseOutput(self.setup, start, propagation, again=again)
 
 
 def can_be_paired(setup: Setup) -> bool:
@@ -169,7 +166,7 @@ def can_be_paired(setup: Setup) -> bool:
     form = setup.formulation
     return (
         setup.precision.name == "double"
-        and setup.tolerance >= LANES_RATIO * full_tolerance(setup.precision)
+        and setup.tolerance >= RATIO * full_tolerance(setup.precision)
         and form.State is CentreState
         and form.law == "viscous"
         and not setup.lifts
@@ -229,11 +226,11 @@ def _march(
     import numpy
 
     lanes, until = beginning.lanes, beginning.horizon
-    with _batches.lent((tolerance / LANES_RATIO, watched)) as batch:
+    with _batches.lent((tolerance / RATIO, watched)) as batch:
         batch.set_time(0.0)
         batch.pars[:] = beginning.parameters.reshape(2, -1).T
         batch.state[STATE] = numpy.array([lane.state for lane in lanes]).T
-        batch.state[8] = LANES_RATIO * max(map(abs, lanes[0].state)), 0.0
+        batch.state[8] = RATIO * max(map(abs, lanes[0].state)), 0.0
         if watched:
             batch.reset_cooldowns()
         if times is None:
