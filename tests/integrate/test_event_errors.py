@@ -144,3 +144,14 @@ def test_beside_a_part_of_another_kind_or_after_its_end_nothing_holds(
     asked: Any = (part, [SimpleNamespace(time=at)], None, beside, 1.0)
     late, digits = _beside(*asked)
     assert (late.tolist(), digits.tolist()) == ([numpy.inf], [0.0])
+
+
+def test_digits_hold_in_the_events_of_several_doubles_too(reference: Scene) -> None:
+    """The spike of phi_dot lies between samples, and has five digits fewer than they have."""
+    events = ("extremum:phi_dot",)
+    scene = replace(reference, until=Fraction(33, 10))
+    run = integrate(scene, "double-double", tolerance=1e-26, events=events).again(paired=True)
+    assert run._pair is not None
+    in_events = run.event_errors()["digits"].min()
+    assert run._pair.digits.min() > in_events + 3
+    assert run.digits_throughout == in_events

@@ -86,3 +86,19 @@ def test_no_pose_where_the_axis_is_exactly_vertical(toppling: Scene) -> None:
     for scene in ("upright", toppling):
         with pytest.raises(InputError, match="an axis that is exactly vertical at some time"):
             integrate(scene).frame(pose=True)
+
+
+def test_the_pose_of_a_run_that_ends_before_its_quadratures_do() -> None:
+    """Contact is lost, in the run that records them, 7e-8 s before."""
+    run = integrate("contact-lost", tolerance=1e-6)
+    table = run.frame(pose=True)
+    assert run.with_quadratures.t_end < run.t_end == table["t"].iloc[-1]
+    whole = run.with_quadratures
+    assert table["qw"].iloc[-1] == whole.frame("qw", times=[whole.t_end])["qw"].iloc[0]
+
+
+def test_errors_of_a_pose_need_its_quadratures(half: Scene) -> None:
+    with pytest.raises(InputError, match="got qw of a run without phi, psi, x, y, expected them"):
+        integrate(half).frame("error:qw")
+    recorded = integrate(half, record=("phi", "psi", "x", "y"))
+    assert 0 < recorded.frame("error:qw")["error:qw"].max() < 1e-9

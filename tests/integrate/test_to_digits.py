@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tt_precise.errors import InputError
-from tt_precise.integrate import to_digits
+from tt_precise.integrate import integrate, to_digits
 from tt_precise.integrate.cost_table import Setting, cost_with_estimate
 from tt_precise.integrate.precision import DOUBLES
 from tt_precise.integrate.to_digits import HOPE, SPARE, WIDENINGS, WORTH_A_TRY, integrate_to_digits
@@ -86,3 +86,9 @@ def test_a_scene_that_loses_everything_is_given_up() -> None:
     bits = [setting.bits for setting in runs.settings if setting.precision == "mp"]
     assert len(bits) == WIDENINGS - 1  # the first is in triple-double
     assert bits == sorted(set(bits))
+
+
+@pytest.mark.parametrize("more", [{"tolerance": 1e-3}, {"options": {"compact_mode": True}}])
+def test_what_digits_choose_is_not_given_too(more: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match="too, which digits choose; expected it with a precision"):
+        integrate("reference", digits=8, **more)

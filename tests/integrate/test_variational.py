@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy
 import pytest
 
+from tt_precise.errors import InputError
 from tt_precise.integrate import integrate
 from tt_precise.integrate.variational import Sensitivity, sensitivity
 from tt_precise.scene import load_scene
@@ -69,3 +70,9 @@ def test_one_time_alone() -> None:
     found = sensitivity("rolling", ("0",))
     assert found.by_start.shape == (1, 6, 6)
     assert found.condition.tolist() == [1.0]
+
+
+@pytest.mark.parametrize("times", [("1", "2"), ("0", "0.02", "0.01"), ("-1", "0"), ()])
+def test_times_that_do_not_rise_from_0_are_refused(times: tuple[str, ...]) -> None:
+    with pytest.raises(InputError, match="expected times in s that rise from 0"):
+        sensitivity("kicked", times)

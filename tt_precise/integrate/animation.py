@@ -55,13 +55,17 @@ def animate(
     Raises
     ------
     InputError
-        A name that ends in none of ``FORMATS``, an empty span of time, a trajectory that has no
-        pose, or .mp4 without ffmpeg.
+        A name that ends in none of ``FORMATS``, an empty span of time, no frames in it, a
+        trajectory that has no pose, or .mp4 without ffmpeg.
     """
     import matplotlib
     from matplotlib.animation import FuncAnimation
 
     target = Path(path)
+    if not (seconds > 0 and fps > 0):
+        raise InputError(
+            f"animate: got {seconds:g} s with {fps:g} frames in each, expected both above 0"
+        )
     writer = _writer(target, fps)
     count = max(2, round(seconds * fps))
     frames = sampled(trajectory, begin, end, count)

@@ -12,7 +12,7 @@ from tt_precise.initial_state import InitialState
 from tt_precise.integrate.pose import POSE_NAMES, pose_of
 from tt_precise.integrate.pose import dimension as pose_dimension
 from tt_precise.integrate.precision import Precision
-from tt_precise.integrate.quadratures import QUADRATURE_SCALE, motion
+from tt_precise.integrate.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -195,6 +195,12 @@ class Columns:
         if name in VECTOR_COLUMNS:
             return getattr(q.state, name)
         if name in POSE_NAMES:
+            lacking = [one for one in QUADRATURES if one not in self.record]
+            if lacking:
+                raise InputError(
+                    f"column: got {name} of a run without {', '.join(lacking)}, expected them "
+                    "among its record"
+                )
             if "pose" not in q.__dict__:
                 q.__dict__["pose"] = pose_of(q, self._recorded(row))
             return getattr(q.__dict__["pose"], name)

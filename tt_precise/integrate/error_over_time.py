@@ -28,7 +28,7 @@ def error_columns(
     references: Sequence[Reference],
     end_errors: Mapping[str, Scalar] | None,
 ) -> dict[str, Array]:
-    """``errors_over_time`` of ``names``, with t, and "digits": those of the state's worst entry."""
+    """Float64 columns: t, the errors of ``names`` (SI), "digits" of the state's worst entry."""
     import numpy
 
     state, precision = tables.of.names, tables.of.precision

@@ -84,9 +84,7 @@ class Estimated:
     @cached_property
     def digits_throughout(self: Any) -> float:
         """Significant digits that hold at every sample, in every event, and in ``t_end``."""
-        if self._pair:
-            return float(self._pair.digits.min())
-        found = [*self._errors(())["digits"]]
+        found = [*(self._pair.digits if self._pair else self._errors(())["digits"])]
         if self._dense_output.propagation.hits:
             found += [*event_errors(self._tables, self._references())["digits"]]
         if self.status not in ARRIVED:

@@ -43,10 +43,11 @@ def integrate(
         hundred times faster than ``quad`` and ``mp``.
     digits
         Instead of a precision: correct significant digits wanted in every component, at every
-        sample and at the end (``Trajectory.digits_throughout``). The cheapest precision,
-        tolerance and formulation whose own error estimate delivers them are used; the trajectory
-        names them. Up to ten digits or so the estimate is made in the same run, in a second lane
-        of its batch; recorded events and quadratures, or another form, make it a run of its own.
+        sample, in every event and at the end (``Trajectory.digits_throughout``). The cheapest
+        precision, tolerance and formulation whose own error estimate delivers them are used; the
+        trajectory names them. Up to ten digits or so the estimate is made in the same run, in a
+        second lane of its batch; recorded events and quadratures, or another form, make it a run
+        of its own.
     formulation
         ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
         pole).
@@ -99,6 +100,11 @@ def integrate(
         )
     if precision is not None or bits is not None:
         raise InputError("digits: got a precision too, expected one of digits and precision")
+    if tolerance or options:
+        raise InputError(
+            f"digits: got {'a tolerance' if tolerance else 'options'} too, which digits choose; "
+            "expected it with a precision"
+        )
 
     def run(setting: Setting) -> Trajectory:
         return integrate_once(

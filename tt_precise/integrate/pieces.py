@@ -12,7 +12,7 @@ from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from tt_precise.arithmetic import Array, Scalar
 from tt_precise.body import SPRINGS
@@ -28,9 +28,6 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.numerals import as_fraction, shortest_texts
 from tt_precise.progress import Progress
 
-if TYPE_CHECKING:
-    pass
-
 FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
 
 
@@ -38,8 +35,8 @@ FALLING = -1  # the speed where the top sticks, the margin to the cone where it 
 class MotionPiece:
     """A stretch under one set of equations, from ``begin`` (dimensionless, guarded) on.
 
-    ``ended`` is the event that joins it to the next piece, "" where only the equations change; the
-    last one's is the status of the whole.
+    ``ended`` is the event that joins it to the next piece; "" where only the equations change, and
+    of the last one.
     """
 
     begin: Scalar
@@ -269,7 +266,7 @@ def reading(output: DenseOutput) -> tuple[Columns, Tables]:
 class MotionPart(NamedTuple):
     """A stretch of one model as users see it: times in s, and how it ended.
 
-    ``status`` is "stick" or "slip" where another stretch follows, else that of the trajectory.
+    ``status`` is one of ``events.JOINING`` where another stretch follows, else the trajectory's.
     """
 
     model: str

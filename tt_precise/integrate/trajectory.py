@@ -244,8 +244,15 @@ class Trajectory(Estimated):
         run = self.with_quadratures
         plain = [name for name in wanted if name not in missing]
         found = self._tables.columns(plain, exact, numbers)
-        found |= run._tables.columns(missing, exact, numbers)
+        found = run._tables.columns(missing, self._alike(exact, run), numbers) | found
         return {name: found[name] for name in ("t", *wanted)}
+
+    def _alike(self, times: Sequence[Fraction], run: Trajectory) -> tuple[Fraction, ...]:
+        """``times`` in another run of the scene, whose end stands for that of this one."""
+        if self.status in ARRIVED:
+            return tuple(times)
+        end, other = (as_fraction(one._dense_output.end) for one in (self, run))
+        return tuple(other if t >= end else t for t in times)
 
     @cached_property
     def with_quadratures(self) -> Trajectory:

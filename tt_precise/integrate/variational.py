@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from tt_precise.arithmetic import Array, Scalar
@@ -122,14 +123,14 @@ class Sensitivity:
 
 
 def sensitivity(scene: str | Scene, times: Sequence[Scalar] | None = None) -> Sensitivity:
-    """Derivatives of the solution of ``scene`` at ``times`` (s, the first of them 0).
+    """Derivatives of the solution of ``scene`` at ``times`` (s), which rise from 0.
 
     By default at the scene's samples; times at which the model has ended are left out.
 
     Raises
     ------
     InputError
-        The scene cannot be used.
+        The scene cannot be used, or the times do not begin with 0 or do not rise.
     """
     import heyoka
     import numpy
@@ -143,8 +144,11 @@ def sensitivity(scene: str | Scene, times: Sequence[Scalar] | None = None) -> Se
         )
     form = formulation(scene.model, "newton", scene.body.law)
     start = InitialState.of(scene, precision_named("double").arithmetic)
-    end = float(integrate(scene, events=(), record=()).t_end)
     moments = [float(t) for t in (scene.sample_times if times is None else times)]
+    if moments[:1] != [0.0] or not all(a < b for a, b in pairwise(moments)):
+        shown = ", ".join(f"{t:g}" for t in moments[:4])
+        raise InputError(f"times: got {shown or 'none'}, expected times in s that rise from 0")
+    end = float(integrate(scene, events=(), record=()).t_end)
     moments = [t for t in moments if t <= end]
     integrator = _integrator(heyoka, form)
     size, count = len(form.columns), len(form.parameters)
