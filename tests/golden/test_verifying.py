@@ -374,3 +374,24 @@ def test_data_that_ship_are_of_the_scene_that_ships(
     assert problems(small) == ""
     monkeypatch.setattr(integrity, "home", lambda: small.folder)
     assert "scene.toml: another scene than the reference that ships" in problems(small)
+
+
+def test_what_cannot_be_compared_does_not_pass(small: Small, fresh: list[Run]) -> None:
+    """Without ``inspect``, which finds other columns too."""
+    stored, _ = inspect(small.scene.name, small.folder)
+    assert stored is not None
+    assert judge(stored, [], fresh).verdict == "pass"
+
+    def renamed(table: Table) -> Table:
+        return Table(tuple(f"{n}_" if n == "theta" else n for n in table.columns), table.rows)
+
+    tables = {"trajectory": renamed(stored.trajectory), "events": renamed(stored.events)}
+    found = judge(replace(stored, **tables), [], fresh)
+    assert found.digits_found is None
+    assert found.verdict == "fail"
+    for file in (TRAJECTORY, EVENTS):
+        text = f"{file}: has other columns than a fresh computation: theta, theta_"
+        assert text in found.problems
+    nothing = replace(stored, trajectory=Table(stored.trajectory.columns, ()))
+    found = judge(replace(nothing, events=Table(stored.events.columns, ())), [], fresh)
+    assert "newton quad: no entry could be compared, expected all of them" in found.problems

@@ -189,6 +189,8 @@ def judge(
         if one.digits < FRESH_DIGITS
     ]
     digits = min((one.digits for one in worst), default=None)
+    if digits is None:
+        found.append(f"{finer.label}: no entry could be compared, expected all of them")
     rough, shown = roughly or _worst(stored, double), _worst(stored, telling)
     if shown is not None and rough is not None:
         left = shown.digits if telling is not finer or digits is None else digits
@@ -254,6 +256,9 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
     if len(fresh.rows) != len(golden.rows):
         problems.append(f"{file}: {len(golden.rows)} rows, a fresh one has {len(fresh.rows)}")
     if golden.columns != fresh.columns:
+        differ = set(golden.columns) ^ set(fresh.columns)
+        which = ", ".join(sorted(differ)) or "their order"
+        problems.append(f"{file}: has other columns than a fresh computation: {which}")
         return []
     for label in ("name", "direction"):
         if label not in golden.columns:
