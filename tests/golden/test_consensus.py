@@ -125,3 +125,17 @@ def test_simultaneous_events_keep_the_catalogue_order(small: Small) -> None:
 )
 def test_times_are_exact_decimals(time: str, text: str | None) -> None:
     assert exact_decimal(Fraction(time)) == text
+
+
+def test_a_run_without_a_row_agrees_with_nothing(small: Small) -> None:
+    newton, other, euler = small.runs
+    none = {"trajectory": Table(euler.trajectory.columns, euler.trajectory.rows[:1])}
+    none["events"] = Table(euler.events.columns, ())
+    silent = replace(euler, status="pole", **none)  # the only row is the pole's own
+    consensus = reconcile(small.scene, [newton, other, silent])
+    assert consensus.complete
+    for columns in consensus.agreements.values():
+        assert {label for runs in columns.values() for label in runs} == {other.label}
+    for runs in ([newton, silent], [newton]):
+        with pytest.raises(ArithmeticError, match=f"to compare with {newton.label}"):
+            reconcile(small.scene, runs)

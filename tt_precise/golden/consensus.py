@@ -36,8 +36,9 @@ class Consensus:
     """The tables of a scene, with the worst agreement of each run with the first, in digits.
 
     ``agreements`` maps the name of a table, then a column, then the label of a run to digits,
-    over all entries that are not near zero; infinite where all are equal. ``contradictions`` name
-    the entries of which the runs do not share a single digit.
+    over all entries that are not near zero; infinite where all are equal. A run without a row to
+    compare is not among them. ``contradictions`` name the entries of which the runs do not share a
+    single digit.
     """
 
     status: str
@@ -84,7 +85,7 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
     ------
     ArithmeticError
         The runs disagree in what happened: another end, another number of events, an event whose
-        directions do not alternate.
+        directions do not alternate; or no run has a row to compare with the first one's.
     """
     first = runs[0]
     for run in runs:
@@ -98,6 +99,8 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
             )
     scales = {name: scale_of(first.trajectory.column(name)) for name in first.trajectory.columns}
     rows = [_rows(run) for run in runs]
+    if not any(rows[1:]):
+        raise ArithmeticError(f"{scene.name}: no run has a row to compare with {first.label}")
     lists = [ordered_events(run) for run in runs]
     _require_same_events(scene, runs, lists)
     names = first.trajectory.columns
@@ -189,7 +192,9 @@ def _merged(
     scales: dict[str, Decimal],
 ) -> tuple[list[Cells], Agreements, list[str]]:
     """Published rows, the worst agreement of each later table with the first, contradictions."""
-    worst = {name: dict.fromkeys(labels, math.inf) for name in names}
+    # a run that ended before the first row agrees with nothing; where there is none, with none
+    compared = [label for label, t in zip(labels, tables[1:], strict=True) if t or not tables[0]]
+    worst = {name: dict.fromkeys(compared, math.inf) for name in names}
     merged: list[Cells] = []
     contradictions = []
     for index, cells in enumerate(tables[0]):
