@@ -37,15 +37,20 @@ def test_exit_status_and_json(written: Path, capsys: pytest.CaptureFixture[str])
     assert names["jellett"].keys() >= {"name", "verdict", "value", "limit", "at", "reason"}
     assert main([*arguments, "--limit", "jellett=1e-20"]) == 1
     assert json.loads(capsys.readouterr().out)["verdict"] == "fail"
-    assert main([*arguments, "--limit", "1e-9", "--limit", "axis_norm=1e-3"]) == 0
-    limits = {c["name"]: c["limit"] for c in json.loads(capsys.readouterr().out)["checks"]}
-    assert (limits["jellett"], limits["axis_norm"]) == (1e-9, 1e-3)
+    both = ["--limit", "1e-9", "--limit", "axis_norm=1e-3"]
+    for given in (both, both[2:] + both[:2]):  # the order does not matter
+        assert main([*arguments, *given]) == 0
+        limits = {c["name"]: c["limit"] for c in json.loads(capsys.readouterr().out)["checks"]}
+        assert (limits["jellett"], limits["axis_norm"]) == (1e-9, 1e-3)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--limit", "jellett=x"], "--limit: got 'jellett=x', expected NAME=VALUE or VALUE"),
+        (["--limit", "jellett=1e-6", "--limit", "jellett=1e-3"], "--limit: got 'jellett=1e-3', "),
+        (["--limit", "1e-9", "--limit", "1e-6"], "expected NAME=VALUE or VALUE, each once"),
+        (["--limit", "=1e-6"], "--limit: got '=1e-6', expected NAME=VALUE or VALUE"),
         (["--limit", "jelett=1"], "limit: got 'jelett', expected one of: time, jellett"),
         (["--columns", "a=b"], "--columns: got 'b' as one of ours"),
         (["--scene", "nonsense"], "scene: got 'nonsense'"),

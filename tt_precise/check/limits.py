@@ -47,12 +47,12 @@ def finite(what: str, value: object) -> float:
 
 
 def read_limits(texts: Iterable[str]) -> dict[str, float]:
-    """Limits by name from NAME=VALUE, or from VALUE for every check that has the default 1e-6.
+    """Limits by name from NAME=VALUE, or from VALUE for all others that have the default 1e-6.
 
     Raises
     ------
     InputError
-        A value is no number.
+        A value is no number, or two are given for one name.
     """
     found: dict[str, float] = {}
     for text in texts:
@@ -61,10 +61,11 @@ def read_limits(texts: Iterable[str]) -> dict[str, float]:
             number = float(value)
         except ValueError:
             raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE") from None
-        if equals:
-            found[name.strip()] = number
-        else:
-            found |= {
-                key: number for key, usual in default_limits().items() if usual == PAPER_LIMIT
-            }
-    return found
+        name = name.strip()
+        if name in found or (equals and not name):
+            raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE, each once")
+        found[name] = number
+    usual = found.pop("", None)
+    if usual is None:
+        return found
+    return {name: usual for name, value in default_limits().items() if value == PAPER_LIMIT} | found
