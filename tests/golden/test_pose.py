@@ -53,3 +53,14 @@ def test_loaded_with_the_pose() -> None:
     assert conservation(frame[columns], "reference", digits=12).passed
     with pytest.raises(InputError, match="phi or psi from a pole"):
         load("upright", pose=True)
+
+
+@pytest.mark.parametrize("row", [0, 2])
+@pytest.mark.parametrize("cell", ["nan", "inf"])
+def test_what_is_no_number_is_refused(cell: str, row: int) -> None:
+    scene, table = shortened("track", 3)
+    columns = {name: list(table.column(name)) for name in table.columns}
+    columns["Lx"][row] = cell
+    spoiled = Table(table.columns, tuple(zip(*columns.values(), strict=True)))
+    with pytest.raises(InputError, match="Lx of a run for the pose differs by"):
+        pose_columns(scene, spoiled, in_full=False)

@@ -40,8 +40,12 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
     for name in VECTOR_COLUMNS:
         published = [context.mpf(cell) for cell in table.column(name)]
         scale = max(map(abs, published))
-        worst = max(abs(a - b) for a, b in zip(found[name], published, strict=True))
-        if worst > scale * context.mpf(10) ** (1 - digits):
+        bound = scale * context.mpf(10) ** (1 - digits)
+        off = [abs(a - b) for a, b in zip(found[name], published, strict=True)]
+        # NaN is neither above the bound nor within it, and ``max`` may pass it over
+        beyond = [one for one in off if not (one <= bound and context.isfinite(one))]
+        if beyond:
+            worst = max(beyond)
             raise InputError(
                 f"{scene.name}: {name} of a run for the pose differs by {float(worst):.1g} from "
                 f"what is published, up to {float(scale):.1g}, expected {digits} digits; "
