@@ -22,7 +22,9 @@ from tt_precise.commands.certify_golden import command
 from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import exact_decimal
+from tt_precise.golden.hashes import dump
 from tt_precise.golden.proofs import ENCLOSURE, PROOF
+from tt_precise.golden.seal import NEEDED, record_proof
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integrate import catalogue
@@ -216,7 +218,7 @@ def _write(stored: Stored, folder: Path) -> None:
         SCENE: stored.scene_text,
         TRAJECTORY: stored.trajectory.csv(),
         EVENTS: stored.events.csv(),
-        MANIFEST: json.dumps(stored.manifest),
+        MANIFEST: dump(dict.fromkeys(NEEDED, "") | stored.manifest),
     }
     (folder / NAME).mkdir(exist_ok=True)
     for file in FILES:
@@ -279,3 +281,24 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
         InputError, match=rf"{file}, line 3, {column}: got '{cell}', expected a dec"
     ):
         certify(NAME, folder=tmp_path)
+
+
+@pytest.mark.parametrize("text", ["{}", '{"title": "another"}'])
+def test_what_no_build_wrote_is_neither_proved_nor_sealed(
+    stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    _write(stored, tmp_path)
+    manifest = tmp_path / NAME / MANIFEST
+    if text == "{}":
+        manifest.write_text(text)
+    else:  # edited, so that its own hash no longer fits
+        manifest.write_text(json.dumps(json.loads(manifest.read_text()) | json.loads(text)))
+    before = manifest.read_text()
+    message = "got no digits, evidence" if text == "{}" else "got changed since it was built"
+    with pytest.raises(InputError, match=f"manifest.json {message}"):
+        record_proof(tmp_path / NAME)
+    monkeypatch.setattr("tt_precise.certify.certificate.prove", None)
+    with pytest.raises(InputError, match=f"manifest.json {message}"):
+        certify(NAME, folder=tmp_path)
+    assert manifest.read_text() == before
+    assert not (tmp_path / NAME / PROOF).exists()

@@ -13,8 +13,12 @@ from tt_precise.errors import InputError
 from tt_precise.files import locked
 from tt_precise.golden import building, store
 from tt_precise.golden.building import REFUSED, RENEWED, REPLACED, UNCHANGED
+from tt_precise.golden.hashes import PROOF, PROOF_KEY
+from tt_precise.golden.manifest import derive
 from tt_precise.golden.runs import LADDER, tasks
+from tt_precise.golden.seal import read_whole
 from tt_precise.golden.store import FILES, MANIFEST, TRAJECTORY
+from tt_precise.golden.table import Table
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small
@@ -154,3 +158,17 @@ def test_cached_runs_come_back_and_damaged_ones_do_not(small: Small) -> None:
     finally:
         path.write_bytes(content)
     assert small.shelf.find(replace(task, bits=168)) is None
+
+
+def test_a_spoiled_proof_is_not_recorded(small: Small) -> None:
+    place = small.folder / "reference"
+    (place / PROOF).write_text("{}")
+    building.build([small.scene], folder=small.folder, workers=1, cache=small.shelf)
+    assert PROOF_KEY not in json.loads((place / MANIFEST).read_text())
+    with pytest.raises(InputError, match=r"proof\.json: spoiled"):
+        read_whole("reference", small.folder)
+
+
+def test_tables_that_claim_nothing_claim_no_digits(small: Small) -> None:
+    nothing = Table(("t", "kx"), (("0", "0"), ("0.01", "")))
+    assert derive(small.scene, nothing, Table(("name", "t", "kx"), ()))["digits"] == 0

@@ -180,3 +180,16 @@ def test_one_way_to_name_golden_data(
     with pytest.raises(InputError, match="no golden data of a scene mytop in elsewhere"):
         tt.check.assert_matches_golden(path, toml, digits=30, folder="elsewhere")
     assert places.locate("reference").folder == store.home()
+
+
+def test_a_spoiled_proof_never_counts_as_the_recorded_one(proved: Path) -> None:
+    """A build records the proof that lies there; a spoiled one has no hash to record."""
+    content = json.loads((proved / proofs.PROOF).read_text())
+    (proved / proofs.PROOF).write_text(json.dumps(content | {"digits": 35}))
+    assert seal.proof_hash(proved) == ""
+    stored = store.read(NAME, proved.parent)
+    for recorded in ("", None):
+        text = manifests.dump(manifests.with_proof(stored.manifest, recorded))
+        (proved / MANIFEST).write_text(text)
+        with pytest.raises(InputError, match=r"proof\.json: spoiled, its own hash does not fit"):
+            seal.read_whole(NAME, proved.parent)

@@ -31,7 +31,7 @@ from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import DIGITS, is_near_zero, scale_of
 from tt_precise.golden.enclosures import LABELS, Enclosures
 from tt_precise.golden.manifest import scene_sha256
-from tt_precise.golden.seal import record_proof
+from tt_precise.golden.seal import record_proof, require_manifest
 from tt_precise.golden.table import Table
 from tt_precise.numerals import NUMBER
 from tt_precise.progress import Progress, silent
@@ -136,11 +136,13 @@ def proved(
     Raises
     ------
     InputError
-        There are no golden data of that name, or a cell of theirs is no number.
+        There are no golden data of that name, a cell of theirs is no number, or their manifest is
+        not one that was built.
     NotProved
         Nothing at all could be proved.
     """
     stored = store.read(scene, folder)
+    require_manifest(stored)
     _require_numbers(stored)
     while True:
         proof = prove(stored.scene, bits, workers=workers, progress=progress)

@@ -168,7 +168,8 @@ def _settle(
     constant = constancies(scene, consensus.trajectory)
     content = manifests.compose(scene, consensus, runs, constant, history)
     # a proof stays in the folder; whether it is one of the new digits, the proof itself says
-    content = manifests.with_proof(content, proof_hash(place / scene.name))
+    # (a spoiled one has no hash to record, and is found when the data are read)
+    content = manifests.with_proof(content, proof_hash(place / scene.name) or None)
     files = {
         SCENE: scene.text,
         TRAJECTORY: consensus.trajectory.csv(),

@@ -14,7 +14,7 @@ from tt_precise.golden.manifest import SCHEMA, SELF_HASH, derive, scene_sha256, 
 from tt_precise.golden.places import Folder, home
 from tt_precise.golden.printed_cells import misprinted
 from tt_precise.golden.runs import columns
-from tt_precise.golden.seal import missing_proof
+from tt_precise.golden.seal import missing_keys, missing_proof
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.scene import Scene, load_scene
@@ -78,8 +78,7 @@ def _problems_of_proof(stored: Stored) -> list[str]:
 
 def _problems_of_manifest(stored: Stored) -> list[str]:
     manifest = stored.manifest
-    needed = {"schema", "scene", "model", "status", "digits", "files", "evidence", SELF_HASH}
-    missing = sorted(needed - manifest.keys())
+    missing = missing_keys(manifest)
     if missing:
         return [f"{MANIFEST}: {', '.join(missing)} missing, expected to be there"]
     stated = {"schema": SCHEMA, "scene": stored.name, "model": stored.scene.model}

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 from tt_precise.golden.consensus import Consensus
-from tt_precise.golden.digits import DIGITS, RULE, column_digits, scale_of
+from tt_precise.golden.digits import RULE, column_digits, scale_of
 from tt_precise.golden.hashes import PROOF_KEY as PROOF_KEY
 from tt_precise.golden.hashes import SELF_HASH as SELF_HASH
 from tt_precise.golden.hashes import dump as dump
@@ -93,7 +93,7 @@ def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Json]:
     ]
     return {
         "t_end": trajectory.column("t")[-1],
-        "digits": min(claimed, default=DIGITS),
+        "digits": min(claimed, default=0),
         "files": files,
         "event_meanings": {
             name: CATALOGUE[name].meaning if name in CATALOGUE else {**TERMINAL, **JOINING}[name]

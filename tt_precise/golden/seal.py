@@ -25,6 +25,9 @@ from tt_precise.golden.hashes import (
 from tt_precise.golden.places import Folder, home
 from tt_precise.golden.proved import PROVED
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
+from tt_precise.untyped import Json
+
+NEEDED = {"schema", "scene", "model", "status", "digits", "files", "evidence", SELF_HASH}
 
 
 def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
@@ -85,9 +88,43 @@ def _broken(stored: Stored) -> tuple[str, ...]:
     return tuple(missing_proof(stored))
 
 
+def missing_keys(manifest: dict[str, Json]) -> list[str]:
+    """What a manifest of golden data has to have, and this one lacks."""
+    return sorted(NEEDED - manifest.keys())
+
+
+def require_manifest(stored: Stored) -> None:
+    """Refuse to prove, or to seal, what no build has written.
+
+    Raises
+    ------
+    InputError
+        The manifest lacks keys, or is not the one that its own hash is of.
+    """
+    manifest, name = stored.manifest, stored.name
+    missing = missing_keys(manifest)
+    if missing:
+        raise InputError(
+            f"{name}: {MANIFEST} got no {', '.join(missing)}, expected what "
+            f"`tt-precise golden build {name}` writes"
+        )
+    if self_hash(manifest) != manifest[SELF_HASH]:
+        raise InputError(
+            f"{name}: {MANIFEST} got changed since it was built; "
+            f"`tt-precise golden verify {name}` says where"
+        )
+
+
 def record_proof(place: Path) -> None:
-    """Write the hash of the proof that lies in a scene's folder into its manifest."""
+    """Write the hash of the proof that lies in a scene's folder into its manifest.
+
+    Raises
+    ------
+    InputError
+        The manifest is not one that was built.
+    """
     stored = store.read(place.name, place.parent)
+    require_manifest(stored)
     text = dump(with_proof(stored.manifest, proof_hash(place)))
     atomic_write(place / MANIFEST, text)
 
@@ -109,12 +146,14 @@ def missing_proof(stored: Stored) -> list[str]:
     """Whether the proof that the manifest records, or the package knows of, is there."""
     recorded = stored.manifest.get(PROOF_KEY)
     found = proof_hash(stored.folder / stored.name)
+    again = f"run `tt-precise golden certify {stored.name}`"
+    if found == "":
+        return [f"{PROOF}: spoiled, its own hash does not fit; {again}"]
     shipped = stored.folder.resolve() == home().resolve() and stored.name in PROVED
     if found is None and (recorded or shipped):
         knows = f"{MANIFEST} records" if recorded else "the package knows of"
         return [f"{PROOF}: missing, but {knows} a proof of these digits"]
     if found != recorded:
-        again = f"run `tt-precise golden certify {stored.name}`"
         return [f"{PROOF}: not the one that {MANIFEST} records; {again}"]
     return []
 
