@@ -129,9 +129,9 @@ def test_times_are_exact_decimals(time: str, text: str | None) -> None:
 
 def test_a_run_without_a_row_agrees_with_nothing(small: Small) -> None:
     newton, other, euler = small.runs
-    none = {"trajectory": Table(euler.trajectory.columns, euler.trajectory.rows[:1])}
-    none["events"] = Table(euler.events.columns, ())
-    silent = replace(euler, status="pole", **none)  # the only row is the pole's own
+    pole = Table(euler.trajectory.columns, euler.trajectory.rows[:1])
+    none = Table(euler.events.columns, ())
+    silent = replace(euler, status="pole", trajectory=pole, events=none)
     consensus = reconcile(small.scene, [newton, other, silent])
     assert consensus.complete
     for columns in consensus.agreements.values():

@@ -385,8 +385,8 @@ def test_what_cannot_be_compared_does_not_pass(small: Small, fresh: list[Run]) -
     def renamed(table: Table) -> Table:
         return Table(tuple(f"{n}_" if n == "theta" else n for n in table.columns), table.rows)
 
-    tables = {"trajectory": renamed(stored.trajectory), "events": renamed(stored.events)}
-    found = judge(replace(stored, **tables), [], fresh)
+    table, happened = renamed(stored.trajectory), renamed(stored.events)
+    found = judge(replace(stored, trajectory=table, events=happened), [], fresh)
     assert found.digits_found is None
     assert found.verdict == "fail"
     for file in (TRAJECTORY, EVENTS):
