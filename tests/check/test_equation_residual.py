@@ -21,6 +21,7 @@ from tt_precise.check.reading import open_source
 from tt_precise.check.samples import CheckSetup
 from tt_precise.engines.job import Friction, job
 from tt_precise.engines.program import COLUMNS
+from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 
 ENGINE = Path(__file__).parents[2] / "examples/engine.py"
@@ -66,6 +67,32 @@ def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Health
     closer = tt.check.conservation(healthy("reference", 81), "reference")["equations"]
     assert closer.verdict == "pass"
     assert "too wide" not in closer.reason
+
+
+def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) -> None:
+    """The last ten rows are of a top that has stopped gliding, at once."""
+    frame = healthy()
+    few = frame.iloc[[0, 1, 2, *range(80, 801, 80)]].copy()
+    few.loc[80:, ["vx", "vy"]] = 0.0
+    result = tt.check.conservation(few[["t", *NewtonState._fields]], "reference")
+    for name in ("equations", "energy_balance"):
+        assert result[name].verdict == "skipped"
+        assert "; 10 of 12 intervals too wide" in result[name].reason
+
+
+@pytest.mark.parametrize("columns", ["vectors", "Euler"])
+@pytest.mark.parametrize("size", [1e-3, 1e6, 1e30])
+def test_a_wrong_first_row_fails_however_wrong_it_is(
+    healthy: Healthy, columns: str, size: float
+) -> None:
+    """Nothing can be followed from it, and it says what the others are measured in."""
+    kinds = {"vectors": ("Ly", NewtonState._fields), "Euler": ("theta_dot", EulerState._fields)}
+    name, kept = kinds[columns]
+    frame = healthy("reference", 801)[["t", *kept]]
+    assert tt.check.conservation(frame, "reference").passed
+    frame.loc[0, name] += size * abs(frame[name]).max()
+    found = tt.check.conservation(frame, "reference")["equations"]
+    assert (found.verdict, "too wide" in found.reason) == ("fail", False)
 
 
 def simulated(change: tuple[str, str]) -> pandas.DataFrame:

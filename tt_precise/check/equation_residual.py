@@ -8,15 +8,16 @@ that the sampling interval does not matter: what is measured is
 |x(t) - x(0) - integral of rates|, in units of the size of x at the start.
 
 What the highest order leaves open is followed from row to row (``shooting``), and the solution's
-end compared with the next row. Where rows lie too far apart even for that, the interval is left out
-and counted. From the sum of the others, the error bounds of the quadrature and the rounding are
-subtracted: a value that remains is the trajectory's own. Rows closer together than the equations
-need are passed over.
+end compared with the next row; the first interval is followed back from its end, too. Where rows
+lie too far apart even for that, the interval is left out and counted. From the sum of the others,
+the error bounds of the quadrature and the rounding are subtracted: a value that remains is the
+trajectory's own. Rows closer together than the equations need are passed over.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,8 +41,10 @@ HORIZON = 100.0  # in sqrt(R/g), over which RESOLVED is shared out; the referenc
 # to the difference before, times MARGIN; where the ratio is no small one, MOST times it.
 MARGIN, MOST = 100.0, 10.0
 WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
+FEWEST_RESOLVED = 0.5  # of the intervals: a few resolved ones do not vouch for all the others
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
 EPS = float(numpy.finfo(float).eps)
+Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
 
 
 @dataclass(frozen=True)
@@ -76,14 +79,18 @@ class EquationResidual:
             self._form = FLIGHT["newton"]
         self._width = 10 if setup.height_given else len(self._form.columns)
         self._time = float(numpy.sqrt(setup.body.R / setup.body.g))
-        q = first.first
-        spin = float(numpy.sqrt(dot(q.state.L, q.state.L))) or 1.0
-        speed = float(setup.body.R * numpy.sqrt(dot(q.omega, q.omega))) or 1.0
-        self._energy_size = float(INTEGRALS["energy"].scale(q)) or 1.0
-        lifted = [float(setup.body.R), speed] if setup.height_given else []
-        self._entry_sizes = [1.0] * 3 + [spin] * 3 + [speed] * 2 + lifted
+        self._begins = float(first.t[0])
+        self._energy_size = float(INTEGRALS["energy"].scale(first.first)) or 1.0
+        self._entry_sizes = self._sizes_at(first.first)
+        spin, speed, *lifted = self._entry_sizes[5], *self._entry_sizes[7:]
         one_axis = [1.0, spin, spin, spin, speed, speed, *lifted]
         self._sizes = self._entry_sizes if setup.columns.azimuth else one_axis
+
+    def _sizes_at(self, q: Motion) -> list[float]:
+        spin = float(numpy.sqrt(dot(q.state.L, q.state.L))) or 1.0
+        speed = float(q.body.R * numpy.sqrt(dot(q.omega, q.omega))) or 1.0
+        lifted = [float(q.body.R), speed] if self.setup.height_given else []
+        return [1.0] * 3 + [spin] * 3 + [speed] * 2 + lifted
 
     def balance(self, samples: Samples) -> Residuals:
         """The balance of every interval of ``samples``; computed once for all checks."""
@@ -185,25 +192,40 @@ class EquationResidual:
         open_ = numpy.flatnonzero(wide & (found.within > 0))
         if not len(open_):
             return found
-        kind = type(samples.state)
+        begun, given = self._at(samples, open_), self._at(samples, open_ + 1)
         sizes = numpy.array(self._entry_sizes)
-        with numpy.errstate(all="ignore"):
-            here = kind(*(entry[open_] for entry in samples.state))
-            start, error, reached = numpy.array(here), steps[open_], steps[open_]
-            for rows, form in rows_under(self.setup.scene, self.setup.body, here):
-                width, rates = len(form.columns), rates_of(form, self.setup.body)
-                spans = steps[open_][rows]
-                shot = follow(rates, start[:width, rows], spans, sizes[:width], WIDEST_BOUND)
-                start[:width, rows], error[rows], reached[rows] = shot
-            there, _ = self._functions(kind(*start), 1)
-            given = kind(*(entry[open_ + 1] for entry in samples.state))
-            mismatch = self._functions(given, 1)[0] - there
+        there, error, reached = self._solved(begun, steps[open_], sizes)
+        mismatch = self._functions(given, 1)[0] - self._functions(there, 1)[0]
+        if open_[0] == 0 and samples.t[0] == self._begins:
+            # no interval before it ends in the first row and would say whether that is one
+            ends = samples.rows(slice(1, 2))
+            own = numpy.minimum(sizes, self._sizes_at(ends.first))
+            before, back, _ = self._solved(ends.state, -steps[:1], own)
+            if back[0] < error[0]:
+                first = self._functions(self._at(samples, slice(0, 1)), 1)[0]
+                mismatch[:, :1], error[0] = self._functions(before, 1)[0] - first, back[0]
         better = error < found.bound[open_]
         chosen, mismatch = open_[better], mismatch[:, better]
         found.state[:, chosen], found.energy[chosen] = mismatch[:-1], mismatch[-1]
         found.bound[chosen], found.energy_bound[chosen] = error[better], error[better]
         found.within[open_] = reached
         return found
+
+    @staticmethod
+    def _at(samples: Samples, rows: Array | slice) -> State:
+        return type(samples.state)(*(entry[rows] for entry in samples.state))
+
+    def _solved(self, here: State, spans: Array, sizes: Array) -> tuple[State, Array, Array]:
+        """The solutions through rows after their spans (s, all of one sign); see ``Followed``."""
+        end, error, reached = numpy.array(here), abs(spans), abs(spans)
+        with numpy.errstate(all="ignore"):
+            for rows, form in rows_under(self.setup.scene, self.setup.body, here):
+                width, rates = len(form.columns), rates_of(form, self.setup.body)
+                turned = rates if spans[0] > 0 else _backwards(rates)
+                begun, lengths = end[:width, rows], abs(spans[rows])
+                shot = follow(turned, begun, lengths, sizes[:width], WIDEST_BOUND)
+                end[:width, rows], error[rows], reached[rows] = shot
+        return type(here)(*end), error, reached
 
     def _intervals(
         self, samples: Samples, chosen: numpy.ndarray, order: int
@@ -242,6 +264,10 @@ class EquationResidual:
         q_rows = Motion(self.setup.body, state, numpy, self.setup.scene.model)
         values.append(quantities.E(q_rows) / self._energy_size)
         return numpy.array(values), numpy.array([*slopes, power])
+
+
+def _backwards(rates: Rates) -> Rates:
+    return lambda entries: [-rate for rate in rates(entries)]
 
 
 def _without_azimuth(state: Any, balanced: tuple[Scalar, ...]) -> tuple[Scalar, ...]:
@@ -290,8 +316,13 @@ class SummedResidual:
 
     @property
     def error_bound(self) -> float:
-        """Largest error that would go unnoticed, in the units of the value."""
-        return self._bound if self.unresolved < self.intervals else numpy.inf
+        """Largest error that would go unnoticed, in the units of the value.
+
+        Infinite where too many intervals were left out.
+        """
+        resolved = self.intervals - self.unresolved
+        enough = resolved > 0 and resolved >= FEWEST_RESOLVED * self.intervals
+        return self._bound if enough else numpy.inf
 
     @property
     def note(self) -> str:
