@@ -158,6 +158,11 @@ def test_limits_are_checked(healthy: Healthy) -> None:
         tt.check.conservation(healthy(), "reference", limits={"jellett": numpy.nan})
 
 
+def test_a_limit_of_a_check_that_the_scene_has_not_fails(healthy: Healthy) -> None:
+    with pytest.raises(AssertionError, match=r"fall: a limit was given, but .* of flight only"):
+        tt.check.assert_conserves(healthy(), "reference", fall=1e-6)
+
+
 def test_the_callers_table_is_left_alone(healthy: Healthy) -> None:
     frame = healthy()
     before = frame.copy()

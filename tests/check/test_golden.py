@@ -189,6 +189,21 @@ def test_what_was_not_seen_is_not_vouched_for(
         tt.check.assert_matches_golden(spoil(healthy()), "reference", digits=8)
 
 
+def test_rows_that_were_not_compared_are_counted(healthy: Healthy) -> None:
+    """Golden data end at 8 s; what else stands there, the note says."""
+    frame = healthy()
+    noise = numpy.random.default_rng(1).standard_normal((80, frame.shape[1]))
+    beyond = pandas.DataFrame(noise, columns=frame.columns)
+    beyond["t"] = 8.01 + 0.01 * numpy.arange(80)
+    longer = pandas.concat([frame, beyond], ignore_index=True)
+    found = tt.check.assert_matches_golden(longer, "reference", digits=8)["golden"]
+    assert found.reason == (
+        "801 rows compared with golden data; 80 of 880 rows after the start were not"
+    )
+    whole = tt.check.assert_matches_golden(frame, "reference", digits=8)["golden"]
+    assert whole.reason == "801 rows compared with golden data"
+
+
 def test_random_numbers_at_other_times_do_not_pass(healthy: Healthy) -> None:
     frame = healthy()
     noise = numpy.random.default_rng(1).standard_normal(frame.shape)

@@ -21,6 +21,7 @@ TESTS = """
     def test_healthy(assert_conserves, assert_matches_golden, frame):
         assert assert_conserves(frame, "reference", jellett=1e-13).verdict == "pass"
         assert_matches_golden({path!r}, "reference", digits=8)
+        assert_conserves(frame, "reference", limits=None)
 
     def test_broken(assert_conserves, frame):
         frame.loc[400:, "Lz"] *= 1 + 1e-4

@@ -56,11 +56,13 @@ def assert_conserves(
         folder=folder,
     )
     lines = [finding.sentence() for finding in result.failures]
-    lines += [
-        f"{name}: a limit was given, but the check was skipped: {result[name].reason}"
-        for name in demanded
-        if result[name].verdict == "skipped"
-    ]
+    found = {finding.name: finding for finding in result.checks}
+    for name in demanded:
+        if name not in found:
+            lines.append(f"{name}: a limit was given, but the check is of flight only")
+        elif found[name].verdict == "skipped":
+            reason = found[name].reason
+            lines.append(f"{name}: a limit was given, but the check was skipped: {reason}")
     if lines:
         raise AssertionError("\n  ".join([_of(result), *map(one_line, lines)]))
     return result

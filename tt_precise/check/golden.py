@@ -141,6 +141,9 @@ class GoldenDistance:
             self._take(found)
             notes.append(note)
             self._evidence.compared -= int((~found.compared).sum()) * self._stride
+        left_out = self._evidence.rows - self._evidence.compared
+        if notes and left_out:
+            notes.append(f"{left_out} of {self._evidence.rows} rows after the start were not")
         lacking = self._absent or "no row at a time of the golden data"
         if self._fewest.rows:
             lacking = broken or self._evidence.lacking(*self._reach(until))

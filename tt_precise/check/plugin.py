@@ -42,7 +42,7 @@ def assert_conserves(request: pytest.FixtureRequest) -> Callable[..., Result]:
 
     def checked(trajectory: object, scene: str | Path | Scene, **keywords: Any) -> Result:
         __tracebackhide__ = True
-        keywords["limits"] = {**keywords.get("limits", {}), **given}
+        keywords["limits"] = {**(keywords.get("limits") or {}), **given}
         keywords |= {name: value for name, value in given.items() if name in keywords}
         return check(trajectory, scene, **keywords)
 
