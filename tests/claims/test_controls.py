@@ -1,11 +1,12 @@
 """Every claim has a control: made false, it comes to another verdict."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from tt_precise.claims import claims, judge
+from tt_precise.claims import claims, evidence, judge
 
 LISTED = Path(__file__).with_name("ids.txt").read_text("ascii").split()
 
@@ -37,3 +38,23 @@ def test_control_changes_the_verdict(one: str) -> None:
         assert found.verdict == "untestable", f"{one} can be tested, so it needs a control"
     else:
         assert judge(one, **control).verdict != found.verdict
+
+
+@pytest.mark.parametrize(
+    ("id", "changes"),
+    [
+        ("TH-15", {"scene": evidence.variant(phi_dot="-300")}),  # leaves the table
+        ("SWP-02", {"beyond": "300"}),  # no start is there
+    ],
+)
+def test_what_nothing_shows_does_not_hold(id: str, changes: dict[str, Any]) -> None:
+    assert judge(id, **changes).verdict == "refuted"
+
+
+def test_contact_in_a_run_that_failed_is_not_contact_all_the_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = evidence.variant(until="0.3")
+    assert judge("QUAL-15", scene=scene).verdict == "reproduced"
+    monkeypatch.setattr(evidence, "trajectory", lambda _: SimpleNamespace(status="failed"))
+    assert judge("QUAL-15", scene=scene).verdict == "refuted"

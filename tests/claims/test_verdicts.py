@@ -163,3 +163,8 @@ def test_settled_values_show_the_digits_they_have() -> None:
 def test_a_finding_keeps_its_proof() -> None:
     found: Finding = judged(TRUE, NOTE, proved=True)
     assert found.proved
+
+
+def test_a_claim_of_no_parts_is_none() -> None:
+    with pytest.raises(ValueError, match="got none, expected one or more"):
+        all_of({}, NOTE)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 
 import pandas
 import pytest
 
-from tt_precise.claims import Judgement, counts
+from tt_precise.claims import Judgement, counts, judge
 from tt_precise.claims.committed import committed
 from tt_precise.errors import InputError
-from tt_precise.report.document import Claims, PageTable, Section, Text
+from tt_precise.report import build
+from tt_precise.report.document import Card, Claims, PageTable, Section, Text
 from tt_precise.report.sections import claims, overview, thresholds
 from tt_precise.report.sections.measured import jellett_alone
 from tt_precise.report.sections.overview import verdict
@@ -96,3 +98,30 @@ def test_what_lambda_alone_would_show() -> None:
     assert "of 3 terms" in sentence
     assert "alone shows 1 at" in sentence
     assert "together show 2." in sentence
+
+
+def test_what_the_card_says_of_the_paper_s_time_follows_from_the_verdict() -> None:
+    shown = overview.SHOWN["NUM-05"]
+    headlines = overview.Headlines([Card("end of the climb", "7.8 s", shown, "")], None, {})
+    for printed, good, said in (
+        ("7.87", False, "of the three definitions tried, none gives the paper's time"),
+        ("7.83", None, "of the three definitions tried, not all give the paper's time"),
+    ):
+        (card,) = overview.overview([judge("NUM-05", printed=printed)], headlines).cards
+        assert (card.good, card.comment) == (good, said)
+
+
+def test_the_commit_is_that_of_the_package_itself(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Not that of a repository in which the package happens to be installed."""
+    subprocess.run(["git", "-C", tmp_path, "init", "-q"], check=True)
+    identity = ["-c", "user.name=a", "-c", "user.email=a@b.c"]
+    empty = ["commit", "-q", "--allow-empty", "-m", "Begun"]
+    subprocess.run(["git", "-C", tmp_path, *identity, *empty], check=True)
+    inside = tmp_path / "site-packages" / "tt_precise" / "report" / "build.py"
+    monkeypatch.setattr(build, "__file__", str(inside))
+    inside.parent.mkdir(parents=True)
+    assert build.commit().startswith("none, version ")
+    monkeypatch.setattr(build, "__file__", str(tmp_path / "tt_precise" / "report" / "build.py"))
+    assert len(build.commit()) in range(7, 13)

@@ -180,6 +180,8 @@ def judged(check: Check, note: str, *, proved: bool = False) -> Finding:
 
 def all_of(checks: Mapping[str, Check], note: str, *, proved: bool = False) -> Finding:
     """A claim of several parts: refuted if one fails, and the note says which."""
+    if not checks:
+        raise ValueError("claim of several parts: got none, expected one or more")
     failed = [name for name, check in checks.items() if not check.holds]
     if failed and len(failed) < len(checks):
         note = f"{note} What fails: {'; '.join(failed)}."

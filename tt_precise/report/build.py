@@ -71,13 +71,17 @@ def commit() -> str:
                 ["git", "-C", str(checkout), *words], capture_output=True, text=True, check=True
             ).stdout.strip()
             for words in (
+                ["rev-parse", "--show-toplevel"],
                 ["rev-parse", "--short", "HEAD"],
                 ["status", "--porcelain", "--untracked-files=no", "--", "tt_precise"],
             )
         ]
     except (OSError, subprocess.CalledProcessError):
+        done = [""]
+    # an installed package may lie in somebody else's repository
+    if not done[0] or Path(done[0]).resolve() != checkout.resolve():
         return f"none, version {metadata.version('tt-precise')}"
-    return done[0] + ("+" if done[1] else "")
+    return done[1] + ("+" if done[2] else "")
 
 
 def write(report: Report, folder: Path) -> list[Path]:

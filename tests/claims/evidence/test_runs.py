@@ -1,6 +1,7 @@
 """Shared computations: variants of scenes, settled values, the past, the paper's own way."""
 
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
@@ -69,3 +70,24 @@ def test_the_own_way_is_close_and_its_errors_are_seen() -> None:
     own = paper_odeint(SHORT)
     assert 1e-13 < own.jellett_drift < 1e-9
     assert 1e-12 < state_errors(SHORT)["theta"] < 1e-6
+
+
+def test_double_does_not_confirm_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing else takes milliseconds: the least value has the digits of double, not 20."""
+    monkeypatch.setattr("tt_precise.claims.evidence.runs.rough", lambda: "double")
+    assert 8 < evidence.least("g_n", SHORT).digits < 18
+
+
+def test_a_past_that_was_given_up_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scipy import integrate as scipy_integrate
+
+    whole = scipy_integrate.solve_ivp
+
+    def given_up(*arguments: Any, **keywords: Any) -> Any:
+        found = whole(*arguments, **keywords)
+        found.status = -1
+        return found
+
+    monkeypatch.setattr(scipy_integrate, "solve_ivp", given_up)
+    with pytest.raises(ArithmeticError, match="gave up"):
+        past(evidence.variant(until="0.31"))

@@ -55,6 +55,8 @@ def past(scene: evidence.SceneLike = "reference", tolerance: float = TOLERANCE) 
         rates, (0, -HORIZON), begin, method="DOP853", rtol=tolerance, atol=tolerance / 100,
         events=carried,
     )  # fmt: skip
+    if found.status < 0:
+        raise ArithmeticError(f"the past of {scene}: SciPy's DOP853 gave up: {found.message}")
     first, last = (
         Motion(body, NewtonState(*found.y[:, column].tolist()), math) for column in (0, -1)
     )

@@ -119,7 +119,10 @@ def zeros(name: str, scene: SceneLike = "reference", precision: str = "double") 
 
 def least(name: str, scene: SceneLike = "reference") -> Settled:
     """The smallest value of a quantity over a whole run, with the digits double confirms."""
-    found = [turning_values(name, scene, one)["value"].min() for one in (rough(), "double")]
+    finer = rough()
+    if finer == "double":  # which would confirm itself to any digit
+        finer = FINE if is_available(FINE) else WHERE_MISSING
+    found = [turning_values(name, scene, one)["value"].min() for one in (finer, "double")]
     return Settled.of(*found)
 
 

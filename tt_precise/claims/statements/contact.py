@@ -21,7 +21,7 @@ def normal_force_stays_positive(scene: evidence.SceneLike = "reference") -> Find
     least = evidence.least("g_n", scene)
     ended = evidence.trajectory(scene).status
     check = statement(
-        ended != "contact_lost" and least.value > 0,
+        ended == "complete" and least.value > 0,
         printed="g_n > 0",
         measured=f"least g_n {measured_text(least)} N, {ended}",
     )

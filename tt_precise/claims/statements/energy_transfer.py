@@ -48,7 +48,8 @@ def parts_of_the_energy(parts: tuple[str, ...] = PARTS, scene: SceneLike = "refe
             "monotony": statement(
                 rise == 0 and turns == 0,
                 printed="monotonically decreasing",
-                measured=f"falls by {decimal(fall, 12)} J, and never rises",
+                measured=f"falls by {decimal(fall, 12)} J, and "
+                + (f"rises by {decimal(rise, 3)} J" if rise else "never rises"),
             ),
         },
         "The work of friction comes from the contact force alone, so that it does not know the "
@@ -120,8 +121,7 @@ def invisible_oscillations(name: str = "", scene: SceneLike = "reference") -> Fi
     "FIG-04",
     quote="E_trans ... goes to zero as TT inverts",
     where=SECTION,
-    definition="E_trans at 8 s against E_trans(0); and the largest local maximum of each quarter "
-    "second from the ending time on",
+    definition="E_trans at 8 s against E_trans(0); goes to zero: below 1 % of it",
     control={"name": "E_pot"},
 )
 def translational_energy_vanishes(name: str = "E_trans", scene: SceneLike = "reference") -> Finding:

@@ -186,7 +186,7 @@ def minima_in_the_climb(
     return all_of(
         {
             "in every nutation": statement(
-                above == len(spans),
+                above == len(spans) and len(spans) > 0,
                 printed=f"minima of {higher} above those of {lower}",
                 measured=f"in {above} of {len(spans)} nutations of the climb",
             )

@@ -76,12 +76,13 @@ def monotony_of_D(name: str = "D", scene: SceneLike = "reference") -> Finding:
     values = series.extrema(name, scene)[1]
     fall = float(values[0] - values[-1])
     rises = [float(b - a) for a, b in pairwise(values) if b > a]
+    largest = max(rises, default=0.0)
     return readings(
         {
             "no rise that a graph shows": statement(
-                max(rises) < 0.01 * fall,
+                largest < 0.01 * fall,
                 printed="almost monotonously decreasing",
-                measured=f"largest rise {100 * max(rises) / fall:.2f} % of the fall",
+                measured=f"largest rise {100 * largest / fall:.2f} % of the fall",
             ),
             "all rises together": statement(
                 sum(rises) < 0.01 * fall,

@@ -44,7 +44,7 @@ def small_perturbations(share: str = "0.01", scene: SceneLike = "reference") -> 
     starts = list(_perturbed(Fraction(share), scene))
     runs = [integrate(start, events=NEEDED) for start in starts]
     peaks = [_peaks(run) for run in runs]
-    singular = [pair for pair in peaks if pair and min(pair) > SINGULAR]
+    singular = [pair for pair in peaks if pair and all(one > SINGULAR for one in pair)]
     least = min((min(pair) for pair in singular), default=0.0)
     begins = [float(run.inversion.A.t_init) for run, pair in zip(runs, peaks, strict=True) if pair]
     spread = f"{decimal(min(begins), 3)} to {decimal(max(begins), 3)} s" if begins else "none"

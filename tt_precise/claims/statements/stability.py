@@ -256,7 +256,7 @@ def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200
     return readings(
         {
             "sufficient, for solutions with g_n > 0": statement(
-                all(map(_inverts, on_table)),
+                bool(on_table) and all(map(_inverts, on_table)),
                 printed=both,
                 measured="theta(40 s) = "
                 + ", ".join(decimal(run.state.theta, 6) for run in on_table)

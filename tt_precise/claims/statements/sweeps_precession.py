@@ -48,7 +48,7 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
     rising = coarse[(coarse["phi_dot"] >= 0) & (coarse["phi_dot"] <= float(printed))]
     checks = {}
     for one in DEFINITIONS:
-        steps = rising[f"t_init_{one}"].diff().dropna()
+        steps = rising[f"t_init_{one}"].diff().iloc[1:]
         checks[f"t_init_{one} falls"] = statement(
             bool((steps < 0).all()),
             printed="falls",
@@ -75,7 +75,7 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
         rows = rows[rows["phi_dot"] > float(beyond)]
         none = int((rows[f"t_init_{one}"] == 0).sum())
         return statement(
-            none == len(rows),
+            none == len(rows) and len(rows) > 0,
             printed="no synchronisation",
             measured=f"{none} of {len(rows)} starts",
         )
@@ -100,7 +100,7 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     def check(end: str) -> Check:
         some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
         return statement(
-            bool((some.diff().dropna() < 0).all()),
+            bool((some.diff().iloc[1:] < 0).all()),
             printed="falls",
             measured=f"from {number(some.iloc[0])} s to {number(some.iloc[-1])} s at {end} rad/s",
         )
@@ -126,7 +126,7 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
     def check(start: str, contact: str) -> Check:
         rows = starts("phi_dot", contact)
         rows = rows[rows["phi_dot"] <= float(start)].iloc[::-1]
-        steps = rows["t_init_A"].diff().dropna()
+        steps = rows["t_init_A"].diff().iloc[1:]
         return statement(
             bool((steps < 0).all()),
             printed="falls",

@@ -27,6 +27,7 @@ def times_by_precession() -> Figure:
     names = ("phi_dot", "phi_dot near the peak", "phi_dot near the end")
     rows, lost = _rows(names, "phi_dot")
     peak = rows.sort_values("t_init_A", na_position="first").iloc[-1]
+    last = rows["phi_dot"][rows["t_init_A"] > 0].max()
     with style.panels([1.9, 1.9, 1.9]) as (drawing, axes):
         _draw(axes, rows, "phi_dot", lost)
         axes[-1].set_xlabel(r"$\dot\varphi(0)$ (rad/s)")
@@ -36,7 +37,7 @@ def times_by_precession() -> Figure:
             caption=f"{len(rows)} starts that differ from the reference start in phi_dot(0) alone. "
             f"Bears on SWP-01 to SWP-07, NUM-18, NUM-19: t_init is largest, "
             f"{peak['t_init_A']:.2f} s, at {peak['phi_dot']:.2f} rad/s, not at 0, and vanishes "
-            f"beyond 83.1 rad/s. Shaded: {LOST} (g_n reaches 0), shown as the "
+            f"beyond {last:.1f} rad/s. Shaded: {LOST} (g_n reaches 0), shown as the "
             "paper's equations go on with g_n < 0; no top does.",
             alt="Three panels against phi_dot(0) from -200 to 200 rad/s: the initiation time has a "
             "sharp peak just below zero and vanishes beyond 83; ending time and climbing time in "

@@ -38,7 +38,8 @@ def section() -> Section:
             "largest |k.k - 1|", "error of the state at 8 s",
         ),
         rows,
-        "Reference scene, 0 to 8 s, Newton form; drifts relative, largest over 801 samples; "
+        "Reference scene, 0 to 8 s, Newton form; drifts relative, largest over "
+        f"{len(trajectory.sample_times)} samples; "
         "error: largest of k, L, v in units of 1, m R sqrt(gR), sqrt(gR) against the finest run.",
     )  # fmt: skip
     return Section(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from tt_precise import golden
 from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.figures import golden_scenes
@@ -27,7 +29,7 @@ def section() -> Section:
                 manifest["t_end"][:12],
                 str(manifest["files"]["trajectory.csv"]["rows"]),
                 str(manifest["digits"]),
-                f"{min(agreed):.0f}" if agreed else "all",
+                str(math.floor(min(agreed))) if agreed else "all",
             )
         )
         results[name] = {"digits": manifest["digits"], "status": manifest["status"]}

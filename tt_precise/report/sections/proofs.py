@@ -150,7 +150,7 @@ def _times(scene: str, inversion: dict[str, Json]) -> list[tuple[str, ...]]:
         ends = inversion.get(definition, {})
         balls = [ends.get(which) for which in ("t_init", "t_end")]
         if any(balls):
-            digits = [_digits(ball) for ball in balls if ball and float(ball["radius"])]
+            digits = [_digits(ball) for ball in balls if ball and Decimal(ball["radius"])]
             fewest = str(min(digits)) if digits else "exact"
             rows.append((scene, definition, *map(_shown, balls), fewest))
     return rows
