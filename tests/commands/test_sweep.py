@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tt_precise.cli import main
+from tt_precise.sweep import spot_check
 
 GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--recheck", "0"]
 
@@ -75,3 +76,26 @@ def test_refusals_are_one_line(
     error = capsys.readouterr().err
     assert printed in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("json_too", [[], ["--json"]])
+@pytest.mark.parametrize(
+    ("again", "message"),
+    [
+        ({"outcome": "inverts"}, "1 other_outcome\n"),
+        ({"t_init_A": 0.5}, "1 only_in_one\n"),
+        ({}, ""),
+    ],
+)
+def test_a_row_that_the_spot_check_contradicts_is_no_success(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+    again: dict[str, object], message: str, json_too: list[str],
+) -> None:  # fmt: skip
+    right = spot_check.recomputed
+    monkeypatch.setattr(
+        spot_check, "recomputed", lambda scene, record: {**right(scene, record), **again}
+    )
+    asked = ["--until", "0.1", "--vary", "phi_dot=90", "--workers", "1", "--recheck", "1"]
+    assert main(["sweep", "reference", *asked, *json_too]) == (1 if message else 0)
+    expected = f"tt-precise: THE SPOT CHECK CONTRADICTS ROWS OF THE SWEEP: {message}"
+    assert capsys.readouterr().err == (expected if message else "")

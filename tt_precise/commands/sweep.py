@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tt_precise.sweep import Specification
 
 SOME_FAILED = 1
+CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")  # of the spot check, in the summary
 LARGEST_SEED = 2**64 - 1
 SAID_IN_FILE = ("vary", "box", "samples", "sampler", "seed", "until", "record", "contact")
 
@@ -99,7 +100,8 @@ def run(
 ) -> int:
     """Integrate SCENE from many starts: a shipped name, a scene, or a TOML file of a sweep.
 
-    Exit status 1 if rows are missing, because their chunk failed again and again.
+    Exit status 1 if rows are missing, because their chunk failed again and again, or if the spot
+    check contradicts a row: another outcome, a time in one of the two only, or no result.
     """
     from tt_precise.sweep import specification
     from tt_precise.sweep.run import sweep
@@ -143,7 +145,12 @@ def run(
         click.echo(json.dumps(swept.summary, indent=2))
     else:
         say(lines(dict(swept.summary)))
-    return SOME_FAILED if swept.summary["quarantined"] else 0
+    recheck = swept.summary["recheck"]
+    contradicted = [name for name in CONTRADICTIONS if recheck[name]]
+    if contradicted:
+        counts = ", ".join(f"{len(recheck[name])} {name}" for name in contradicted)
+        click.echo(f"tt-precise: THE SPOT CHECK CONTRADICTS ROWS OF THE SWEEP: {counts}", err=True)
+    return SOME_FAILED if swept.summary["quarantined"] or contradicted else 0
 
 
 @command.command("plot", short_help="Draw the rows of a sweep.")
