@@ -145,10 +145,10 @@ def run(
         click.echo(json.dumps(swept.summary, indent=2))
     else:
         say(lines(dict(swept.summary)))
-    recheck = swept.summary["recheck"]
-    contradicted = [name for name in CONTRADICTIONS if recheck[name]]
+    checked = swept.summary["recheck"]
+    contradicted = [name for name in CONTRADICTIONS if checked[name]]
     if contradicted:
-        counts = ", ".join(f"{len(recheck[name])} {name}" for name in contradicted)
+        counts = ", ".join(f"{len(checked[name])} {name}" for name in contradicted)
         click.echo(f"tt-precise: THE SPOT CHECK CONTRADICTS ROWS OF THE SWEEP: {counts}", err=True)
     return SOME_FAILED if swept.summary["quarantined"] or contradicted else 0
 
