@@ -8,7 +8,9 @@ from typing import Any
 import numpy
 import pytest
 
+import tt_precise as tt
 from tt_precise import golden
+from tt_precise.golden.events import events_table
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.event_errors import _beside
 from tt_precise.scene import Scene
@@ -155,3 +157,16 @@ def test_digits_hold_in_the_events_of_several_doubles_too(reference: Scene) -> N
     in_events = run.event_errors()["digits"].min()
     assert run._pair.digits.min() > in_events + 3
     assert run.digits_throughout == in_events
+
+
+def test_a_double_root_that_does_not_converge_says_how_far_it_is_off() -> None:
+    """At the cusps of a top on ice phi_dot only touches zero; the extrema of theta cross it."""
+    names = ("phi_dot_zero", "theta_max")
+    scene = tt.load_scene("rolling").varied(until="0.07")
+    run = tt.integrate(scene, "triple-double", events=names)
+    found = run.event_errors()
+    digits = {name: found.digits[found.name == name] for name in names}
+    assert len(digits["phi_dot_zero"])
+    assert digits["phi_dot_zero"].max() < 16
+    assert digits["theta_max"].min() > 40
+    assert [row[0] for row in events_table(run, ("t", "kx")).rows] == ["theta_max"] * 2
