@@ -189,6 +189,14 @@ def test_what_was_not_seen_is_not_vouched_for(
         tt.check.assert_matches_golden(spoil(healthy()), "reference", digits=8)
 
 
+def test_a_blow_up_is_no_lack_of_digits(healthy: Healthy) -> None:
+    frame = healthy()
+    frame.loc[799:, "Lx"] = numpy.nan
+    with pytest.raises(AssertionError, match="the rows end at Lx = nan in row 799") as failed:
+        tt.check.assert_matches_golden(frame, "reference", digits=8)
+    assert "correct digits:" not in str(failed.value)
+
+
 def test_rows_that_were_not_compared_are_counted(healthy: Healthy) -> None:
     """Golden data end at 8 s; what else stands there, the note says."""
     frame = healthy()

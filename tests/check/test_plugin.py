@@ -78,6 +78,10 @@ def test_the_command_line_wins(project: pytest.Pytester) -> None:
         "--tt-limit", "nonsense=1", "-k", "healthy", "-p", "no:cacheprovider"
     )
     wrong.assert_outcomes(errors=0, failed=1)
+    no_number = project.runpytest_inprocess(
+        "--tt-limit", "jellett=small", "-k", "healthy", "-p", "no:cacheprovider"
+    )
+    assert "--tt-limit: got 'jellett=small', expected NAME=VALUE" in no_number.stdout.str()
 
 
 def test_the_plugin_imports_nothing_until_it_is_used(tmp_path: Path) -> None:

@@ -108,10 +108,10 @@ def assert_matches_golden(
     if golden.verdict != "pass":
         few = {name: found for name, found in golden.parts.items() if found < digits}
         listed = ", ".join(f"{name} {found:.1f}" for name, found in few.items())
-        raise AssertionError(
-            f"{_of(result)}\n  {one_line(golden.sentence())}\n"
-            f"  correct digits: {listed}\n  over time: {golden.history or 'nothing to compare'}"
-        )
+        lines = [_of(result), one_line(golden.sentence())]
+        lines += [f"correct digits: {listed}"] if few else []
+        lines.append(f"over time: {golden.history or 'nothing to compare'}")
+        raise AssertionError("\n  ".join(lines))
     return result
 
 

@@ -46,8 +46,10 @@ def finite(what: str, value: object) -> float:
     return number
 
 
-def read_limits(texts: Iterable[str]) -> dict[str, float]:
+def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, float]:
     """Limits by name from NAME=VALUE, or from VALUE for all others that have the default 1e-6.
+
+    ``option`` is where they were given.
 
     Raises
     ------
@@ -60,10 +62,10 @@ def read_limits(texts: Iterable[str]) -> dict[str, float]:
         try:
             number = float(value)
         except ValueError:
-            raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE") from None
+            raise InputError(f"{option}: got {text!r}, expected NAME=VALUE or VALUE") from None
         name = name.strip()
         if name in found or (equals and not name):
-            raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE, each once")
+            raise InputError(f"{option}: got {text!r}, expected NAME=VALUE or VALUE, each once")
         found[name] = number
     usual = found.pop("", None)
     if usual is None:

@@ -38,7 +38,7 @@ def assert_conserves(request: pytest.FixtureRequest) -> Callable[..., Result]:
     from tt_precise.check.assertions import assert_conserves as check
     from tt_precise.check.limits import read_limits
 
-    given = read_limits(request.config.getoption("--tt-limit"))
+    given = read_limits(request.config.getoption("--tt-limit"), "--tt-limit")
 
     def checked(trajectory: object, scene: str | Path | Scene, **keywords: Any) -> Result:
         __tracebackhide__ = True
