@@ -141,3 +141,10 @@ def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
     assert at_once.inversion.A.t_init == pytest.approx(1.486, abs=1e-3)
     assert at_once.inversion.A.t_end == pytest.approx(5.834, abs=1e-3)
     assert integrate(scene, **setup).inversion == at_once.inversion
+
+
+def test_minima_above_the_equator_are_no_perigees() -> None:
+    """A top that starts beyond pi/2 and first comes down to it."""
+    before = [(-1, 2.0, -5), *(turn for turn in MINIMA if turn[2] > 0)]
+    found = from_marks(replace(MARKS, minima=turns(before)), math.pi)
+    assert found.A.t_init == 0

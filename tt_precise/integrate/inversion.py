@@ -118,15 +118,17 @@ def from_marks(marks: Marks, pi: Scalar) -> InversionTimes:
     reversal = marks.phi_dot_zero
     return InversionTimes(
         climb,
-        Climb(_perigee(marks.minima, climb), _apogee(marks.maxima, climb, pi)),
+        Climb(_perigee(marks.minima, climb, pi), _apogee(marks.maxima, climb, pi)),
         Climb(_last_before(marks.aligned, climb), _first_after(marks.opposed, climb)),
         Climb(_last_before(reversal, climb), _first_after(reversal, climb)),
     )
 
 
-def _perigee(minima: Turns, climb: Scalar) -> Scalar:
+def _perigee(minima: Turns, climb: Scalar, pi: Scalar) -> Scalar:
     following = None
     for i in reversed(range(bisect.bisect_left(minima.t, climb))):
+        if minima.theta[i] > pi / 2:
+            continue
         b = minima.theta[i] if minima.phi_dot[i] > 0 else -minima.theta[i]
         if b < 0:
             return None if following is None else _line_zero((minima.t[i], b), following)

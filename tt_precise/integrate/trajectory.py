@@ -374,7 +374,7 @@ class Trajectory(Estimated):
         Integrates again, in the same set-up, if it lacks the events.
         """
         complete = set(NEEDED) <= set(self.setup.events)
-        run = self if complete else self.again(events=NEEDED, record=())
+        run = self if complete else self.again(events=NEEDED, record=(), paired=False)
         double = self.precision.name == "double"
         return from_events(
             run.event_table(("theta", "phi_dot"), at=("theta_min", "theta_max")),

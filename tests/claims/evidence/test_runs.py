@@ -91,3 +91,18 @@ def test_a_past_that_was_given_up_is_none(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(scipy_integrate, "solve_ivp", given_up)
     with pytest.raises(ArithmeticError, match="gave up"):
         past(evidence.variant(until="0.31"))
+
+
+def test_an_odeint_that_gave_up_is_no_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scipy import integrate as scipy_integrate
+
+    whole = scipy_integrate.odeint
+
+    def given_up(*arguments: Any, **keywords: Any) -> Any:
+        rows, _ = whole(*arguments, **{**keywords, "full_output": True})
+        told = {"message": "Excess work done on this call."}
+        return (rows, told) if keywords.get("full_output") else rows
+
+    monkeypatch.setattr(scipy_integrate, "odeint", given_up)
+    with pytest.raises(ArithmeticError, match="up: Excess work"):
+        paper_odeint(evidence.variant(until="0.05"))

@@ -41,7 +41,11 @@ def paper_odeint(scene: evidence.SceneLike = "reference", every: str = "0.01") -
     begin = [loaded.start.theta.radians(math, float)]
     begin += [float(getattr(loaded.start, name)) for name in EulerState._fields[1:]]
     times = numpy.array([float(t) for t in loaded.sample_times])
-    rows = odeint(lambda y, _: euler.rates(body, EulerState(*y), math), begin, times)
+    rows, told = odeint(
+        lambda y, _: euler.rates(body, EulerState(*y), math), begin, times, full_output=True
+    )
+    if told["message"] != "Integration successful.":
+        raise ArithmeticError(f"odeint gave {scene} up: {told['message']}")
     state = EulerState(*rows.T)
     return OdeintRun(times, state, euler.jellett(body, state, numpy))
 
