@@ -45,6 +45,7 @@ def test_control_changes_the_verdict(one: str) -> None:
     [
         ("TH-15", {"scene": evidence.variant(phi_dot="-300")}),  # leaves the table
         ("SWP-02", {"beyond": "300"}),  # no start is there
+        ("SWP-22", {"limit": "-300"}),
     ],
 )
 def test_what_nothing_shows_does_not_hold(id: str, changes: dict[str, Any]) -> None:

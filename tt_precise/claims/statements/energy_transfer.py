@@ -80,7 +80,7 @@ def potential_energy_increases(name: str = "E_pot", scene: SceneLike = "referenc
                 measured=f"from {decimal(first, 6)} to {decimal(last, 6)} J",
             ),
             "in the climb, averaged over each nutation": statement(
-                falling == 0,
+                falling == 0 and len(averages) > 1,
                 printed="increases",
                 measured=f"falls {falling} of {len(averages) - 1} times",
             ),

@@ -186,7 +186,7 @@ def minima_in_the_climb(
     return all_of(
         {
             "in every nutation": statement(
-                above == len(spans) and len(spans) > 0,
+                0 < above == len(spans),
                 printed=f"minima of {higher} above those of {lower}",
                 measured=f"in {above} of {len(spans)} nutations of the climb",
             )
@@ -282,7 +282,7 @@ def crossing_from_above(printed: str = "7.86", scene: SceneLike = "reference") -
         {
             "time": about(printed, last, "s"),
             "minima of nu_y": statement(
-                lower == len(spans) and len(spans) > 0,
+                0 < lower == len(spans),
                 printed="lower than those of nu_x",
                 measured=f"in {lower} of {len(spans)} nutations from there to {LATER} s",
             ),

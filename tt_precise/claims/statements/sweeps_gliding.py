@@ -90,7 +90,7 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
     def check(rows: pandas.DataFrame) -> Check:
         count = int((rows["outcome"] == "inverts").sum())
         return statement(
-            count == len(rows), printed="all invert", measured=f"{count} of {len(rows)}"
+            0 < count == len(rows), printed="all invert", measured=f"{count} of {len(rows)}"
         )
 
     return readings(
@@ -173,7 +173,7 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
         apart = (rows["nu_crossing_end"] - rows["t_end_A"]).abs()
         count = int((apart <= float(tolerance)).sum())
         return statement(
-            count == len(rows),
+            0 < count == len(rows),
             printed="for all tested IC",
             measured=f"{count} of {len(rows)}, at most {number(apart.max(), 2)} s apart",
         )

@@ -75,7 +75,7 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
         rows = rows[rows["phi_dot"] > float(beyond)]
         none = int((rows[f"t_init_{one}"] == 0).sum())
         return statement(
-            none == len(rows) and len(rows) > 0,
+            0 < none == len(rows),
             printed="no synchronisation",
             measured=f"{none} of {len(rows)} starts",
         )
@@ -199,7 +199,9 @@ def needed_up_to(limit: str = "83") -> Finding:
         some = rows[rows["phi_dot"] <= float(limit)]
         waiting = int(some[[f"t_init_{one}" for one in DEFINITIONS]].gt(0).all(axis=1).sum())
         return statement(
-            waiting == len(some), printed="t_init > 0", measured=f"{waiting} of {len(some)} starts"
+            0 < waiting == len(some),
+            printed="t_init > 0",
+            measured=f"{waiting} of {len(some)} starts",
         )
 
     return readings(both_ways("phi_dot", check), "In all three definitions.")
@@ -209,5 +211,5 @@ def inverting(rows: pandas.DataFrame) -> Check:
     """Whether all rows invert."""
     count = int((rows["outcome"] == "inverts").sum())
     return statement(
-        count == len(rows), printed="all invert", measured=f"{count} of {len(rows)} invert"
+        0 < count == len(rows), printed="all invert", measured=f"{count} of {len(rows)} invert"
     )

@@ -29,15 +29,15 @@ def _measured(board: dict[str, Json]) -> Section:
     blocks: list[Block] = [
         Text(
             f"{len(board['engines'])} physics engines simulate a Tippe Top, test by test, each at "
-            "three step sizes. The digits are those of the distance from the reference at the "
-            "smallest step; order, constant and floor describe the distance at the step h as "
-            "C h^p + floor. What follows from them is no chosen limit: an engine converges if what "
-            "its own extrapolation leaves is no more than its step error."
+            f"{len(board['steps'])} step sizes. The digits are those of the distance from the "
+            "reference at the smallest step; order, constant and floor describe the distance at "
+            "the step h as C h^p + floor. What follows from them is no chosen limit: an engine "
+            "converges if what its own extrapolation leaves is no more than its step error."
         ),
         Text(f"Measured by `{COMMAND}`: {versions}; not by the run that wrote this page."),
         scoreboard(board),
         PageTable(
-            ("engine", "test", "what it says", "digits at the three steps", "order", "floor",
+            ("engine", "test", "what it says", "digits at these steps", "order", "floor",
              "largest drift of what is conserved"),
             [_row(row) for row in board["rows"]],
             "Every test of every engine.",
