@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+import json
 import re
 import subprocess
 import sys
@@ -14,10 +15,11 @@ from pathlib import Path
 import pytest
 
 import tt_precise as tt
-from tt_precise.golden import building, proofs, store
+from tt_precise.golden import building, manifest, proofs, store
 from tt_precise.golden.distance import as_decimal, correct_digits, relative_error
+from tt_precise.golden.hashes import PROOF_KEY, SELF_HASH
 from tt_precise.golden.integrity import inspect
-from tt_precise.golden.store import FILES
+from tt_precise.golden.store import FILES, MANIFEST
 from tt_precise.golden.workers import RunCache
 from tt_precise.integrate import integrate
 from tt_precise.scene import load_scene, shipped
@@ -97,13 +99,23 @@ def test_all_data_verify() -> None:
 
 @pytest.mark.golden
 @pytest.mark.parametrize("name", ["reference", "contact-lost", "rocking", "inverted"])
-def test_a_fresh_build_equals_the_committed_bytes(name: str, tmp_path: Path) -> None:
+def test_a_fresh_build_equals_the_committed_bytes(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But for the versions of what made them, and the seal of a proof that came after it."""
+    sealed = json.loads((store.home() / name / MANIFEST).read_text("utf-8"))
+    made_by = sealed["versions"]
+    assert made_by.keys() == manifest.versions().keys()
+    monkeypatch.setattr(manifest, "versions", lambda: made_by)
     cache = RunCache(tmp_path / "cache")
     (built,) = building.build([name], folder=tmp_path / "data", cache=cache)
     assert built.outcome == building.NEW
-    for file in FILES:
-        committed = (store.home() / name / file).read_bytes()
-        assert (tmp_path / "data" / name / file).read_bytes() == committed, file
+    fresh = {file: (tmp_path / "data" / name / file).read_bytes() for file in FILES}
+    for file in set(FILES) - {MANIFEST}:
+        assert fresh[file] == (store.home() / name / file).read_bytes(), file
+    made = json.loads(fresh[MANIFEST])
+    assert {key for key in sealed if sealed[key] != made.get(key)} <= {PROOF_KEY, SELF_HASH}
+    assert [key for key in sealed if key != PROOF_KEY] == list(made)
 
 
 @pytest.mark.golden
