@@ -12,7 +12,7 @@ import pytest
 import tt_precise
 from tt_precise.claims import committed
 from tt_precise.golden import workers
-from tt_precise.integrate.sources import SOURCES
+from tt_precise.sources import SOURCES
 
 PACKAGE = Path(tt_precise.__file__).parent
 

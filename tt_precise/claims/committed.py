@@ -18,7 +18,7 @@ from tt_precise import json_file
 from tt_precise.cache import fingerprint as fingerprint_of
 from tt_precise.cache import source_hash
 from tt_precise.files import shipped
-from tt_precise.integrate.sources import SOURCES
+from tt_precise.sources import SOURCES
 from tt_precise.untyped import Json
 
 FILE = "results.json"  # in reports/

@@ -11,8 +11,8 @@ from tt_precise.cache import UNREADABLE, Records, source_hash
 from tt_precise.golden.manifest import versions
 from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.table import Table
-from tt_precise.integrate.sources import SOURCES
 from tt_precise.progress import Progress, silent
+from tt_precise.sources import SOURCES
 from tt_precise.workers import Call, Failure, Pool
 
 # The code that decides the digits of a run: when it changes, cached runs are void.
