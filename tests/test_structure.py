@@ -101,7 +101,7 @@ NO_NUMBERS = {
     f"tt_precise.{name}"
     for name in (
         "_version", "cache", "docstrings", "errors", "files", "lazy", "notebook", "plotting",
-        "processes", "progress", "registry", "startup", "terminal", "untyped", "workers",
+        "processes", "progress", "registry", "sources", "startup", "terminal", "untyped", "workers",
     )
 }  # fmt: skip
 
