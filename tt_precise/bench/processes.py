@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.bench.timing import Turn, processor_time
+from tt_precise.startup import THREADS
 
 ENTRY = "from tt_precise.cli import entry; entry()"
 
@@ -61,11 +62,13 @@ def import_numpy() -> None:
 
 
 def _call(code: str, *argv: str, **environment: str) -> None:
-    # modules are compiled once, as where a wheel was installed
-    compiled = {"PYTHONDONTWRITEBYTECODE": ""}
+    # modules are compiled once, as where a wheel was installed; and what this process set for its
+    # own children is not what a shell has
+    usual = {**os.environ, "PYTHONDONTWRITEBYTECODE": ""}
+    usual.pop(THREADS, None)
     subprocess.run(
         [sys.executable, "-c", code, *argv],
-        check=True, env={**os.environ, **compiled, **environment},
+        check=True, env={**usual, **environment},
         stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
     )  # fmt: skip
 
