@@ -135,8 +135,11 @@ def check_words(command: str, *, partly: bool = False) -> None:
             arguments.insert(0, "run")  # `sweep SCENE` is `sweep run SCENE`
         name, *arguments = arguments
         found = found.get_command(context, name) or pytest.fail(f"{command}: no such command")
+    # a command keeps the help option of whoever asks it first, so it is asked as it is called
+    whole = click.Context(cli.group, **cli.group.context_settings)
+    words = [word for word in arguments if word != "--help"]
     try:
-        found.make_context(found.name, [word for word in arguments if word != "--help"])
+        found.make_context(found.name, words, parent=whole)
     except (click.MissingParameter, click.exceptions.NoArgsIsHelpError):
         if not partly:
             raise

@@ -21,9 +21,10 @@ def test_the_commands_exist(name: str) -> None:
     found = re.findall(r"tt-precise check ([^'|>\n]+)", (CI / name).read_text("utf-8"))
     assert found
     for words in found:
-        command = cli.group.get_command(click.Context(cli.group), "check")
+        whole = click.Context(cli.group, **cli.group.context_settings)
+        command = cli.group.get_command(whole, "check")
         assert command is not None
-        command.make_context("check", words.split())
+        command.make_context("check", words.split(), parent=whole)
 
 
 def annotated(result: Path) -> list[str]:
