@@ -27,7 +27,6 @@ from tt_precise.certify.starts import (
     BITS,
     INVERTS,
     LOST,
-    NEVER,
     UNDECIDED,
     UPRIGHT,
     Box,
@@ -229,34 +228,6 @@ def test_what_lacks_the_energy_never_inverts() -> None:
     assert not never_inverts(box(1.002 * high))
 
 
-def test_cells_of_a_map() -> None:
-    # slow tops stay upright; in the next row some may tumble, and faster ones may invert
-    sides = MapSide.parse("phi_dot=0:10:2"), MapSide.parse("omega_3=20:32:3")
-    found = proved_map(tt.load_scene("reference"), *sides)
-    assert found.as_dict()["cells"] == ["gg", "nn", "nn"]
-    assert found.shares == {UPRIGHT: 1 / 3, NEVER: 2 / 3}
-    fast = MapSide.parse("phi_dot=0:10:2"), MapSide.parse("omega_3=60:160:2")
-    assert not proved_map(tt.load_scene("reference"), *fast).proved
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "theta=0:1:2",
-        "phi_dot=1:0:3",
-        "phi_dot=0:1",
-        "omega_3=a:b:3",
-        "phi_dot=0:1:99999999",
-        "phi_dot=0:1:5/2",
-        "phi_dot=1/0:2:3",
-        "phi_dot=1e-999999999:1:3",  # a fraction of a billion digits
-    ],
-)
-def test_a_map_that_is_none(text: str) -> None:
-    with pytest.raises(InputError, match=r"map: got .{1,200} expected"):
-        MapSide.parse(text)
-
-
 @pytest.mark.parametrize(
     ("reaches", "message"),
     [
@@ -276,17 +247,6 @@ def test_half_widths_that_are_none(
     captured = capsys.readouterr()
     assert message in captured.err
     assert len(captured.err) < 300
-
-
-def test_a_side_that_is_none_says_which_there_are() -> None:
-    with pytest.raises(InputError, match="with one of theta_dot, phi_dot, omega_3"):
-        MapSide.parse("theta=0:1:2")
-
-
-def test_a_map_of_one_entry_is_none() -> None:
-    side = MapSide.parse("phi_dot=0:10:2")
-    with pytest.raises(InputError, match="map: got phi_dot twice"):
-        proved_map(tt.load_scene("reference"), side, side)
 
 
 def test_what_is_proved_is_shown_rounded_outward() -> None:
