@@ -14,8 +14,8 @@ import pytest
 
 import tt_precise
 from tt_precise import cli
-from tt_precise.errors import InputError
-from tt_precise.scene import load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
 
 LONG = """
 import os, signal, sys, threading

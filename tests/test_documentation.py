@@ -25,7 +25,7 @@ import pytest
 import tt_precise
 from tt_precise import InputError, cli
 from tt_precise.commands.sweep import is_sweep_file
-from tt_precise.scene import parse_scene
+from tt_precise.scene.scene import parse_scene
 from tt_precise.sweep import read_specification
 
 ROOT = Path(__file__).parents[1]

@@ -11,7 +11,7 @@ import pytest
 
 from tt_precise import cli
 from tt_precise.integrate import integrate
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 CI = Path(__file__).parents[1] / "examples/ci"
 

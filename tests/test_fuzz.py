@@ -14,11 +14,11 @@ import pytest
 from hypothesis import strategies as st
 
 import tt_precise as tt
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.precision import precision_named
-from tt_precise.scene import Scene, load_scene, parse_scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 TEXT = load_scene("reference").text
 SHORT = hypothesis.settings(max_examples=40, deadline=None, derandomize=True, database=None)

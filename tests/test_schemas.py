@@ -21,7 +21,7 @@ from tt_precise.commands import bench, tradeoff
 from tt_precise.commands.certify_golden import CHECK_SCHEMA
 from tt_precise.integrate.precision import BITS
 from tt_precise.integrate.propagate import Status
-from tt_precise.scene import MODELS
+from tt_precise.scene.scene import MODELS
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"

@@ -12,7 +12,7 @@ import pytest
 import tt_precise
 from tt_precise.claims import committed
 from tt_precise.golden import workers
-from tt_precise.sources import SOURCES
+from tt_precise.runtime.sources import SOURCES
 
 PACKAGE = Path(tt_precise.__file__).parent
 
@@ -24,9 +24,13 @@ ORDER = (
 )  # fmt: skip
 # files of the top folder that are no common tools
 PLACES = {
-    "dry_friction": "body", "compliance": "body", "start": "scene", "initial_state": "scene",
     "__main__": "cli",
-}  # fmt: skip
+    "mechanics.initial_state": "scene",
+    "runtime": "base",
+    **dict.fromkeys(
+        ("scene", "scene.numerals", "scene.body", "scene.dry_friction", "scene.compliance"), "body"
+    ),
+}
 LONGEST = 400  # lines of a file
 
 
@@ -60,10 +64,9 @@ def arrows(package: Path = PACKAGE) -> dict[str, set[str]]:
 
 
 def layer(name: str) -> str:
-    first = name.split(".")[1] if "." in name else ""
-    if first in ORDER:
-        return first
-    return PLACES.get(first, "base")
+    within = name.partition(".")[2]
+    first = within.partition(".")[0]
+    return PLACES.get(within) or PLACES.get(first) or (first if first in ORDER else "base")
 
 
 def upward(graph: dict[str, set[str]]) -> list[str]:
@@ -100,8 +103,11 @@ def test_no_circle_of_files() -> None:
 NO_NUMBERS = {
     f"tt_precise.{name}"
     for name in (
-        "_version", "cache", "docstrings", "errors", "files", "lazy", "notebook", "plotting",
-        "processes", "progress", "registry", "sources", "startup", "terminal", "untyped", "workers",
+        "_version", "runtime",
+        *(f"runtime.{tool}" for tool in (
+            "cache", "docstrings", "errors", "files", "lazy", "notebook", "plotting", "processes",
+            "progress", "registry", "sources", "startup", "terminal", "untyped", "workers",
+        )),
     )
 }  # fmt: skip
 

@@ -16,14 +16,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
-from tt_precise.lazy import lazy_names
+from tt_precise.runtime.lazy import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise import check, claims, golden
-    from tt_precise.body import TippeTop
-    from tt_precise.errors import InputError
     from tt_precise.integrate import Trajectory, integrate
-    from tt_precise.scene import Scene, load_scene
+    from tt_precise.runtime.errors import InputError
+    from tt_precise.scene.body import TippeTop
+    from tt_precise.scene.scene import Scene, load_scene
     from tt_precise.sweep.table import table as sweep
 
 __all__ = [
@@ -43,10 +43,10 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "body": ["TippeTop"],
-        "errors": ["InputError"],
+        "scene.body": ["TippeTop"],
+        "runtime.errors": ["InputError"],
         "integrate": ["Trajectory", "integrate"],
-        "scene": ["Scene", "load_scene"],
+        "scene.scene": ["Scene", "load_scene"],
     },
     ["check", "claims", "golden", "sweep"],
 )

@@ -15,10 +15,10 @@ from typing import Any
 import click
 
 from tt_precise._version import __version__
-from tt_precise.errors import InputError
-from tt_precise.interruption import Terminated, end_within, heeded
-from tt_precise.startup import hide_sympy_from_heyoka, keep_linear_algebra_to_one_thread
-from tt_precise.terminal import open_closed_streams, sanitized
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.interruption import Terminated, end_within, heeded
+from tt_precise.runtime.startup import hide_sympy_from_heyoka, keep_linear_algebra_to_one_thread
+from tt_precise.runtime.terminal import open_closed_streams, sanitized
 
 COMMANDS = {
     "run": "Integrate a scene.",

@@ -35,7 +35,7 @@ def columns(_: str) -> Iterator[str]:
 
 def scenes(_: str) -> Iterator[str]:
     """The scenes that ship."""
-    from tt_precise.scene import load_scene, shipped
+    from tt_precise.scene.scene import load_scene, shipped
 
     found = [load_scene(name) for name in shipped()]
     rows = [(f"`{one.name}`", one.model, f"{float(one.until):g}", one.title) for one in found]

@@ -15,7 +15,7 @@ from tt_precise.bench.estimates import right_throughout
 from tt_precise.bench.findings import met
 from tt_precise.bench.timing import Turn
 from tt_precise.integrate import integrate
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 
 def test_every_bar_is_declared_once(tmp_path: Path) -> None:

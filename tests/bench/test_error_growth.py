@@ -5,7 +5,7 @@ import pandas
 import pytest
 
 from tt_precise.bench import error_growth
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 
 def walks(drift: float, seeds: int = 64) -> pandas.DataFrame:

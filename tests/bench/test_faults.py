@@ -11,8 +11,8 @@ import tt_precise as tt
 from tt_precise.bench import faults
 from tt_precise.bench.dropped_terms import rates_without, term_names
 from tt_precise.bench.gyroscopic_term import rates_without as rates_without_gyroscopic
-from tt_precise.body import Parameters
 from tt_precise.mechanics import euler, newton
+from tt_precise.scene.body import Parameters
 
 STATE = euler.EulerState(0.7, 1.1, -2.3, 150.0, 0.02, -0.05)
 

@@ -8,8 +8,8 @@ import pytest
 from tt_precise.bench import plan
 from tt_precise.bench.methods import Settings, method_named, methods, registered
 from tt_precise.bench.problem import golden_problem
-from tt_precise.errors import InputError
 from tt_precise.integrate.precision import precision_named
+from tt_precise.runtime.errors import InputError
 
 DOUBLE = precision_named("double")
 HEYOKA = [name for name, method in methods().items() if not method.peer and "digits" not in name]

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 
 from tt_precise.bench import processes
-from tt_precise.startup import THREADS, keep_linear_algebra_to_one_thread
+from tt_precise.runtime.startup import THREADS, keep_linear_algebra_to_one_thread
 
 LOOK = f"import os, sys; sys.exit({THREADS!r} in os.environ)"
 

@@ -8,8 +8,8 @@ import numpy
 import pytest
 
 from tt_precise.bench.right_hand_side import SHAPES, flat, source
-from tt_precise.body import Parameters
 from tt_precise.mechanics.formulations import FORMULATIONS, INTEGRATED, Formulation
+from tt_precise.scene.body import Parameters
 
 FORMS = [*FORMULATIONS.values(), *INTEGRATED.values()]
 VALUES: dict[str, Any] = {

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 from tt_precise.bench import settings_table
 from tt_precise.integrate import integrate
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 
 def test_ways_are_distinguished() -> None:

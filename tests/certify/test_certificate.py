@@ -19,7 +19,6 @@ from tt_precise.certify.pieces import FILE
 from tt_precise.certify.proof import Proof, prove
 from tt_precise.certify.verdict import NotProved
 from tt_precise.commands.certify_golden import command
-from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.hashes import dump
@@ -28,7 +27,8 @@ from tt_precise.golden.seal import NEEDED, record_proof
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integrate import catalogue
-from tt_precise.scene import parse_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import parse_scene
 
 NAME = "short"
 

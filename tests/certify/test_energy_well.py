@@ -15,13 +15,13 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 import flint
 
 import tt_precise as tt
-from tt_precise.body import Parameters
 from tt_precise.certify import NotProved
 from tt_precise.certify.energy_well import held
 from tt_precise.certify.forever import BITS
 from tt_precise.golden.enclosures import Enclosures
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
+from tt_precise.scene.body import Parameters
 
 
 @pytest.fixture(autouse=True)

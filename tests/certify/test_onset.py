@@ -21,7 +21,7 @@ from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
-from tt_precise.scene import Inclination, Scene
+from tt_precise.scene.scene import Inclination, Scene
 
 SINE, COSINE = Exact.sine_cosine()
 

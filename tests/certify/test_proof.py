@@ -15,10 +15,10 @@ from flint import arb
 import tt_precise as tt
 import tt_precise.certify
 from tt_precise.certify import Enclosure, NotProved, Proof, problem_of, prove
-from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.integrate import catalogue
-from tt_precise.scene import Inclination
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Inclination
 
 SHORT = Fraction(1, 10)
 TIMES = [Fraction(k, 40) for k in range(5)]

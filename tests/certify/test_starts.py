@@ -40,10 +40,10 @@ from tt_precise.certify.starts import (
 )  # fmt: skip
 from tt_precise.certify.starts_map import MapSide, proved_map
 from tt_precise.cli import main
-from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.manifest import scene_sha256
-from tt_precise.scene import Inclination
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Inclination
 
 NARROW = {"theta": Fraction(1, 10**8), "omega_3": Fraction(1, 10**6), "phi_dot": Fraction(1, 10**6)}
 

@@ -9,7 +9,7 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 import tt_precise as tt
 from tt_precise.certify.starts import NEVER, UPRIGHT
 from tt_precise.certify.starts_map import MapSide, proved_map
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 
 def test_cells_of_a_map() -> None:

@@ -16,16 +16,16 @@ import flint
 from flint import arb, arb_poly, fmpz, fmpz_poly
 
 import tt_precise as tt
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify import NotProved, prove
 from tt_precise.certify.balls import Balls, ball, bounds
 from tt_precise.certify.checker import PowerSeries
 from tt_precise.certify.problem import BALLS
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate import catalogue
 from tt_precise.integrate.events import event_named
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.scene import Inclination, Scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Inclination, Scene
 
 UNTIL = Fraction(1, 2000)
 SERIES_BITS, TERMS, MOST_TERMS = 720, 28, 100

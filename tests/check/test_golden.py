@@ -17,7 +17,7 @@ from tt_precise.check.checks import CHECKS
 from tt_precise.golden import store
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene import shipped
+from tt_precise.scene.scene import shipped
 
 Healthy = Callable[..., pandas.DataFrame]
 RELATIVE = [check.name for check in CHECKS if check.sense == "at most"]

@@ -11,11 +11,11 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.check.result import Result
-from tt_precise.errors import InputError
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.pose import Pose
-from tt_precise.start import LIFTED
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.start import LIFTED
 
 LIFTING = ("coulomb-flight", "elastic-linear", "elastic-hunt-crossley")
 STRICT = dict.fromkeys(("energy", "energy_balance", "equations"), 1e-8)

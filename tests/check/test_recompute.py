@@ -10,7 +10,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.check.recompute import recomputed
-from tt_precise.progress import silent
+from tt_precise.runtime.progress import silent
 
 
 @pytest.mark.parametrize(("asked", "arithmetic"), [(8.0, "extended"), (15.0, "quad")])

@@ -12,7 +12,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.check.unit_guard import LOOKED_AT, _percent
 from tt_precise.golden import store
-from tt_precise.scene import parse_scene
+from tt_precise.scene.scene import parse_scene
 
 VECTORS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
 EULER = ["t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]

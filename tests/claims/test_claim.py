@@ -7,7 +7,7 @@ import pytest
 from tt_precise.claims import Finding, claim_named, claims
 from tt_precise.claims.claim import KINDS, Claim, claim
 from tt_precise.claims.verdicts import wording
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 
 def entry(**changes: Any) -> Claim:

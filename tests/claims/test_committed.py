@@ -8,7 +8,7 @@ import pytest
 from tt_precise.claims import committed as module
 from tt_precise.claims import judge
 from tt_precise.claims.committed import committed, fingerprint, run_record, same_code
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 LISTED = Path(__file__).with_name("ids.txt").read_text("ascii").split()
 PROVENANCE = {"date": "today", "commit": "abc", "versions": "heyoka 1", "command": "x"}
@@ -21,10 +21,11 @@ def copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ignored = shutil.ignore_patterns("__pycache__")
     shutil.copytree(module.PACKAGE / "mechanics", package / "mechanics", ignore=ignored)
     shutil.copytree(module.PACKAGE / "scenes", package / "scenes")
-    shutil.copy(module.PACKAGE / "body.py", package)
+    (package / "scene").mkdir()
+    shutil.copy(module.PACKAGE / "scene/body.py", package / "scene")
     monkeypatch.setattr(module, "PACKAGE", package)
-    monkeypatch.setattr(module, "CODE", ("body.py", "mechanics"))
-    monkeypatch.setattr("tt_precise.cache.__file__", str(package / "cache.py"))
+    monkeypatch.setattr(module, "CODE", ("scene/body.py", "mechanics"))
+    monkeypatch.setattr("tt_precise.runtime.cache.__file__", str(package / "runtime/cache.py"))
     return package
 
 
@@ -68,7 +69,11 @@ def test_documentation_does_not_matter(copied: Path) -> None:
     ("file", "old", "new"),
     [
         ("mechanics/thresholds.py", "2195, 100", "2195, 101"),
-        ("body.py", "self.m * self.R * self.R / self.I3", "self.m * self.R / self.R / self.I3"),
+        (
+            "scene/body.py",
+            "self.m * self.R * self.R / self.I3",
+            "self.m * self.R / self.R / self.I3",
+        ),
         ("scenes/reference.toml", 'omega_3 = "155"', 'omega_3 = "154"'),
     ],
 )

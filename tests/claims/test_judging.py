@@ -4,7 +4,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.claims import claims, counts, judge, judge_all, judging
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # of four modules
 

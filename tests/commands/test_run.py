@@ -14,7 +14,7 @@ import pytest
 
 from tt_precise import cli
 from tt_precise.integrate import integrate
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 STATE = [*VECTORS, "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]

@@ -10,7 +10,7 @@ import pytest
 
 from tt_precise import cli
 from tt_precise.commands import scene as scene_command
-from tt_precise.scene import Scene, load_scene, shipped
+from tt_precise.scene.scene import Scene, load_scene, shipped
 
 
 def shown(capsys: pytest.CaptureFixture[str], *argv: str, status: int = 0) -> str:

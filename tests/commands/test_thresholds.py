@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise import cli
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 NAMES = ["lambda", "lambda_thres", "lambda_up", "D0", "D1", "E0", "E1", "gamma", "sigma"]
 KEYS = {"value", "independent", "digits_agreed", "how"}

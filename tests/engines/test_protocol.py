@@ -22,7 +22,7 @@ from tt_precise.engines.job import SCHEMA, SCHEMA_FILE
 from tt_precise.engines.program import COLUMNS
 from tt_precise.engines.run import run
 from tt_precise.engines.rungs import Rung, rungs
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = Fraction(1, 500)

@@ -5,7 +5,6 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.exact.arithmetic import (
     MOST_DIGITS,
     agreed_digits,
@@ -13,6 +12,7 @@ from tt_precise.exact.arithmetic import (
     decimal,
     own_context,
 )
+from tt_precise.runtime.errors import InputError
 
 
 def test_contexts_are_ones_own() -> None:

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.exact import identities
 from tt_precise.exact.identities import IDENTITIES, prove
 from tt_precise.exact.proof import POINTS, RATIONAL_POINTS, SYMBOLIC, Identity
 from tt_precise.mechanics import conversion, euler, friction, newton, polar, rolling, turning
 from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.runtime.errors import InputError
 
 Spoil = Callable[[pytest.MonkeyPatch], None]
 

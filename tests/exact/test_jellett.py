@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.exact.arithmetic import arithmetic_of, own_context
 from tt_precise.exact.jellett import JellettTrack, jellett_along
-from tt_precise.initial_state import InitialState
-from tt_precise.scene import Scene, load_scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
 
 VECTORS = ("t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER = ("t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import Parameters, TippeTop
 from tt_precise.exact.arithmetic import agreed_digits, own_context, rounding_to
 from tt_precise.exact.stability import (
     INVERTED,
@@ -21,6 +20,7 @@ from tt_precise.exact.stability import (
 )
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.scene.body import Parameters, TippeTop
 
 RATIOS = {
     "m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82",

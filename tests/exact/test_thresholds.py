@@ -11,15 +11,15 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.body import TippeTop
-from tt_precise.dry_friction import top_with_friction
-from tt_precise.errors import InputError
 from tt_precise.exact import thresholds as module
 from tt_precise.exact.stability import MarginalMomentum
 from tt_precise.exact.thresholds import Thresholds, thresholds
 from tt_precise.mechanics import euler, quantities
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.scene import Inclination, Scene, load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.dry_friction import top_with_friction
+from tt_precise.scene.scene import Inclination, Scene, load_scene
 
 NAMES = ["lambda", "lambda_thres", "lambda_up", "D0", "D1", "E0", "E1", "gamma", "sigma"]
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tt_precise.exact.verdict import InversionVerdict, inversion
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 
 def verdict(

@@ -20,7 +20,7 @@ from tt_precise.extremes.case import (
     together,
     within,
 )
-from tt_precise.registry import Registry
+from tt_precise.runtime.registry import Registry
 
 
 def one(function: Any = Observation, **arguments: Any) -> ExtremeCase:

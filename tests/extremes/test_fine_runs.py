@@ -11,7 +11,7 @@ from tt_precise.extremes.sensitivity import NUDGE, VARIED, _nudged
 from tt_precise.extremes.singular_contact import NAMES, _at_both_zeros, blowing_up
 from tt_precise.extremes.toy import varied
 from tt_precise.integrate import integrate
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 SCENES = {
     **{f"contact lost, {name}": (losing(name), "unilateral") for name in LOSING},

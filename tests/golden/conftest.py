@@ -13,7 +13,7 @@ from tt_precise.golden import building, store
 from tt_precise.golden.building import Built
 from tt_precise.golden.runs import LADDER, Run, perform, tasks
 from tt_precise.golden.workers import RunCache
-from tt_precise.scene import Scene, load_scene, parse_scene
+from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 
 class Shelf(RunCache):

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tt_precise.errors import InputError
-from tt_precise.files import locked
 from tt_precise.golden import building, store
 from tt_precise.golden.building import REFUSED, RENEWED, REPLACED, UNCHANGED
 from tt_precise.golden.hashes import PROOF, PROOF_KEY
@@ -19,6 +17,8 @@ from tt_precise.golden.runs import LADDER, tasks
 from tt_precise.golden.seal import read_whole
 from tt_precise.golden.store import FILES, MANIFEST, TRAJECTORY
 from tt_precise.golden.table import Table
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import locked
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small

@@ -10,7 +10,7 @@ import pytest
 from tt_precise.golden.carrying import Carried, Carrier
 from tt_precise.golden.store import read
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 EPS = float(numpy.finfo(float).eps)
 ROWS = numpy.array([1, 100, 314, 318, 330, 500, 799])  # 314 to 330: about the climb's beginning

@@ -14,7 +14,7 @@ from tt_precise.golden.consensus import reconcile
 from tt_precise.golden.digits import agreement
 from tt_precise.golden.runs import Task, perform
 from tt_precise.golden.table import Table
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 Shorten = Callable[[str, str], Scene]
 

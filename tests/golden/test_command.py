@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tt_precise import files
 from tt_precise.cli import main
 from tt_precise.commands.golden import _verified_lines
-from tt_precise.errors import InputError
 from tt_precise.golden import Verification
 from tt_precise.golden.store import MANIFEST, TRAJECTORY
+from tt_precise.runtime import files
+from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small

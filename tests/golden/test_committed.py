@@ -22,7 +22,7 @@ from tt_precise.golden.integrity import inspect
 from tt_precise.golden.store import FILES, MANIFEST
 from tt_precise.golden.workers import RunCache
 from tt_precise.integrate import integrate
-from tt_precise.scene import load_scene, shipped
+from tt_precise.scene.scene import load_scene, shipped
 
 LARGEST = 25e6  # bytes of all golden data together
 README = store.home() / "README.md"

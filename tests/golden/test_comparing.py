@@ -12,8 +12,8 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tt_precise.errors import InputError
 from tt_precise.golden.distance import NEAR_ZERO
+from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small

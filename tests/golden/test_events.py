@@ -12,7 +12,7 @@ from tt_precise.golden.runs import Task, columns, perform
 from tt_precise.golden.table import Table
 from tt_precise.integrate import catalogue, integrate
 from tt_precise.integrate.events import EVENTS
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 Shorten = Callable[[str, str], Scene]
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.golden.test_seal import flip_last_digit, reseal
-from tt_precise.errors import InputError
 from tt_precise.golden import load, store
 from tt_precise.golden.store import EVENTS, FILES, SCENE, TRAJECTORY
+from tt_precise.runtime.errors import InputError
 
 NAME = "contact-lost"
 

@@ -14,7 +14,7 @@ from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import to_mpmath
+from tt_precise.scene.numerals import to_mpmath
 
 
 def few(scene: str, rows: int = 12) -> Table:

@@ -10,9 +10,9 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.store import TRAJECTORY
+from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small

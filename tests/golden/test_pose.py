@@ -4,12 +4,12 @@ import mpmath
 import pytest
 
 from tt_precise.check import conservation
-from tt_precise.errors import InputError
 from tt_precise.golden import load, store
 from tt_precise.golden.pose import pose_columns
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.pose import Pose
-from tt_precise.scene import Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene
 
 
 def shortened(name: str, rows: int) -> tuple[Scene, Table]:

@@ -14,7 +14,6 @@ from typing import Any, ClassVar
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.integrity import inspect
 from tt_precise.golden.outward import Outward
@@ -22,7 +21,8 @@ from tt_precise.golden.proof_checks import _excluded
 from tt_precise.golden.proofs import ENCLOSURE, EVENTS_ENCLOSURE, PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.table import Table
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
 
 NAME = "from-initiation"  # the shortest with all times of the climb
 

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import tt_precise as tt
-from tt_precise.errors import InputError
 from tt_precise.golden import manifest as manifests
 from tt_precise.golden import places, proofs, seal, store
 from tt_precise.golden.integrity import inspect
 from tt_precise.golden.proved import PROVED
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY
+from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small

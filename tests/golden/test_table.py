@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.golden.table import Table, _plain_lines
+from tt_precise.runtime.errors import InputError
 
 TEXT = "t,kx\n0,1.0e-1\n0.01,\n"
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.golden.test_seal import reseal
-from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.integrity import inspect
 from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, TRAJECTORY, Stored
 from tt_precise.golden.verifying import judge
+from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small

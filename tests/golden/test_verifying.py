@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.golden import integrity, store, verifying
 from tt_precise.golden import manifest as manifests
 from tt_precise.golden.integrity import inspect
@@ -19,6 +18,7 @@ from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY
 from tt_precise.golden.table import Table
 from tt_precise.golden.verifying import FRESH_DIGITS, bits_needed, judge, verify
+from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small

@@ -14,7 +14,7 @@ from tt_precise.golden import building, workers
 from tt_precise.golden.runs import LADDER, Run, Task, tasks
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import RunCache, perform_all
-from tt_precise.workers import Pool
+from tt_precise.runtime.workers import Pool
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from tt_precise.files import atomic_write
 from tt_precise.golden import load
 from tt_precise.golden.store import home
+from tt_precise.runtime.files import atomic_write
 
 OLD = "old\n"
 LARGEST = 3000  # bytes that a file may have
@@ -143,7 +143,7 @@ import pandas, resource, sys
 from dataclasses import replace
 from fractions import Fraction
 from tt_precise.integrate.streaming import Stream
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 rows, peaks = 0, []
 for samples in (10**5, int(sys.argv[1])):
     scene = replace(load_scene("reference"), sample_every=Fraction(8, samples))

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from tt_precise.errors import InputError
-from tt_precise.scene import load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
 
 TEXTS: dict[str, Callable[[], bytes]] = {
     "10 MB of keys": lambda: b"".join(b'k%d = "%d"\n' % (i, i) for i in range(600_000)),

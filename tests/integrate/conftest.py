@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.integrate import Trajectory, catalogue, integrate
 from tt_precise.mechanics import formulations
-from tt_precise.scene import Inclination, Scene, Start, load_scene
+from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
 
 Spoil = Callable[[Any, Any], Any]
 

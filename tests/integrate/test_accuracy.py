@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, cost_table, integrate, to_digits
 from tt_precise.integrate import propagate as propagation
 from tt_precise.integrate.accuracy import KINDS
-from tt_precise.scene import Inclination, Scene, Start
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Inclination, Scene, Start
 
 
 def true_errors(trajectory: Trajectory, truth: Trajectory) -> dict[str, Any]:

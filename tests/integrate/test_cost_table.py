@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import cost_table
 from tt_precise.integrate.cost_table import Setting
 from tt_precise.integrate.precision import DOUBLES, NAMES, precision_named
+from tt_precise.runtime.errors import InputError
 
 EVERY = frozenset(("double", "extended", "quad"))
 

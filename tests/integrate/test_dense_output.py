@@ -10,7 +10,6 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import (
     Trajectory,
     dense_output,
@@ -20,8 +19,9 @@ from tt_precise.integrate import (
     solution,
 )
 from tt_precise.integrate.columns import EULER_COLUMNS, VECTOR_COLUMNS
-from tt_precise.numerals import as_fraction
-from tt_precise.scene import Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import Scene
 
 QUADRATURES = ("phi", "psi", "x", "y")
 

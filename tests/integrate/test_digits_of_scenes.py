@@ -5,7 +5,7 @@ import pytest
 from tt_precise.bench.settings_table import right_digits
 from tt_precise.integrate import integrate
 from tt_precise.integrate.precision import DOUBLES
-from tt_precise.scene import load_scene, shipped
+from tt_precise.scene.scene import load_scene, shipped
 
 
 def test_a_flight_that_ends_on_the_table_has_digits() -> None:

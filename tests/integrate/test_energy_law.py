@@ -19,7 +19,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.golden import store
 from tt_precise.integrate import Trajectory
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(12)
 WIDEST_S, DEEPEST = 2e-3, 40  # intervals to begin with, and how often one is halved

@@ -13,7 +13,7 @@ from tt_precise import golden
 from tt_precise.golden.events import events_table
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.event_errors import _beside
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 EVENTS = ("theta_min", "phi_dot_zero", "extremum:g_n")
 QUICK = {"compact_mode": True}

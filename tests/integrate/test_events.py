@@ -10,12 +10,12 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, catalogue, events, integrate
 from tt_precise.integrate.events import EVENTS, EXTREMUM, ZERO, event_named
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
 
 ALL = catalogue("gliding")
 

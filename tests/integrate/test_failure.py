@@ -7,9 +7,9 @@ from fractions import Fraction
 
 import mpmath
 
-from tt_precise.body import TippeTop
 from tt_precise.integrate import integrate
-from tt_precise.scene import Inclination, Scene, Start
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.scene import Inclination, Scene, Start
 
 
 def test_a_step_too_short_for_the_clock_ends_in_failed(reference: Scene) -> None:

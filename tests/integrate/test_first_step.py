@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 
 from tt_precise.integrate import integrate
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.errors import InputError
-from tt_precise.scene import Scene, parse_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, parse_scene
 
 TEXT = """
 model = "gliding"

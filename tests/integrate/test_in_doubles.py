@@ -9,13 +9,13 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.golden.places import home
 from tt_precise.integrate import Trajectory, catalogue, integrate
 from tt_precise.integrate.events import EVENTS
 from tt_precise.integrate.precision import precision_named
 from tt_precise.mechanics.formulations import KINDS
-from tt_precise.scene import Scene, load_scene, shipped
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene, shipped
 
 FN = mpmath.MPContext()
 FN.prec = 260

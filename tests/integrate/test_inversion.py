@@ -11,7 +11,7 @@ import pytest
 
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.inversion import NEEDED, Climb, Marks, Turns, from_marks
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 NONE = Climb(None, None)
 

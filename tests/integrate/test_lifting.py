@@ -12,13 +12,13 @@ import pytest
 
 import tt_precise as tt
 from tt_precise import golden
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory
 from tt_precise.integrate.lifting import _flies
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.numerals import to_mpmath
-from tt_precise.scene import Scene, load_scene, parse_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 ELASTIC = ("elastic-linear", "elastic-hunt-crossley")
 POSE = ("qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")

@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import integrate, once
 from tt_precise.integrate.once import _require_euler_angles
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
-from tt_precise.scene import Inclination, Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Inclination, Scene
 
 
 @pytest.mark.parametrize(("name", "bits"), [("double", 53), ("quad", 113)])

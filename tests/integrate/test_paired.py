@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.integrate import Trajectory, integrate, paired
 from tt_precise.integrate.once import integrate_once
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 NAMES = ("kx", "Lz", "theta", "phi_dot", "nu_y")
 

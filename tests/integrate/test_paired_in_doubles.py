@@ -13,7 +13,7 @@ from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.paired_in_doubles import PairInDoubles
 from tt_precise.integrate.precision import precision_named
 from tt_precise.mechanics.formulations import COORDINATES, KINDS
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 from tt_precise.taylor.numbers import added, multiples, number
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tt_precise import plotting
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.animation import ELEVATION, _Picture, _seen, _towards, sampled
-from tt_precise.scene import Scene
+from tt_precise.runtime import plotting
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tt_precise.check import conservation
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.pose import Pose
-from tt_precise.scene import Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene
 
 
 def test_the_columns_and_their_order(double: Trajectory) -> None:

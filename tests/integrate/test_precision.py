@@ -7,8 +7,8 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate.precision import Precision, finer, precision_named
+from tt_precise.runtime.errors import InputError
 
 PRECISIONS = [
     precision_named("double"),

@@ -11,15 +11,15 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.body import Parameters
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate, system
 from tt_precise.integrate import propagate as propagation
 from tt_precise.integrate.idle import Idle
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import subtracted
-from tt_precise.scene import Inclination, Scene, Start, load_scene, shipped
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Inclination, Scene, Start, load_scene, shipped
 
 
 @pytest.fixture

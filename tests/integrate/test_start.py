@@ -7,8 +7,6 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate import integrate
 from tt_precise.integrate.events import event_named
 from tt_precise.integrate.precision import precision_named
@@ -16,7 +14,9 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.vanishing import vanishes
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.scene import Inclination, Scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Inclination, Scene
 
 QUAD = precision_named("quad")
 
@@ -119,7 +119,7 @@ def test_a_start_off_the_table_is_refused(
 
 
 def test_a_rolling_start_off_the_table_is_refused() -> None:
-    from tt_precise.scene import load_scene
+    from tt_precise.scene.scene import load_scene
 
     with pytest.raises(InputError, match="g_n is -"):
         integrate(starting(load_scene("rolling"), theta="1", phi_dot="100"))

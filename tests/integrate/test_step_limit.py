@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.step_limit import LARGE_TILT, longest_step
 from tt_precise.integrate.system import SLOW_SPEED
 from tt_precise.mechanics.formulations import SLOW
-from tt_precise.scene import Inclination, load_scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.scene.scene import Inclination, load_scene
 
 DOUBLE = precision_named("double")
 ORDER = 20

@@ -9,10 +9,10 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, catalogue
 from tt_precise.mechanics import friction
-from tt_precise.scene import Scene, load_scene, parse_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 NAME = "coulomb-stick-slip"
 JOINTS = [("stick", "gliding"), ("slip", "rolling")]

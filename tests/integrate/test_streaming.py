@@ -8,9 +8,9 @@ import pandas
 import pytest
 
 from tt_precise.claims.evidence import variant
-from tt_precise.errors import InputError
 from tt_precise.integrate import integrate
 from tt_precise.integrate.streaming import Stream
+from tt_precise.runtime.errors import InputError
 
 EPS = 2.0**-52
 

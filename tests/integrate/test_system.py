@@ -12,7 +12,7 @@ from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import numeric_options
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 SETUP = Setup(formulation=integrated("gliding", "newton"), precision=precision_named("double"))
 

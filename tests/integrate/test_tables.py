@@ -8,11 +8,11 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate, tables
 from tt_precise.integrate.times import Times, long_double
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.scene import load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
 
 EPS = 2.0**-52
 EVENTS = ("theta_min", "phi_dot_zero", "equator")

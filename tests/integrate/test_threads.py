@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 THREADS = 4
 

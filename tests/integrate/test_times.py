@@ -7,10 +7,10 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.times import SampleTimes, Times
-from tt_precise.scene import load_scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.scene.scene import load_scene
 
 
 @pytest.mark.parametrize("bits", [10, 52, 53, 54, 60, 80, 200])

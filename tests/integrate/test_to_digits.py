@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import integrate, to_digits
 from tt_precise.integrate.cost_table import Setting, cost_with_estimate
 from tt_precise.integrate.precision import DOUBLES
 from tt_precise.integrate.to_digits import HOPE, SPARE, WIDENINGS, WORTH_A_TRY, integrate_to_digits
+from tt_precise.runtime.errors import InputError
 
 
 class Runs:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
 
 NEWTON = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")

@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy
 import pytest
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import integrate
 from tt_precise.integrate.variational import Sensitivity, sensitivity
-from tt_precise.scene import load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
 
 TIMES = ("0", "0.01", "0.03", "0.05")
 EPS = 2.0**-52

@@ -9,11 +9,11 @@ from fractions import Fraction
 import numpy
 import pytest
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.events import EVENTS
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 # MPFR's sines and exponentials are not always rounded as mpmath's, nor a time within a piece the

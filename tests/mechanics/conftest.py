@@ -8,10 +8,10 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.body import TippeTop
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.numerals import to_mpmath
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.numerals import to_mpmath
 
 DIGITS = 60
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import TippeTop
 from tt_precise.mechanics import centre, newton
 from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.scene.body import TippeTop
 
 
 def test_there_and_back(body: TippeTop, vector_states: list[NewtonState]) -> None:

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import TippeTop
-from tt_precise.compliance import SPRINGS, CompliantParameters
 from tt_precise.mechanics import compliant
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import ELASTIC, FLIGHT, Formulation
 from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.compliance import SPRINGS, CompliantParameters
 
 Round = Callable[[Fraction], Any]
 STIFFNESS, DAMPING = 70, Fraction(3, 7)

@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import TippeTop
 from tt_precise.mechanics.conserved import INTEGRALS, conserved, drift
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import load_scene
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.scene import load_scene
 
 
 @pytest.mark.parametrize(

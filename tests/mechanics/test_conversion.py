@@ -9,7 +9,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from tt_precise.body import Parameters, TippeTop
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.conversion import (
     RigidBodyState,
@@ -20,6 +19,7 @@ from tt_precise.mechanics.conversion import (
 )
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.vectors import cross
+from tt_precise.scene.body import Parameters, TippeTop
 
 EPS = float(np.finfo(float).eps)
 TILTS = ["1", "1e-3", "1e-8", "1e-30", "1e-150"]

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import Parameters, TippeTop
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.scene.body import Parameters, TippeTop
 
 
 class Pythagorean:

@@ -5,10 +5,10 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.body import Parameters
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.vectors import cross, dot, scaled
+from tt_precise.scene.body import Parameters
 
 BODY = (1.7, 0.6, 0.3, 0.37, 0.41, 9.82, 0)
 

@@ -7,8 +7,6 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import TippeTop
-from tt_precise.errors import InputError
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import (
@@ -19,6 +17,8 @@ from tt_precise.mechanics.formulations import (
     integrated,
 )
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import TippeTop
 
 Round = Callable[[Fraction], Any]
 EVERY = pytest.mark.parametrize(

@@ -8,17 +8,17 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.body import Parameters, TippeTop
-from tt_precise.dry_friction import (
+from tt_precise.mechanics import friction, newton
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Parameters, TippeTop
+from tt_precise.scene.dry_friction import (
     CoulombParameters,
     CoulombTop,
     RegularisedTop,
     top_with_friction,
 )
-from tt_precise.errors import InputError
-from tt_precise.mechanics import friction, newton
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import Motion
 
 BODY: dict[str, Any] = {
     "m": "1.7", "R": "0.6", "alpha": "0.3", "I1": "0.37", "I3": "0.41", "g": "9.82",

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import Parameters, TippeTop
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import cross, dot, scaled, subtracted
+from tt_precise.scene.body import Parameters, TippeTop
 
 RATIOS = [(3, 4), (5, 12), (-8, 15), (20, 21)]
 

@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from tt_precise.dry_friction import CoulombParameters
 from tt_precise.mechanics import friction, onset, polar, rolling
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.onset import OnsetSeries
+from tt_precise.scene.dry_friction import CoulombParameters
 
 TERMS = 16
 

@@ -7,7 +7,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from tt_precise.body import Parameters, TippeTop
 from tt_precise.mechanics.conversion import (
     RigidBodyState,
     horizontal_length,
@@ -17,6 +16,7 @@ from tt_precise.mechanics.conversion import (
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.scene.body import Parameters, TippeTop
 
 PHI, PSI = "0.7", "-1.9"
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tt_precise.body import Parameters, TippeTop, Units
 from tt_precise.mechanics import newton, rolling
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
@@ -16,6 +15,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingState
+from tt_precise.scene.body import Parameters, TippeTop, Units
 
 START = EulerState(*(Fraction(n, 10) for n in (9, 21, -13, 34, 5, -8)))
 EVERY = pytest.mark.parametrize("name", QUANTITIES)

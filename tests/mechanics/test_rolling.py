@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import Parameters, TippeTop
 from tt_precise.mechanics import newton, rolling
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import added, cross, scaled
+from tt_precise.scene.body import Parameters, TippeTop
 
 
 def still(state: NewtonState) -> NewtonState:

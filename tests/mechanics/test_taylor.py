@@ -17,7 +17,7 @@ from tt_precise.mechanics.taylor import (
     integral,
     solution,
 )
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 EPS = numpy.finfo(float).eps
 

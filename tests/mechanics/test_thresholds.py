@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from tt_precise.body import Dimension, Parameters, TippeTop, Units
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT, d
+from tt_precise.scene.body import Dimension, Parameters, TippeTop, Units
 
 Round = Callable[[Fraction], Any]
 

@@ -4,11 +4,11 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from tt_precise.body import TippeTop
 from tt_precise.mechanics import centre, turning
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.turning import TURNING, TurningState
 from tt_precise.mechanics.vectors import added, dot, scaled
+from tt_precise.scene.body import TippeTop
 
 
 def small(body: TippeTop) -> Any:

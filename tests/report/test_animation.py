@@ -8,7 +8,7 @@ import pytest
 from tt_precise import golden
 from tt_precise.report import animation
 from tt_precise.report.animation import SCENE, motion
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 
 def test_the_courses_are_those_of_the_golden_scene() -> None:

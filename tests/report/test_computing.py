@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from tt_precise.claims.judging import RUNS, SYMBOLS, calls_for
-from tt_precise.processes import TaskGroup
 from tt_precise.report import computing
 from tt_precise.report.computing import SHARING, compute, sections_in
 from tt_precise.report.document import Section
+from tt_precise.runtime.processes import TaskGroup
 
 FIRST, SECOND = "EQ-01", "NUM-23"
 

@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from tt_precise.cache import fingerprint, unpacked
 from tt_precise.golden import store
 from tt_precise.report import maps
+from tt_precise.runtime.cache import fingerprint, unpacked
 
 FILE = Path(__file__).parents[2] / "reports" / maps.FILE
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.errors import InputError
 from tt_precise.report import archive, build, layout, render
 from tt_precise.report.document import Figure, PageTable, Report, Section, Text
+from tt_precise.runtime.errors import InputError
 
 VOID = {"meta", "link", "input", "br"}
 

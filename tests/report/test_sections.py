@@ -11,12 +11,12 @@ import pytest
 
 from tt_precise.claims import Judgement, counts, judge
 from tt_precise.claims.committed import committed
-from tt_precise.errors import InputError
 from tt_precise.report import build
 from tt_precise.report.document import Card, Claims, PageTable, Section, Text
 from tt_precise.report.sections import claims, overview, thresholds
 from tt_precise.report.sections.measured import jellett_alone
 from tt_precise.report.sections.overview import verdict
+from tt_precise.runtime.errors import InputError
 
 
 def _claims(section: Section) -> list[Claims]:

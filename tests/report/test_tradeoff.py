@@ -7,9 +7,9 @@ import pandas
 import pytest
 
 from tt_precise.bench.tables import GROWTH, TABLE
-from tt_precise.errors import InputError
 from tt_precise.report.document import Figure, PageTable, Section, Text
 from tt_precise.report.sections import measured, tradeoff
+from tt_precise.runtime.errors import InputError
 
 
 @pytest.fixture(scope="module")

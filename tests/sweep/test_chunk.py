@@ -10,7 +10,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.scene import Inclination
+from tt_precise.scene.scene import Inclination
 from tt_precise.sweep import specification, step_buffer
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.columns import TIMES, check_names

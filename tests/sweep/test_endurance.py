@@ -16,13 +16,13 @@ from typing import Any
 
 import pytest
 
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.propagate import propagate
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.scene import load_scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.scene.scene import load_scene
 from tt_precise.sweep import Specification, specification, sweep
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.samples import blocks

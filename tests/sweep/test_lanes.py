@@ -6,7 +6,7 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 from tt_precise.sweep import step_buffer
 from tt_precise.sweep.columns import detectors
 from tt_precise.sweep.lanes import Build, LaneResults, lanes

@@ -10,8 +10,8 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.errors import InputError
-from tt_precise.scene import load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
 from tt_precise.sweep import read_rows, specification, spot_check, sweep
 from tt_precise.sweep import run as running
 from tt_precise.sweep.columns import FIXED

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy
 import pytest
 
-from tt_precise.errors import InputError
-from tt_precise.scene import load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
 from tt_precise.sweep import read_specification, specification
 from tt_precise.sweep.samples import blocks
 from tt_precise.sweep.specification import Axis, Range

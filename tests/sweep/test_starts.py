@@ -8,11 +8,11 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.errors import InputError
-from tt_precise.processes import WorkerDiedError
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.processes import WorkerDiedError
+from tt_precise.runtime.workers import Call, Failure, Pool, local_pool
 from tt_precise.sweep import specification
 from tt_precise.sweep.starts import integrated
-from tt_precise.workers import Call, Failure, Pool, local_pool
 
 SPEC = specification("reference", until="0.001", vary={"phi_dot": "-20:20:2"})
 TABLES = [("one", numpy.arange(2), numpy.array([[-20.0], [20.0]]))]

@@ -9,7 +9,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.integrate.idle import Idle
-from tt_precise.scene import Inclination, load_scene
+from tt_precise.scene.scene import Inclination, load_scene
 from tt_precise.sweep import lanes, specification, step_buffer
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.columns import detectors
@@ -21,9 +21,9 @@ CLOSE = 1e-12  # dimensionless, of up to 180
 
 
 def integrated(scene: Any, record: tuple[str, ...] = (), bodies: int = 1) -> LaneResults:
-    from tt_precise.initial_state import InitialState
     from tt_precise.integrate.precision import precision_named
     from tt_precise.mechanics.formulations import integrated
+    from tt_precise.mechanics.initial_state import InitialState
 
     form = integrated(scene.model, "newton")
     begun = InitialState.of(scene, precision_named("double").arithmetic)

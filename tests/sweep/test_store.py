@@ -11,8 +11,8 @@ import pandas
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.errors import InputError
-from tt_precise.files import locked
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import locked
 from tt_precise.sweep import read_rows, specification, sweep
 from tt_precise.sweep.place import Folder, Place, Url, place_of
 

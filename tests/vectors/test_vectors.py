@@ -16,13 +16,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tt_precise.cli import main
-from tt_precise.compliance import SPRINGS
-from tt_precise.dry_friction import RegularisedParameters
 from tt_precise.golden.store import home
 from tt_precise.mechanics import compliant, euler, lifted, newton, rolling
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.lifted import LiftedState
-from tt_precise.scene import Scene
+from tt_precise.scene.compliance import SPRINGS
+from tt_precise.scene.dry_friction import RegularisedParameters
+from tt_precise.scene.scene import Scene
 from tt_precise.vectors import index, states, steps
 from tt_precise.vectors.terms import terms
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import numeric_options
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.scene import Scene
-from tt_precise.untyped import Adaptive
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.untyped import Adaptive
+from tt_precise.scene.scene import Scene
 
 
 def bare_adaptive(setup: Setup, state: Sequence[Scalar], parameters: Sequence[Scalar]) -> Adaptive:

@@ -18,9 +18,9 @@ from tt_precise.bench.evaluators import CostTo, TableEntry
 from tt_precise.bench.findings import TradeoffComparison, met
 from tt_precise.bench.tables import TradeoffTables
 from tt_precise.bench.timing import Turn, interleaved
-from tt_precise.errors import InputError
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 
 FILE = "bench.csv"
 SCENES = 100

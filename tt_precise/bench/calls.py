@@ -10,7 +10,7 @@ from tt_precise.bench.estimates import right_throughout, truth_of
 from tt_precise.bench.random_scenes import gliding_scenes
 from tt_precise.bench.timing import Action, Turn, processor_time
 from tt_precise.integrate import Trajectory, catalogue, integrate
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 REFERENCE, ROLLING = "reference", "rolling"
 HORIZON_S = 8

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from functools import cache, partial
 from typing import Any
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
 from tt_precise.bench.right_hand_side import flat
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.runtime.arithmetic import Array, Scalar
 
 CVODE_STEPS = 10_000_000
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, method_named
 from tt_precise.bench.plan import Trial
 from tt_precise.bench.problem import GoldenProblem, StateErrors, golden_problem
 from tt_precise.bench.timing import timed
+from tt_precise.runtime.arithmetic import Scalar
 
 
 @dataclass

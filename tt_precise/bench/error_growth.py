@@ -12,17 +12,17 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
-from tt_precise.arithmetic import Array
 from tt_precise.bench.bare_loop import bare_batch
-from tt_precise.body import Parameters
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import Formulation, integrated
-from tt_precise.progress import Progress, silent
-from tt_precise.scene import Scene, load_scene
-from tt_precise.untyped import Json
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     import pandas

@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tt_precise.bench.random_scenes import random_scene, stands
-from tt_precise.errors import InputError
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
 
     from tt_precise.integrate import Trajectory
-    from tt_precise.scene import Scene
+    from tt_precise.scene.scene import Scene
 
 OUT = Path("reports/estimates.csv")
 SAMPLES = 1_000
@@ -129,8 +129,8 @@ def summary(found: pandas.DataFrame) -> str:
 
 def main() -> None:
     """Measure, and write ``reports/estimates.csv``."""
-    from tt_precise.files import atomic_write
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.files import atomic_write
+    from tt_precise.runtime.progress import progress_bar
 
     with progress_bar("estimating errors") as progress:
         found = table(progress=progress)

@@ -15,18 +15,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.body import Parameters
-from tt_precise.progress import Progress, silent
-from tt_precise.scene import Scene, load_scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     import pandas
 
-    from tt_precise.body import Units
     from tt_precise.check.result import Result
-    from tt_precise.initial_state import InitialState
+    from tt_precise.mechanics.initial_state import InitialState
+    from tt_precise.scene.body import Units
 
 SCENE = "reference"
 OUT = Path("reports/faults.csv")
@@ -206,9 +206,9 @@ def _runge_kutta(
 
 
 def _initial_state(scene: Scene) -> tuple[InitialState, Parameters, Units]:
-    from tt_precise.body import Units
-    from tt_precise.initial_state import InitialState
     from tt_precise.integrate.precision import precision_named
+    from tt_precise.mechanics.initial_state import InitialState
+    from tt_precise.scene.body import Units
 
     start = InitialState.of(scene, precision_named("double").arithmetic)
     return start, start.body.map(float), Units(*map(float, start.units))
@@ -260,7 +260,7 @@ def _spoiled_columns(scene: Scene) -> Iterator[Fault]:
 def row(fault: Fault, spacings: Sequence[int] = SPACINGS_MS) -> dict[str, Json]:
     """One row of the table; ``spacings`` (ms), for ``equations``, contain ``GIVEN_MS``."""
     from tt_precise.check import conservation
-    from tt_precise.errors import InputError
+    from tt_precise.runtime.errors import InputError
 
     scene: str | Scene = _slippery(load_scene(SCENE)) if "mu = 0.1" in fault.name else SCENE
     known: dict[str, Json] = {"kind": fault.kind, "fault": fault.name, "size": fault.size}
@@ -305,8 +305,8 @@ def _found(result: Result) -> dict[str, Json]:
 
 def main() -> None:
     """Measure, and write ``reports/faults.csv``."""
-    from tt_precise.files import atomic_write
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.files import atomic_write
+    from tt_precise.runtime.progress import progress_bar
 
     with progress_bar("planting faults") as progress:
         found = table(progress)

@@ -14,7 +14,7 @@ from typing import Any
 from tt_precise.bench import error_growth, plan, statistics
 from tt_precise.bench.evaluators import CostTo, Evaluator, Statistic, TableEntry
 from tt_precise.bench.tables import ACCURACIES, WHOLE_S, TradeoffTables
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 AIMS = ("at least", "at most", "below")
 FORMULATIONS = ("newton", "euler")

@@ -7,11 +7,11 @@ The simulator keeps its contact point on the table with the omega_dot that it be
 
 from __future__ import annotations
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, added, cross, scaled
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
 
 
 def rates_without(body: Parameters, state: NewtonState) -> NewtonState:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
-from tt_precise.body import Parameters
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.body import Parameters
 
 MOST_STEPS = 4_000_000
 

@@ -12,11 +12,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.bench.problem import GoldenProblem
-from tt_precise.errors import InputError
 from tt_precise.integrate.precision import Precision
-from tt_precise.registry import Registry
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.registry import Registry
 
 MODULES = (
     "compiled_methods", "jax_methods", "mpmath_methods", "scipy_methods", "taylor_methods",

@@ -7,10 +7,10 @@ from dataclasses import fields
 
 import mpmath
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
-from tt_precise.body import Parameters
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
 
 MARGIN_BITS = 16  # odefun asks for a tolerance above the eps that it works with
 

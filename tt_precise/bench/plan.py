@@ -163,7 +163,7 @@ def _odefun(bits: tuple[int, ...]) -> Iterator[Trial]:
 
 def _other_scenes() -> Iterator[Trial]:
     from tt_precise import golden
-    from tt_precise.scene import load_scene
+    from tt_precise.scene.scene import load_scene
 
     for scene in golden.scenes():
         if scene == SCENE:

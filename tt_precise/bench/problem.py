@@ -12,9 +12,6 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import VECTOR_COLUMNS
 from tt_precise.integrate.precision import Precision, precision_named
 from tt_precise.mechanics.conserved import INTEGRALS, drift
@@ -24,9 +21,12 @@ from tt_precise.mechanics.formulations import (
     formulation,
     integrated,
 )
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     import pandas

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.bench.timing import Turn, processor_time
-from tt_precise.startup import THREADS
+from tt_precise.runtime.startup import THREADS
 
 ENTRY = "from tt_precise.cli import entry; entry()"
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
-from tt_precise.body import TippeTop
-from tt_precise.errors import InputError
-from tt_precise.scene import Inclination, Scene, Start
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.scene import Inclination, Scene, Start
 
 
 def gliding_scenes(until_s: Fraction | int) -> Iterator[Scene]:
@@ -56,9 +56,9 @@ def random_scene(draws: random.Random, name: str) -> Scene:
 
 def stands(scene: Scene) -> bool:
     """Whether the table has to push at the start."""
-    from tt_precise.initial_state import InitialState
     from tt_precise.integrate.contact import require_contact
     from tt_precise.integrate.precision import precision_named
+    from tt_precise.mechanics.initial_state import InitialState
 
     double = precision_named("double")
     start = InitialState.of(scene, double.arithmetic)

@@ -10,10 +10,10 @@ import math
 from collections.abc import Callable, Sequence
 from functools import cache
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import Parameters
 
 # arguments, and what is done with the rates; without a p the parameters are constants of the text
 SHAPES = {

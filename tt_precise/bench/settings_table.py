@@ -18,15 +18,15 @@ from fractions import Fraction
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
 
     from tt_precise.integrate import Trajectory
-    from tt_precise.scene import Scene
+    from tt_precise.scene.scene import Scene
 
 TOLERANCES = {
     # half decades: digits that are asked for are met by the first that suffices
@@ -88,7 +88,7 @@ def table(
 
     from tt_precise import golden
     from tt_precise.bench.random_scenes import gliding_scenes
-    from tt_precise.scene import load_scene
+    from tt_precise.scene.scene import load_scene
 
     every = [load_scene(name) for name in (golden.scenes() if scenes is None else scenes)]
     drawn = islice(gliding_scenes(SEEDED_UNTIL_S), seeded)
@@ -216,8 +216,8 @@ def _row(setting: MeasuredSetting, found: list[Performance]) -> dict[str, Json]:
 
 def write(progress: Progress = silent) -> pandas.DataFrame:
     """Measure, and write the table of the package."""
-    from tt_precise.files import atomic_write
     from tt_precise.integrate.cost_table import TABLE
+    from tt_precise.runtime.files import atomic_write
 
     found = table(progress=progress)
     atomic_write(TABLE, found.to_csv(index=False, lineterminator="\n"))
@@ -226,7 +226,7 @@ def write(progress: Progress = silent) -> pandas.DataFrame:
 
 def main() -> None:
     """Measure, write and show the table."""
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.progress import progress_bar
 
     with progress_bar("settings on golden scenes") as progress:
         print(write(progress).to_string(index=False))

@@ -22,8 +22,8 @@ from tt_precise.bench.estimates import right_throughout
 from tt_precise.bench.random_scenes import gliding_scenes
 from tt_precise.bench.timing import Action, processor_time, timed
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.progress import Progress, silent
-from tt_precise.scene import Scene
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.scene.scene import Scene
 from tt_precise.taylor import system
 
 SCENES = 100
@@ -130,7 +130,7 @@ def measured(scenes: int = SCENES, progress: Progress = silent) -> list[Answer]:
 
 def main() -> None:
     """Measure, and print the summary."""
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.progress import progress_bar
 
     scenes = int(sys.argv[1]) if len(sys.argv) > 1 else SCENES
     with progress_bar("several doubles on scenes") as progress:

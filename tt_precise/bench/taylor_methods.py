@@ -8,7 +8,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.bench.bare_loop import bare_adaptive, bare_batch
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
@@ -18,7 +17,8 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import Integrator, build
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.turning import TURNING
-from tt_precise.untyped import Adaptive
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.untyped import Adaptive
 
 LANES = (4, 8)
 SPREAD = 1e-6  # of the starts in a batch: lanes that all take the same steps would flatter it

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
-from tt_precise.progress import Progress, silent
+from tt_precise.runtime.progress import Progress, silent
 
 Action = Callable[[], object]
 Clock = Callable[[], float]

@@ -17,9 +17,9 @@ from tt_precise.bench.compiled_trial import CompiledTrial, prepare
 from tt_precise.bench.methods import method_named
 from tt_precise.bench.plan import SCENE, Group, Trial
 from tt_precise.bench.timing import Action, Timings, Turn, interleaved, timed
-from tt_precise.errors import InputError
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     import pandas

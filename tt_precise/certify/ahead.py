@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 from flint import arb
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.approximation import Piece, Steps
 from tt_precise.certify.error_set import ErrorSet
 from tt_precise.certify.sets import One
 from tt_precise.certify.step import Crossing
 from tt_precise.certify.verdict import NotProved
+from tt_precise.runtime.arithmetic import Scalar
 
 NEARLY, FORGETTING = 0.9, 1.01  # of the length of a step that failed; by which each step raises it
 

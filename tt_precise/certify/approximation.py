@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import flint
 from flint import arb, arb_poly
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.problem import Problem
 from tt_precise.certify.verdict import NotProved
-from tt_precise.untyped import Adaptive
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.untyped import Adaptive
 
 # Time is counted in units of a power of two near this many steps: about where the series stops
 # converging (heyoka steps radius/e^2). Coefficients are then of one size, which arb multiplies

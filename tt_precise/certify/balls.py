@@ -15,8 +15,8 @@ from fractions import Fraction
 import flint
 from flint import arb, arb_poly, fmpq
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.verdict import NotProved
+from tt_precise.runtime.arithmetic import Scalar
 
 
 class Balls:

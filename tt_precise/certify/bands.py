@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from flint import arb, arb_poly, arb_series
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import around, between, series_length
 from tt_precise.certify.verdict import NotProved
+from tt_precise.runtime.arithmetic import Scalar
 
 
 class Frame:

@@ -16,7 +16,6 @@ from pathlib import Path
 
 from flint import arb
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import bounds
 from tt_precise.certify.forever import forever
 from tt_precise.certify.matching import match_events, match_rows
@@ -25,17 +24,18 @@ from tt_precise.certify.printed import Tally, outward, rounded, tally
 from tt_precise.certify.proof import BITS, Proof, prove
 from tt_precise.certify.tables import State, tails_table
 from tt_precise.certify.verdict import NotProved
-from tt_precise.errors import InputError
-from tt_precise.files import atomic_write, locked
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import DIGITS, is_near_zero, scale_of
 from tt_precise.golden.enclosures import LABELS, Enclosures
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.seal import record_proof, require_manifest
 from tt_precise.golden.table import Table
-from tt_precise.numerals import NUMBER
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write, locked
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.numerals import NUMBER
 
 MORE_BITS = 64
 MOST_BITS = 456

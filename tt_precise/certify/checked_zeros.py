@@ -7,10 +7,10 @@ from functools import cached_property
 
 from flint import arb, arb_poly
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.checker import Checker, Dual, Poly, Room
 from tt_precise.certify.pieces import Refused
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.arithmetic import Scalar
 
 Function = Callable[[Motion], Scalar]
 EARLY, CLOSEST = arb(2) ** -30, arb(2) ** -60  # of a piece

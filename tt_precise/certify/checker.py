@@ -16,16 +16,16 @@ import flint
 import numpy
 from flint import arb, arb_mat, arb_poly, arb_series, fmpz
 
-from tt_precise.arithmetic import Arithmetic, Scalar
 from tt_precise.certify.balls import Balls, ball, series_length
 from tt_precise.certify.pieces import Refused
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.store import Stored
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Arithmetic, Scalar
+from tt_precise.runtime.untyped import Json
 
 GUARD = 40  # bits of the balls beyond those of the pieces
 LOW, LOW_BITS = 10, 80  # degree and bits of the polynomials that bound derivatives

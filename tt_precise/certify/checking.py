@@ -30,7 +30,6 @@ from tt_precise.certify.pieces import (
     bounded,
     exactly,
 )  # fmt: skip
-from tt_precise.errors import InputError
 from tt_precise.golden.digits import DIGITS, scale_of
 from tt_precise.golden.runs import columns
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
@@ -38,8 +37,9 @@ from tt_precise.golden.tails import last_place
 from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.quadratures import QUADRATURE_SCALE
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 
 
 def check(stored: Stored, content: dict[str, Json], progress: Progress = silent) -> Accepted:

@@ -20,8 +20,8 @@ from tt_precise.certify.problem import Problem
 from tt_precise.certify.sets import One, SetOfStarts
 from tt_precise.certify.step import Crossing
 from tt_precise.certify.verdict import NotProved
-from tt_precise.progress import Progress, silent
-from tt_precise.workers import Inline, Pool
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.workers import Inline, Pool
 
 GUARD_BITS = 16  # balls are this much finer than heyoka's numbers
 ALONE = Pool(Inline(), lambda: 1)

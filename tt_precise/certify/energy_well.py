@@ -53,7 +53,7 @@ from tt_precise.mechanics.newton import NewtonState, arm
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 FORM = integrated("gliding", "newton")
 SLICES, MOST_SLICES = 64, 1000  # from z0 to where the solution is, and to z1

@@ -13,7 +13,7 @@ from tt_precise.certify.observed import Observer
 from tt_precise.certify.onset import onset
 from tt_precise.certify.verdict import NotProved
 from tt_precise.integrate.events import event_named
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 
 @dataclass(frozen=True)

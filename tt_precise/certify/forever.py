@@ -41,14 +41,14 @@ import flint
 import numpy
 from flint import arb, arb_mat
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import around, largest
 from tt_precise.certify.energy_well import held
 from tt_precise.certify.slopes import Slope, variables
 from tt_precise.certify.verdict import NotProved
 from tt_precise.certify.vertical_spin import COLUMNS, Reduced, TrappingBlock, entries
 from tt_precise.golden.enclosures import Enclosures
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene
 
 PAIRS = (slice(0, 2), slice(2, 4), slice(4, 6))
 BITS = 128

@@ -22,7 +22,6 @@ from functools import cached_property, lru_cache
 import flint
 from flint import arb
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls, between, fraction, largest
 from tt_precise.certify.bands import Band
 from tt_precise.certify.enclosure import Stretch
@@ -30,6 +29,7 @@ from tt_precise.certify.jets import Jet, taylor
 from tt_precise.certify.onset import Onset
 from tt_precise.certify.slopes import Slope
 from tt_precise.certify.verdict import NotProved
+from tt_precise.runtime.arithmetic import Scalar
 
 Function = Callable[[Sequence[Scalar]], Scalar]
 MOST_HALVINGS = 30  # of a part, in the search for one where F or F' has a sign

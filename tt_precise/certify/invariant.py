@@ -14,9 +14,9 @@ from dataclasses import replace
 
 from flint import arb
 
-from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.certify.balls import Balls
 from tt_precise.certify.problem import Problem
+from tt_precise.runtime.arithmetic import Functions, Scalar
 
 BOX = arb(2) ** -20  # half an edge; any positive number will do
 

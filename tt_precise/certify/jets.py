@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.runtime.arithmetic import Scalar
 
 
 class Jet:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 import flint
 from flint import arb
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls
 from tt_precise.certify.interval_newton import Function
 from tt_precise.certify.problem import body_of, form_of, problem_of, units_of
@@ -16,7 +15,8 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene
 
 
 class Observer:

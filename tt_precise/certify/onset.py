@@ -22,7 +22,6 @@ from math import isqrt
 import flint
 from flint import arb, fmpq, fmpq_poly
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.jets import Jet, taylor
 from tt_precise.certify.verdict import NotProved
@@ -30,7 +29,8 @@ from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import Inclination, Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Inclination, Scene
 
 MOST_ORDER = 6
 MOST_BITS = 1 << 16

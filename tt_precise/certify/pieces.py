@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 from flint import arb, fmpz
 
-from tt_precise import json_file
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.store import Stored
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.certify.proof import Proof

@@ -10,7 +10,7 @@ from fractions import Fraction
 from flint import arb
 
 from tt_precise.certify.balls import bounds
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 
 @dataclass(frozen=True)

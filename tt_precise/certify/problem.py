@@ -10,15 +10,15 @@ from functools import cached_property
 import flint
 from flint import arb
 
-from tt_precise.arithmetic import Arithmetic, Functions, Scalar
-from tt_precise.body import Parameters, Units
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.tape import Tape
 from tt_precise.certify.verdict import NotProved
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.mechanics.formulations import Formulation, integrated
-from tt_precise.scene import Scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
+from tt_precise.scene.body import Parameters, Units
+from tt_precise.scene.scene import Scene
 
 BALLS = Arithmetic(Balls, ball)
 

@@ -11,7 +11,6 @@ from functools import cached_property
 import flint
 from flint import arb
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import largest
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
 from tt_precise.certify.events import ProvedEvents, search
@@ -20,15 +19,16 @@ from tt_precise.certify.observed import columns_in_si, observed
 from tt_precise.certify.onset import onset
 from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
 from tt_precise.certify.verdict import NotProved
-from tt_precise.errors import InputError
 from tt_precise.integrate.events import catalogue, event_named
 from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import QUANTITIES, jellett
-from tt_precise.numerals import exact
-from tt_precise.progress import Progress, silent
-from tt_precise.scene import Scene, load_scene
-from tt_precise.workers import local_pool
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.workers import local_pool
+from tt_precise.scene.numerals import exact
+from tt_precise.scene.scene import Scene, load_scene
 
 BITS = 200
 

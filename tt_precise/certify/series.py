@@ -12,10 +12,10 @@ from typing import Self
 
 from flint import arb
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls, around
 from tt_precise.certify.bands import Band
 from tt_precise.certify.verdict import NotProved
+from tt_precise.runtime.arithmetic import Scalar
 
 Monomial = tuple[int, ...]
 

@@ -16,7 +16,6 @@ from functools import lru_cache
 import flint
 from flint import arb, arb_poly
 
-from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.certify.approximation import Piece
 from tt_precise.certify.balls import between
 from tt_precise.certify.bands import Band, Frame
@@ -26,8 +25,9 @@ from tt_precise.certify.problem import Problem, problem_of
 from tt_precise.certify.series import Fan, StartSeries, monomials
 from tt_precise.certify.step import Crossing, Prepared, cross, cross_widely
 from tt_precise.certify.verdict import NotProved
-from tt_precise.scene import Scene
-from tt_precise.workers import Inline, Pool
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.workers import Inline, Pool
+from tt_precise.scene.scene import Scene
 
 
 class One:

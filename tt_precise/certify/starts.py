@@ -22,7 +22,6 @@ from fractions import Fraction
 import flint
 from flint import arb
 
-from tt_precise.arithmetic import Arithmetic
 from tt_precise.certify.balls import Balls, ball, between
 from tt_precise.certify.enclosure import Stretch, enclose
 from tt_precise.certify.energy_well import Well
@@ -34,16 +33,17 @@ from tt_precise.certify.sets import SetOfStarts
 from tt_precise.certify.slopes import Slope
 from tt_precise.certify.verdict import NotProved
 from tt_precise.certify.vertical_spin import Reduced
-from tt_precise.errors import InputError
 from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.manifest import scene_sha256
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import event_named
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, jellett
 from tt_precise.mechanics.thresholds import least_energy
-from tt_precise.scene import Scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Arithmetic
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
 
 BITS = 90
 DEGREE = 3  # of the set of states in the entries of a box

@@ -21,13 +21,13 @@ from tt_precise.certify.starts import (
     fate_at_the_start,
     never_inverts,
 )
-from tt_precise.errors import InputError
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.numerals import exact
-from tt_precise.progress import Progress, silent
-from tt_precise.scene import Scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.numerals import exact
+from tt_precise.scene.scene import Scene
 
 QUARTERINGS = 4  # a part is at least a sixteenth of its cell along each side
 MOST_CELLS = 1000  # along each side

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.verdict import NotProved
+from tt_precise.runtime.arithmetic import Scalar
 
 Operation = tuple[Any, ...]  # what to do, and the positions of what to do it with
 

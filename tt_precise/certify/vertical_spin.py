@@ -9,20 +9,20 @@ from fractions import Fraction
 
 from flint import arb
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.certify.balls import Balls, ball, bounds
 from tt_precise.certify.printed import outward, rounded
 from tt_precise.certify.problem import BALLS
 from tt_precise.certify.verdict import NotProved
 from tt_precise.golden.enclosures import Enclosures
 from tt_precise.golden.store import TRAJECTORY
-from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
-from tt_precise.scene import Scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
 
 COLUMNS = ("kx", "ky", "Lx", "Ly", "vx", "vy")
 LIMITS = ("D", "E", "E_tilde", "omega_3")

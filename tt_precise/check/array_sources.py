@@ -9,8 +9,8 @@ import numpy
 
 from tt_precise.check.blocks import Block, RowSource
 from tt_precise.check.cells import column_of, numbers_of
-from tt_precise.errors import InputError
-from tt_precise.progress import Progress, silent
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
 
 BLOCK_ROWS = 16_384
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from tt_precise.errors import InputError
-from tt_precise.terminal import one_line
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.terminal import one_line
 
 if TYPE_CHECKING:
     import os
     from pathlib import Path
 
     from tt_precise.check.result import Result
-    from tt_precise.scene import Scene
+    from tt_precise.scene.scene import Scene
 
 
 def assert_conserves(

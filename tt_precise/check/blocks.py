@@ -12,8 +12,8 @@ import numpy
 
 from tt_precise.check.columns import renamed
 from tt_precise.check.readings import Reading
-from tt_precise.errors import InputError
-from tt_precise.progress import Progress, silent
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy
 
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
 
 SHOWN = 40  # characters of a bad cell
 INFINITIES = ("inf", "infinity")

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy
 
-from tt_precise.arithmetic import Array
 from tt_precise.check.contact_height import ContactVelocity
 from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.finding import Sense
@@ -21,7 +20,8 @@ from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
 from tt_precise.mechanics.vectors import dot
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.scene.scene import Scene
 
 PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2.1
 

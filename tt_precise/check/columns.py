@@ -10,9 +10,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
-from tt_precise.errors import InputError
 from tt_precise.mechanics.conversion import (
     RigidBodyState,
     vectors_from_euler,
@@ -20,7 +17,10 @@ from tt_precise.mechanics.conversion import (
 )
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.start import LIFTED
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.start import LIFTED
 
 if TYPE_CHECKING:
     import numpy

@@ -16,8 +16,8 @@ import numpy
 
 from tt_precise.check.blocks import Block, RowSource
 from tt_precise.check.cells import bad_cell, number
-from tt_precise.errors import InputError
-from tt_precise.progress import Progress, silent
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
 
 BLOCK_BYTES = 2_000_000  # some 10,000 rows: what numpy makes of them stays in the cache
 LONGEST_LINE = 1_000_000  # bytes; a row of numbers is a few hundred

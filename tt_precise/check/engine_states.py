@@ -13,17 +13,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:
     import numpy
 
-    from tt_precise.body import Parameters
     from tt_precise.check.array_sources import ColumnSource
     from tt_precise.check.columns import Columns
     from tt_precise.check.readings import Changed, Reading
+    from tt_precise.scene.body import Parameters
 
 CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
 

@@ -23,7 +23,6 @@ from typing import Any
 
 import numpy
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.check.piecewise import SolvedRows, State, rates_of, rows_under
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.shooting import follow
@@ -33,6 +32,7 @@ from tt_precise.mechanics.formulations import FLIGHT, formulation
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.taylor import integral
 from tt_precise.mechanics.vectors import cross, dot
+from tt_precise.runtime.arithmetic import Array, Scalar
 
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval
 RESOLVED = 1e-9  # wanted error bound of a whole check, before a higher order is tried

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     import numpy

@@ -22,7 +22,6 @@ from tt_precise.check.digits_over_time import DigitsOverTime
 from tt_precise.check.evidence import Evidence
 from tt_precise.check.finding import CheckFinding, Verdict
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.distance import as_decimal
 from tt_precise.golden.fewest import FewestDigits
@@ -31,9 +30,10 @@ from tt_precise.golden.places import MANIFEST, Folder, locate
 from tt_precise.golden.seal import read_whole
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.numerals import exact
-from tt_precise.progress import Progress
-from tt_precise.start import LIFTED
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.numerals import exact
+from tt_precise.scene.start import LIFTED
 
 MEANING = "correct digits of every column"
 MOST_RECOMPUTED = 1024  # rows computed afresh, evenly spread over those that need it

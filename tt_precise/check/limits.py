@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from numbers import Real
 
 from tt_precise.check.checks import CHECKS, PAPER_LIMIT
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 
 def default_limits() -> dict[str, float]:

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Sequence
 
 from tt_precise.check.finding import SIGNS, CheckFinding
-from tt_precise.terminal import one_line
+from tt_precise.runtime.terminal import one_line
 
 WIDTH = 100
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")

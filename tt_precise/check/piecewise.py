@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.formulations import FLIGHT, Formulation, elastic_in_time, formulation
 from tt_precise.mechanics.friction import cone_margin
@@ -20,7 +18,9 @@ from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries, solution
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene
 
 ON_TABLE = 1e-9  # of R: below this a rigid table is touched
 POINTS = 9  # of an interval, at which a solution is looked at

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tt_precise.plotting import new_figure, require_format, save, styled
+from tt_precise.runtime.plotting import new_figure, require_format, save, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from tt_precise.check.result import Result
-    from tt_precise.scene import Scene
+    from tt_precise.scene.scene import Scene
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

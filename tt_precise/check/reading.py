@@ -14,7 +14,7 @@ from pathlib import Path
 from tt_precise.check.array_sources import ColumnSource, ParquetSource
 from tt_precise.check.blocks import RowSource
 from tt_precise.check.csv_source import TextSource
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 
 def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowSource:

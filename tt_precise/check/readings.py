@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterator
 
 import numpy
 
-from tt_precise.body import Parameters
 from tt_precise.check.columns import Columns
 from tt_precise.mechanics.vectors import Vector, added, cross, scaled, subtracted
+from tt_precise.scene.body import Parameters
 
 Changed = dict[str, numpy.ndarray]
 Reading = Callable[[Columns, Parameters], Changed | None]

@@ -9,12 +9,12 @@ from fractions import Fraction
 
 import numpy
 
-from tt_precise.errors import InputError
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import Measured, TrueRows
 from tt_precise.golden.table import Table
-from tt_precise.progress import Progress
-from tt_precise.scene import Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.scene import Scene
 
 SPARE_DIGITS = 2.0  # by which the solution must be better than what is asked of the trajectory
 USUAL_DIGITS = 13.0  # what a trajectory in double can have
@@ -63,7 +63,7 @@ def _solution(
     scene: Scene, precision: str, names: list[str], rows: Sequence[Row], progress: Progress
 ) -> Table:
     from tt_precise.integrate import integrate
-    from tt_precise.numerals import as_fraction
+    from tt_precise.scene.numerals import as_fraction
 
     trajectory = integrate(scene, precision, progress=progress)
     end = scene.until if trajectory.status == "complete" else as_fraction(trajectory.t_end)

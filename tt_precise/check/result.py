@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from tt_precise.check import outputs
 from tt_precise.check.finding import CheckFinding
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     import pandas

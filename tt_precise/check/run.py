@@ -23,10 +23,10 @@ from tt_precise.check.result import Result
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.unit_guard import refuse_other_units
 from tt_precise.check.worst import RunningWorst
-from tt_precise.errors import InputError
 from tt_precise.golden.places import Folder
-from tt_precise.progress import Progress, silent
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.scene.scene import Scene, load_scene
 
 NAMES = [check.name for check in CHECKS]
 HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}

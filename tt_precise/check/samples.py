@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Parameters
 from tt_precise.check.blocks import Block
 from tt_precise.check.columns import Columns, ColumnSet
-from tt_precise.errors import InputError
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene
 
 FRICTIONS = ("scene", "other")
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.mechanics.taylor import solution
+from tt_precise.runtime.arithmetic import Scalar
 
 EPS = float(numpy.finfo(float).eps)
 TERMS = 20  # Taylor coefficients: for eps, half its digits in base e, and two

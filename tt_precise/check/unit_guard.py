@@ -19,11 +19,11 @@ from tt_precise.check.columns import Columns, known_sets
 from tt_precise.check.equation_residual import EquationResidual
 from tt_precise.check.readings import Reading, readings
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.errors import InputError
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.newton import arm
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import cross, dot
+from tt_precise.runtime.errors import InputError
 
 FACTOR = 0.1  # off by more than this, and constantly so, is another unit or body
 CONSTANT = 0.99  # correlation from which a factor counts as constant

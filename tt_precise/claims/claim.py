@@ -22,9 +22,9 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from tt_precise.claims.verdicts import Finding
-from tt_precise.docstrings import docstring
-from tt_precise.errors import InputError
-from tt_precise.registry import Registry
+from tt_precise.runtime.docstrings import docstring
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.registry import Registry
 
 KINDS = {
     "EQ": "equation",

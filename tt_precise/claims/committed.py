@@ -14,18 +14,18 @@ from functools import cache
 from pathlib import Path
 from types import CodeType
 
-from tt_precise import json_file
-from tt_precise.cache import fingerprint as fingerprint_of
-from tt_precise.cache import source_hash
-from tt_precise.files import shipped
-from tt_precise.sources import SOURCES
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.cache import fingerprint as fingerprint_of
+from tt_precise.runtime.cache import source_hash
+from tt_precise.runtime.files import shipped
+from tt_precise.runtime.sources import SOURCES
+from tt_precise.runtime.untyped import Json
 
 FILE = "results.json"  # in reports/
 PACKAGE = Path(__file__).resolve().parents[1]
 # whatever a verdict may rest on; the rows of section 2.2 have a fingerprint of their own
 CODE = (
-    *SOURCES, "json_file.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py",
+    *SOURCES, "runtime/json_file.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py",
     "claims/evidence", "claims/statements", "exact", "golden", "sweep",
 )  # fmt: skip
 SCENES = "scenes"

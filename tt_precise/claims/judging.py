@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 from tt_precise.claims.claim import Claim, claim_named, claims
 from tt_precise.claims.verdicts import Finding, Verdict
-from tt_precise.processes import TaskGroup
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
-from tt_precise.workers import Call, Failure, local_pool
+from tt_precise.runtime.processes import TaskGroup
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.workers import Call, Failure, local_pool
 
 SYMBOLS, RUNS = "symbols", "runs"  # what the evidence of a module is, that others share
 FORMULAS = "tt_precise.claims.evidence.formulas"

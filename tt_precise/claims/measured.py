@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.runtime.arithmetic import Scalar
 
 MOST_DIGITS = 20  # printed; the fine runs have more
 DEFAULT_DIGITS = 12  # printed of a bare number, for which nobody states an error

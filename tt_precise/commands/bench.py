@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from tt_precise.commands.options import JSON
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 SCHEMA = "tt_precise.bench/1"
 MET = {True: "met", False: "NOT met", None: ""}
@@ -32,8 +32,8 @@ def command(only: tuple[str, ...], scenes: int, out: Path | None, as_json: bool)
     ratios are medians, of processor times. A bar that is missed is a finding: the exit status is 0.
     """
     from tt_precise.bench.bars import measured
-    from tt_precise.files import atomic_write, require_writable
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.files import atomic_write, require_writable
+    from tt_precise.runtime.progress import progress_bar
 
     if out is not None:
         require_writable(out)

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from tt_precise.commands.options import JSON
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 SCHEMA = "tt_precise.golden.certify/1"
 CHECK_SCHEMA = "tt_precise.golden.certify.check/1"
@@ -55,7 +55,7 @@ def command(
     writes nothing. Exit status 1 if a printed digit is proved wrong, the proof does not reach the
     end, or a certificate is refused. Needs python-flint (extra `certify`).
     """
-    from tt_precise.errors import InputError
+    from tt_precise.runtime.errors import InputError
 
     try:
         from tt_precise.certify.certificate import attempted, write
@@ -65,12 +65,12 @@ def command(
         raise InputError(
             "golden certify: python-flint is not installed; pip install 'tt-precise[certify]'"
         ) from None
-    from tt_precise.files import require_writable
     from tt_precise.golden.places import require, some
     from tt_precise.golden.places import scenes as golden_scenes
     from tt_precise.golden.proofs import PROOF
-    from tt_precise.progress import progress_bar
-    from tt_precise.workers import Call, Failure, cores, local_pool
+    from tt_precise.runtime.files import require_writable
+    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.workers import Call, Failure, cores, local_pool
 
     if checked and certificate:
         raise InputError("--check: got --certificate too, expected one of the two")
@@ -112,7 +112,7 @@ def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: boo
     from tt_precise.certify.checking import check
     from tt_precise.certify.verdict import NotProved
     from tt_precise.golden import store
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.progress import progress_bar
 
     results: list[dict[str, Json]] = []
     for name in scenes:

@@ -77,20 +77,20 @@ def command(
     from tt_precise.check.columns import renaming
     from tt_precise.check.limits import read_limits
     from tt_precise.check.run import conservation
-    from tt_precise.files import require_apart
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.files import require_apart
+    from tt_precise.runtime.progress import progress_bar
 
     outputs = {"--junit": junit, "--markdown": markdown, "--plot": plot}
     require_apart(outputs, trajectory, scene)
 
     if plot is not None:
-        from tt_precise.plotting import require_format
+        from tt_precise.runtime.plotting import require_format
 
         require_format(plot)
     table: object = trajectory
     if engine is not None:
         from tt_precise.check.engine_states import engine_source
-        from tt_precise.scene import load_scene
+        from tt_precise.scene.scene import load_scene
 
         table = engine_source(trajectory, engine, load_scene(scene), renaming(columns))
     with progress_bar(f"checking {trajectory}") as progress:
@@ -114,7 +114,7 @@ def command(
 def _write(result: Result, junit: str | None, markdown: str | None, plot: str | None) -> None:
     for path, text in ((junit, result.junit), (markdown, result.markdown)):
         if path is not None:
-            from tt_precise.files import atomic_write
+            from tt_precise.runtime.files import atomic_write
 
             atomic_write(path, text())
     if plot is not None:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.terminal import console
-from tt_precise.untyped import Json
-from tt_precise.workers import cores
+from tt_precise.runtime.terminal import console
+from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
     from tt_precise.claims.committed import Committed
@@ -111,7 +111,7 @@ def _computed(
     ids: Sequence[str], kinds: Sequence[str], workers: int, known: Committed | None
 ) -> list[Row]:
     from tt_precise.claims import claim_named, claims, judge_all
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.progress import progress_bar
 
     every = list(claims().values())
     wanted = [claim_named(one) for one in ids] if ids else every

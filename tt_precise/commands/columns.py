@@ -7,7 +7,7 @@ import json
 import click
 
 from tt_precise.commands.options import JSON
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 SCHEMA = "tt_precise.columns/1"
 CONVENTIONS = (

@@ -10,8 +10,8 @@ from pathlib import Path
 import click
 
 from tt_precise.commands import options
-from tt_precise.errors import InputError
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
 
 GOOD = ("rounding", "converges", "measured")
 LAW = "coulomb"
@@ -69,10 +69,10 @@ def command(
     from tt_precise.engines.job import SCHEMA_FILE, as_text
     from tt_precise.engines.ladder import climb
     from tt_precise.engines.rungs import rungs
-    from tt_precise.files import atomic_write, require_writable
-    from tt_precise.numerals import exact
-    from tt_precise.progress import progress_bar
-    from tt_precise.workers import cores
+    from tt_precise.runtime.files import atomic_write, require_writable
+    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.workers import cores
+    from tt_precise.scene.numerals import exact
 
     if schema:
         click.echo(SCHEMA_FILE.read_text("utf-8"), nl=False)

@@ -7,8 +7,8 @@ import json
 import click
 
 from tt_precise.commands import options
-from tt_precise.errors import InputError
-from tt_precise.terminal import say
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.terminal import say
 
 SCHEMA = "tt_precise.events/1"
 
@@ -26,8 +26,8 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
         return _catalogue(as_json)
     from tt_precise.commands.run import event_rows
     from tt_precise.integrate import catalogue, integrate
-    from tt_precise.progress import progress_bar
-    from tt_precise.scene import load_scene
+    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.scene.scene import load_scene
 
     loaded = load_scene(scene)
     names = catalogue(loaded.model) if only is None else options.names(only)

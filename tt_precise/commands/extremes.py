@@ -11,9 +11,9 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.extremes.case import TOPICS
-from tt_precise.terminal import console
-from tt_precise.untyped import Json
-from tt_precise.workers import cores
+from tt_precise.runtime.terminal import console
+from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
     from tt_precise.extremes import Outcome
@@ -42,8 +42,8 @@ def command(
     Exit status 1 if a case fails.
     """
     from tt_precise.extremes import cases, run_all
-    from tt_precise.files import atomic_write, require_writable
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.files import atomic_write, require_writable
+    from tt_precise.runtime.progress import progress_bar
 
     chosen = cases(topic, quick)
     if out is not None:

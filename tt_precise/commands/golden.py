@@ -13,8 +13,8 @@ from tt_precise.commands import options
 from tt_precise.commands.certify_golden import command as certify
 from tt_precise.commands.golden_starts import command as starts
 from tt_precise.commands.golden_vectors import command as vectors
-from tt_precise.terminal import say
-from tt_precise.untyped import Json
+from tt_precise.runtime.terminal import say
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.golden import Built, Verification
@@ -54,7 +54,7 @@ def build_command(
     computations contradict each other.
     """
     from tt_precise.golden import build
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.progress import progress_bar
 
     began = time.monotonic()
     with progress_bar("building golden data") as progress:
@@ -85,7 +85,7 @@ def verify_command(
     A scene is a name, its TOML file, or the folder of its data. Exit status 1 if anything is wrong.
     """
     from tt_precise.golden import verify
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.progress import progress_bar
 
     with progress_bar("verifying golden data") as progress:
         found = verify(scenes or None, folder=folder, workers=workers, progress=progress)
@@ -102,9 +102,9 @@ def verify_command(
 @options.JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
     """List the scenes that have golden data, and shipped ones that lack them."""
-    from tt_precise import json_file
     from tt_precise.golden import places, proofs, store
-    from tt_precise.scene import shipped
+    from tt_precise.runtime import json_file
+    from tt_precise.scene.scene import shipped
 
     present = places.scenes(folder)
     entries = []

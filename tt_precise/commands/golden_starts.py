@@ -51,7 +51,7 @@ def command(
     They all invert, or go upright, without losing contact and for ever; or they all lose contact.
     Exit status 1 if nothing is proved. Needs python-flint (extra `certify`).
     """
-    from tt_precise.errors import InputError
+    from tt_precise.runtime.errors import InputError
 
     try:
         from tt_precise.certify import starts, starts_map
@@ -61,9 +61,9 @@ def command(
         raise InputError(
             "golden starts: python-flint is not installed; pip install 'tt-precise[certify]'"
         ) from None
-    from tt_precise.files import atomic_write, require_apart, require_writable
-    from tt_precise.progress import progress_bar
-    from tt_precise.scene import load_scene
+    from tt_precise.runtime.files import atomic_write, require_apart, require_writable
+    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.scene.scene import load_scene
 
     known = load_scene(scene)
     require_apart({"--out": out}, scene)
@@ -87,8 +87,8 @@ def command(
 
 
 def _reach(texts: tuple[str, ...]) -> dict[str, Fraction]:
-    from tt_precise.errors import InputError
-    from tt_precise.numerals import exact
+    from tt_precise.runtime.errors import InputError
+    from tt_precise.scene.numerals import exact
 
     found: dict[str, Fraction] = {}
     for text in texts:

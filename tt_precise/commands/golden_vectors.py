@@ -29,9 +29,9 @@ def command(build: bool, index_only: bool, folder: Path | None, as_json: bool) -
     Verifying computes every vector afresh, in two precisions and two formulations, and holds every
     file against its SHA-256 in index.json. Exit status 1 if anything differs.
     """
-    from tt_precise.files import atomic_write
     from tt_precise.golden.store import home
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.files import atomic_write
+    from tt_precise.runtime.progress import progress_bar
     from tt_precise.vectors import index
 
     place = folder or home()

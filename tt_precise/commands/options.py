@@ -49,7 +49,7 @@ def names(text: str | None) -> tuple[str, ...]:
 
 def workers(default: str) -> Callable[[F], F]:
     """``--workers``, with its older name ``--jobs``; ``default`` says what is taken without."""
-    from tt_precise.workers import most_workers
+    from tt_precise.runtime.workers import most_workers
 
     kind = click.IntRange(1, most_workers())
 

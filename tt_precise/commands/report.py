@@ -25,7 +25,7 @@ SCHEMA = "tt_precise.report/1"
 @JSON
 def command(out: str, opened: bool, rendered: bool, as_json: bool) -> int:
     """Write the precision report: HTML, Markdown, results.json and the figures."""
-    from tt_precise.files import require_writable
+    from tt_precise.runtime.files import require_writable
 
     folder = Path(out)
     require_writable(folder / "results.json")  # found out now, not after a minute of work
@@ -43,8 +43,8 @@ def command(out: str, opened: bool, rendered: bool, as_json: bool) -> int:
 
 
 def _built(folder: Path) -> list[Path]:
-    from tt_precise.progress import progress_bar
     from tt_precise.report.build import build
+    from tt_precise.runtime.progress import progress_bar
 
     with progress_bar("claims and sections") as progress:
         return build(folder, f"tt-precise report --out {folder}", progress)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.commands import options
-from tt_precise.errors import InputError
-from tt_precise.files import require_apart, require_writable
-from tt_precise.terminal import say
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import require_apart, require_writable
+from tt_precise.runtime.terminal import say
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory
@@ -67,9 +67,9 @@ def command(
     from dataclasses import replace
 
     from tt_precise.integrate import catalogue, integrate
-    from tt_precise.numerals import exact
-    from tt_precise.progress import progress_bar
-    from tt_precise.scene import RECORDABLE, load_scene
+    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.scene.numerals import exact
+    from tt_precise.scene.scene import RECORDABLE, load_scene
 
     loaded = load_scene(scene)
     if until is not None:
@@ -85,7 +85,7 @@ def command(
     # found out now, not after a long integration
     require_apart({"--out": out, "--plot": plot}, scene)
     if plot is not None:
-        from tt_precise.plotting import require_format
+        from tt_precise.runtime.plotting import require_format
 
         require_format(plot)
         _require_writable(Path(plot), "--plot")
@@ -109,13 +109,13 @@ def command(
             estimated=True,
         )
     if out is not None:
-        from tt_precise.files import atomic_write
+        from tt_precise.runtime.files import atomic_write
 
         with progress_bar(f"reading {loaded.name}") as progress:
             table = trajectory.table(*wanted, numbers="text", progress=progress)
         atomic_write(out, as_csv(table))
     if plot is not None:
-        from tt_precise.plotting import save
+        from tt_precise.runtime.plotting import save
 
         save(trajectory.plot(), plot)
     if as_json:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands.options import JSON
-from tt_precise.errors import InputError
-from tt_precise.terminal import say
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.terminal import say
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
-    from tt_precise.scene import Scene
+    from tt_precise.scene.scene import Scene
 
 SCHEMA = "tt_precise.scene/1"
 DIGITS = 20
@@ -72,7 +72,7 @@ def command() -> None:
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 def new(file: Path, force: bool) -> None:
     """Write a commented scene, valid as it is, to FILE (.toml)."""
-    from tt_precise.files import atomic_write
+    from tt_precise.runtime.files import atomic_write
 
     if file.suffix != ".toml":
         raise InputError(f"scene new: got {file}, expected a name that ends in .toml")
@@ -89,7 +89,7 @@ def new(file: Path, force: bool) -> None:
 @JSON
 def list_command(as_json: bool) -> None:
     """List the scenes that ship with the package."""
-    from tt_precise.scene import load_scene, shipped
+    from tt_precise.scene.scene import load_scene, shipped
 
     found = [load_scene(name) for name in shipped()]
     if as_json:
@@ -107,7 +107,7 @@ def show(scene: str, as_json: bool) -> None:
 
     gamma, lambda over its thresholds, whether it inverts, static balance, and warnings.
     """
-    from tt_precise.scene import load_scene
+    from tt_precise.scene.scene import load_scene
 
     content = summary(load_scene(scene))
     if as_json:
@@ -169,9 +169,9 @@ def balance(scene: Scene) -> str:
 
 def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     """What is worth a second look."""
-    from tt_precise.initial_state import InitialState
     from tt_precise.integrate.precision import precision_named
-    from tt_precise.start import LiftedStart
+    from tt_precise.mechanics.initial_state import InitialState
+    from tt_precise.scene.start import LiftedStart
 
     found = []
     body, start = scene.body, scene.start

@@ -12,10 +12,10 @@ import click
 from click.core import ParameterSource
 
 from tt_precise.commands import options
-from tt_precise.errors import InputError
-from tt_precise.terminal import console, say
-from tt_precise.untyped import Json
-from tt_precise.workers import cores
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.terminal import console, say
+from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
     from tt_precise.sweep import Specification
@@ -136,7 +136,7 @@ def run(
             checking=checking,
         )
     if as_csv and out is not None:
-        from tt_precise.files import replacing
+        from tt_precise.runtime.files import replacing
 
         with replacing(Path(out) / "rows.csv") as temporary:
             for position, frame in enumerate(swept.store.frames()):
@@ -164,7 +164,7 @@ def run(
 )
 def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
     """Draw the rows of RESULT, a sweep's folder, Parquet or CSV file."""
-    from tt_precise.plotting import save
+    from tt_precise.runtime.plotting import save
     from tt_precise.sweep.picture import curve, map_of
     from tt_precise.sweep.rows_file import read_rows
 
@@ -236,7 +236,7 @@ def _refuse_what_the_file_says(scene: str) -> None:
 
 def is_sweep_file(path: str) -> bool:
     """Whether a TOML file names a scene, so that it is a sweep and not a scene itself."""
-    from tt_precise.toml import parse, read_text
+    from tt_precise.runtime.toml import parse, read_text
 
     if not path.endswith(".toml"):
         return False

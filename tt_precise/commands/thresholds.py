@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands.options import JSON
-from tt_precise.terminal import say
+from tt_precise.runtime.terminal import say
 
 if TYPE_CHECKING:
     from tt_precise.exact.thresholds import Determination, Thresholds
@@ -28,8 +28,8 @@ def command(scene: str, digits: int, as_json: bool) -> int:
     or if only one of them finds that it exists.
     """
     from tt_precise.exact.thresholds import thresholds
-    from tt_precise.progress import progress_bar
-    from tt_precise.scene import load_scene
+    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.scene.scene import load_scene
 
     loaded = load_scene(scene)
     with progress_bar(f"{loaded.name}: {digits} digits"):

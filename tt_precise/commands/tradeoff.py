@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.commands.options import JSON
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
@@ -43,8 +43,8 @@ def command(quick: bool, out: Path | None, settings_table: bool | None, as_json:
     from tt_precise.bench.findings import findings
     from tt_precise.bench.tables import GROWTH, TABLE, TradeoffTables
     from tt_precise.bench.tradeoff import measure
-    from tt_precise.files import require_writable
-    from tt_precise.progress import progress_bar
+    from tt_precise.runtime.files import require_writable
+    from tt_precise.runtime.progress import progress_bar
 
     folder = out or (None if quick else REPORTS)
     if folder:
@@ -95,7 +95,7 @@ def _figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame) -> dict[str, s
 
 
 def _write(folder: Path, files: dict[str, str]) -> None:
-    from tt_precise.files import write_together
+    from tt_precise.runtime.files import write_together
 
     write_together({folder / name: content for name, content in files.items()})
     for name in files:

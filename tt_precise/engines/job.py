@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy
 
-from tt_precise.arithmetic import Arithmetic
-from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import flight
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import Scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Arithmetic
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
 
 SCHEMA = "tt_precise.engine-job/1"
 SCHEMA_FILE = Path(__file__).with_name("job.schema.json")

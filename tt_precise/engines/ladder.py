@@ -11,14 +11,14 @@ from fractions import Fraction
 
 import numpy
 
-from tt_precise.arithmetic import Array
 from tt_precise.engines.run import TIME_LIMIT_S, ProgramRun, run
 from tt_precise.engines.rungs import STEPS, Rung, States
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 
 SLOWER = 0.5  # by which an observed order may be below the method's
 LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together

@@ -13,9 +13,9 @@ from tt_precise.engines.ended import ended
 from tt_precise.engines.job import as_text
 from tt_precise.engines.program import COLUMNS, REFUSED
 from tt_precise.engines.rungs import States
-from tt_precise.errors import InputError
 from tt_precise.mechanics.conversion import axis_of
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
 
 TIME_LIMIT_S = 60.0
 TIME_SLACK = 1e-9  # s

@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy
 
-from tt_precise.arithmetic import Array
 from tt_precise.engines.job import DOUBLE, Friction, job
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate import integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import Scene, load_scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene, load_scene
 
 UNTIL, INVERSION_UNTIL = "0.5", "4"
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s

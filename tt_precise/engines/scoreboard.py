@@ -10,8 +10,8 @@ from tt_precise._version import __version__
 from tt_precise.engines.catalogue import Engine
 from tt_precise.engines.ladder import VERDICTS, RungResult, climb
 from tt_precise.engines.rungs import Rung, rungs
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 
 SCHEMA = "tt_precise.engines/1"
 

@@ -15,11 +15,11 @@ from typing import ClassVar, NamedTuple
 from sympy import QQ
 from sympy.polys.fields import field
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
 
 PARAMETERS = "m R alpha I1 I3 g mu"
 

@@ -12,9 +12,6 @@ from collections.abc import Iterable
 from fractions import Fraction
 from math import isqrt
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Parameters
-from tt_precise.dry_friction import CoulombParameters, RegularisedParameters
 from tt_precise.exact.chart import ForceChart
 from tt_precise.exact.proof import RATIONAL_POINTS, circle, identity, positive, signed
 from tt_precise.mechanics import friction, newton, polar, quantities, rolling
@@ -22,6 +19,9 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.polar import PolarState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot, subtracted
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.dry_friction import CoulombParameters, RegularisedParameters
 
 
 @identity("lambda is constant under any contact force", "after (1)")

@@ -15,9 +15,6 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TypeVar
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Parameters
-from tt_precise.errors import InputError
 from tt_precise.exact import friction as friction  # registers its identities
 from tt_precise.exact import turning as turning  # registers its identity
 from tt_precise.exact.chart import (
@@ -41,6 +38,9 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Parameters
 
 VectorState = TypeVar("VectorState", NewtonState, RollingState)
 

@@ -10,18 +10,18 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
-from tt_precise.errors import InputError
 from tt_precise.exact.arithmetic import arithmetic_of, checked_digits, own_context
-from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import euler, quantities
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mpfr import mpfr_of
-from tt_precise.numerals import exact
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.mpfr import mpfr_of
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.numerals import exact
+from tt_precise.scene.scene import Scene
 
 GUARD_DIGITS = 10  # lambda takes some ten operations, each good to the last digit
 

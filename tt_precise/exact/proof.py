@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.docstrings import docstring
 from tt_precise.exact.chart import (
     Chart,
     EulerChart,
@@ -19,6 +17,8 @@ from tt_precise.exact.chart import (
     VectorChart,
     VectorChartAtAzimuth0,
 )
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.docstrings import docstring
 
 SYMBOLIC = "symbolic"  # a polynomial reduction: for all parameters and states at once
 RATIONAL_POINTS = "rational points"  # exact evaluation at random points

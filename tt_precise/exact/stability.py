@@ -20,12 +20,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters, TippeTop, Units
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters, TippeTop, Units
 
 UPRIGHT, INVERTED = 1, -1
 GUARD_DIGITS = 10  # the sign change is seen this much closer than the digits asked for

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.exact.arithmetic import (
     agreed_digits,
     arithmetic_of,
@@ -23,16 +22,17 @@ from tt_precise.exact.arithmetic import (
 )
 from tt_precise.exact.stability import INVERTED, UPRIGHT, MarginalMomentum, fineness, marginal_spin
 from tt_precise.exact.verdict import InversionVerdict, inversion
-from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import contact_terms
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.scene import Scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
 
 GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
 MOST_GUARD = 5000

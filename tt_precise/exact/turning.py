@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.exact.chart import FrameChart
 from tt_precise.exact.proof import identity
 from tt_precise.mechanics import centre, turning
 from tt_precise.mechanics.centre import CentreState
+from tt_precise.runtime.arithmetic import Scalar
 
 
 @identity("turning frame = Newton form", "(1), (7), (10)")

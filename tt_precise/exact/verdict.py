@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.scene import Scene, Start
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene, Start
 
 
 class InversionVerdict(NamedTuple):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import TippeTop
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.thresholds import Determination, thresholds
 from tt_precise.extremes import perturbed, theory
@@ -16,7 +14,9 @@ from tt_precise.extremes.tilt import tilt_error
 from tt_precise.extremes.toy import varied
 from tt_precise.integrate import integrate
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.scene import Scene
 
 LIMIT_S = "0.05"
 SIDES = {"upright": 1, "inverted": -1}

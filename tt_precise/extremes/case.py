@@ -27,9 +27,9 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import product
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.registry import Registry
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.registry import Registry
+from tt_precise.runtime.untyped import Json
 
 # the modules of each topic
 TOPICS: dict[str, tuple[str, ...]] = {

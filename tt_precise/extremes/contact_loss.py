@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
@@ -14,7 +13,8 @@ from tt_precise.extremes.pole_starts import PRECISIONS, refused
 from tt_precise.extremes.tilt import exact_start
 from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene, load_scene
 
 NARROW_S = Fraction("1e-13")
 PLANE = {"theta": "1", "theta_dot": "50", "omega_3": "0", "mu": "0", "until": "1"}

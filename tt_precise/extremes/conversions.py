@@ -6,8 +6,6 @@ from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes.case import Observation, case, finite, together, within
 from tt_precise.extremes.tilt import tilt_error
@@ -17,7 +15,9 @@ from tt_precise.integrate.precision import BITS
 from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import load_scene
 
 PRECISIONS = ("double", "extended", "quad", "mp")
 RATES = {"theta_dot": "0.7", "phi_dot": "-1.9", "omega_3": "12.3", "nu_x": "0.11", "nu_y": "-0.23"}

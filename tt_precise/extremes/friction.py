@@ -6,7 +6,6 @@ import time
 from dataclasses import replace
 from functools import cache
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
@@ -16,7 +15,8 @@ from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.rolling import constraint_force
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene
 
 FRICTIONS = ("0", "1e-12", "1e-6", "1e-3", "0.03", "0.3", "3", "10", "100", "1e3", "1e4")
 ROUGH = ("10", "30", "100", "300", "1e3", "3e3", "1e4")

@@ -17,8 +17,8 @@ from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene import Scene, load_scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     import pandas

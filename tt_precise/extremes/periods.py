@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.precision import precision_named
 from tt_precise.mechanics import quantities
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.scene import load_scene
 
 STEP = "1e-3"  # rad; the potentials of the scenes have one valley, far wider
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 Integrate: TypeAlias = Callable[..., Trajectory]
 """What a case integrates with: ``integrate``, or one of its replacements below."""

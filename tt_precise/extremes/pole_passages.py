@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
@@ -18,7 +17,8 @@ from tt_precise.extremes.tilt import exact_start
 from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene
 
 THETA, THETA_DOT, OMEGA_3 = "0.5", "-10", "20"  # rad, rad/s, rad/s
 AFTER_S = "0.1"  # well behind the passage, which is at 0.04 s

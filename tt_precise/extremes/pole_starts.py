@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tt_precise.errors import InputError
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
@@ -12,6 +11,7 @@ from tt_precise.extremes.tilt import exact_start, tilt_error
 from tt_precise.extremes.toy import varied
 from tt_precise.integrate import integrate
 from tt_precise.integrate.precision import precision_named
+from tt_precise.runtime.errors import InputError
 
 POLES = ("", "pi - ")
 PRECISIONS = ("double", "extended", "quad", "mp")

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from tt_precise.extremes.case import ExtremeCase, Observation, Outcome
-from tt_precise.progress import Progress, silent
-from tt_precise.workers import Call, Failure, local_pool
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.workers import Call, Failure, local_pool
 
 # heyoka.real arrays leak memory, so a worker is replaced now and then
 CASES_OF_A_WORKER = 200

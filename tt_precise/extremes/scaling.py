@@ -11,7 +11,7 @@ from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 
 UNTIL_S = Fraction("0.2")
 POWERS = (-6, -4, -2, 2, 4, 6)

@@ -7,19 +7,19 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.golden import load, scenes
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.variational import sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     from tt_precise.integrate.variational import Sensitivity

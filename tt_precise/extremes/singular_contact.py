@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from functools import cache
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene
 
 # two tops: the paper's, and one with a greater eccentricity and three times the mass
 TOPS: dict[str, dict[str, str]] = {

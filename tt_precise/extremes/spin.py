@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.body import Units
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import perturbed, theory
 from tt_precise.extremes.case import Observation, case, same, together, within
@@ -15,7 +14,8 @@ from tt_precise.extremes.tilt import tilt_error
 from tt_precise.extremes.toy import varied
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.scene import Scene
+from tt_precise.scene.body import Units
+from tt_precise.scene.scene import Scene
 
 SPINS = ("0", "1e-3", "1", "10", "100", "1e3", "1e4", "1e5", "1e6", "1e7")
 TURN = Fraction("6.2831853")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 
 def varied(**changes: Any) -> Scene:

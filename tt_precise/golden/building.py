@@ -6,8 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tt_precise.errors import InputError
-from tt_precise.files import locked
 from tt_precise.golden import manifest as manifests
 from tt_precise.golden import store
 from tt_precise.golden.closed_form import closed_form
@@ -19,9 +17,11 @@ from tt_precise.golden.seal import proof_hash
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import RunCache, perform_all
-from tt_precise.progress import Progress, silent
-from tt_precise.scene import Scene, load_scene, shipped
-from tt_precise.workers import local_pool
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import locked
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.workers import local_pool
+from tt_precise.scene.scene import Scene, load_scene, shipped
 
 NEW, UNCHANGED, RENEWED = "new", "unchanged", "evidence renewed"
 REPLACED, REFUSED, FAILED = "replaced", "refused", "failed"

@@ -13,13 +13,13 @@ from functools import cached_property
 
 import numpy
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.taylor import SeriesFunctions, solution
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene
 
 ORDER = 24
 # The terms left out are less than the last two, where two terms are at most this part of the two

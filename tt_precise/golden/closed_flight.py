@@ -9,9 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 
-from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.exact.arithmetic import arithmetic_of
-from tt_precise.initial_state import InitialState
 from tt_precise.mechanics import flight, newton
 from tt_precise.mechanics.conversion import (
     RigidBodyState,
@@ -19,9 +17,11 @@ from tt_precise.mechanics.conversion import (
     horizontal_length,
     vectors_from_rigid_body,
 )
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.pose import pose
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.scene import Scene
 
 LOOKS = 50  # for a sign of the height: of the horizon, and in each turn of the axis
 

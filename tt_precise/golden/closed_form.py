@@ -12,12 +12,12 @@ from collections.abc import Sequence
 
 import mpmath
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.golden.closed_flight import ClosedFlight
 from tt_precise.golden.runs import Run, columns
 from tt_precise.golden.table import Table
-from tt_precise.numerals import to_mpmath
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.scene import Scene
 
 Row = tuple[str, ...]
 LABEL = "closed form"

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy
 import pandas
 
-from tt_precise.errors import InputError
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.distance import RULE, as_decimal
 from tt_precise.golden.fewest import FewestDigits
@@ -20,7 +19,8 @@ from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.places import Folder
 from tt_precise.golden.seal import read_whole
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.plotting import new_figure, require_format, save, styled
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.plotting import new_figure, require_format, save, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,11 +12,11 @@ from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import TippeTop, Units
-from tt_precise.errors import InputError
 from tt_precise.golden.digits import COARSE, DIGITS, EXACT, scale_of
 from tt_precise.mechanics.formulations import KINDS, STATE_DIMENSIONS
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import TippeTop, Units
 
 if TYPE_CHECKING:
     from tt_precise.golden.table import Table

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 
-from tt_precise.body import Parameters
 from tt_precise.golden.digits import scale_of
 from tt_precise.golden.outward import IntervalFunctions, Outward, pi
 from tt_precise.golden.store import TRAJECTORY, Stored
@@ -22,6 +21,7 @@ from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import dot
+from tt_precise.scene.body import Parameters
 
 ENCLOSURE, EVENTS_ENCLOSURE = "enclosure.csv", "events-enclosure.csv"
 LABELS = ("name", "direction")

@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS, JOINING, not_alternating
+from tt_precise.runtime.arithmetic import Scalar
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory

@@ -6,7 +6,7 @@ import hashlib
 import json
 import tomllib
 
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 SELF_HASH = "sha256_of_manifest"
 PROOF, PROOF_KEY = "proof.json", "sha256_of_proof"

@@ -14,7 +14,6 @@ from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.golden.digits import DIGITS, PRINTED, ZERO
 from tt_precise.golden.enclosures import LABELS, Enclosures
 from tt_precise.golden.outward import FIGURES
@@ -24,7 +23,8 @@ from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import dot
-from tt_precise.mpfr import Mpfr, mpfr_of
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 
 STORED_DIGITS = re.compile(rf"\d{{{STORED}}}", re.ASCII)
 MODULUS = 10**STORED

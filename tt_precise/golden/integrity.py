@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
 
-from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.invariants import CONSTANT_TO, constancies
@@ -17,9 +16,10 @@ from tt_precise.golden.runs import columns
 from tt_precise.golden.seal import missing_keys, missing_proof
 from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.scene import Scene, load_scene
-from tt_precise.scene import shipped as shipped_scenes
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import shipped as shipped_scenes
 
 WORDS = ("meaning", "event_meanings")  # their wording may change from version to version
 FEW = 3  # of many equal problems so many are reported

@@ -7,7 +7,6 @@ from typing import Any
 
 import mpmath
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.exact.jellett import jellett_along
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.table import Table
@@ -15,9 +14,10 @@ from tt_precise.mechanics.conserved import conserved, drift
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mpfr import mpfr_of
-from tt_precise.numerals import to_mpmath
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.mpfr import mpfr_of
+from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.scene import Scene
 
 WORKING_DIGITS = 60
 

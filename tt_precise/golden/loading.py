@@ -8,13 +8,13 @@ from typing import ClassVar, Literal, get_args
 import mpmath
 import pandas
 
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.places import Folder
 from tt_precise.golden.seal import read_whole
 from tt_precise.golden.table import Table
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
 
 # as of a trajectory's tables; "mpmath" is the older name of "native"
 Numbers = Literal["native", "float", "text", "mpmath"]

@@ -27,8 +27,8 @@ from tt_precise.golden.table import Table
 from tt_precise.integrate.events import EVENTS as CATALOGUE
 from tt_precise.integrate.events import JOINING, TERMINAL
 from tt_precise.mechanics.columns import described
-from tt_precise.scene import Scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
 
 SCHEMA = "tt_precise.golden/1"
 

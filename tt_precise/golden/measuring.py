@@ -14,13 +14,13 @@ from functools import cached_property
 
 import numpy
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.golden.carrying import Carrier
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.distance import NEAR_ZERO, as_decimal, relative_error, scales_by_kind
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene
 
 EPS = float(numpy.finfo(float).eps)
 TINY = float(numpy.finfo(float).tiny)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from functools import cache
 
-from tt_precise.arithmetic import Functions, Scalar
+from tt_precise.runtime.arithmetic import Functions, Scalar
 
 FIGURES = 60
 _DOWN = Context(prec=FIGURES, rounding=ROUND_FLOOR)

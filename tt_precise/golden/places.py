@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 MANIFEST = "manifest.json"
 PACKAGE = Path(__file__).resolve().parents[1]

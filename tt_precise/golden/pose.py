@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from tt_precise.errors import InputError
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.table import Table
 from tt_precise.integrate import integrate
 from tt_precise.integrate.columns import VECTOR_COLUMNS
 from tt_precise.mechanics.pose import Pose
-from tt_precise.scene import RECORDABLE, Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import RECORDABLE, Scene
 
 BITS = 200  # 60 digits, of which the motion costs some 10
 IN_DOUBLE = 17  # digits that a correctly rounded double needs, with a margin

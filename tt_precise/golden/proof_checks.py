@@ -26,7 +26,7 @@ from tt_precise.integrate.events import catalogue
 from tt_precise.integrate.inversion import InversionTimes, Marks, Turns, from_marks
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 FEW = 3  # of many equal complaints so many are listed
 FLOAT_SLACK = 1e-9  # of g_n/(m g) in double

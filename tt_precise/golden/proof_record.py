@@ -6,8 +6,6 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from tt_precise import json_file
-from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, Enclosures
 from tt_precise.golden.hashes import PROOF as PROOF
@@ -15,7 +13,9 @@ from tt_precise.golden.hashes import PROOF_KEY as SELF_HASH
 from tt_precise.golden.hashes import self_hash
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
 
 SCHEMA = "tt_precise.proof/2"
 _NEEDED = {

@@ -13,7 +13,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-from tt_precise.errors import InputError
 from tt_precise.golden import store
 from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, Cells, Enclosures
 from tt_precise.golden.outward import Outward
@@ -21,8 +20,9 @@ from tt_precise.golden.printed_cells import misprinted
 from tt_precise.golden.proof_checks import complaints
 from tt_precise.golden.proof_record import PROOF, SCHEMA, SELF_HASH, Record, read, text
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
-from tt_precise.scene import Scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
 
 __all__ = [
     "ENCLOSURE", "EVENTS_ENCLOSURE", "PROOF", "SCHEMA", "SELF_HASH", "Established", "Interval",

@@ -10,10 +10,10 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.table import Table
-from tt_precise.scene import Scene, parse_scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene, parse_scene
 
 # Bits of the two working precisions. The next pair is taken while digits are missing; the middle
 # one shares a run with the first. With the first pair all three runs agree to 40 digits on the

@@ -9,9 +9,6 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
-from tt_precise import json_file
-from tt_precise.errors import InputError
-from tt_precise.files import atomic_write
 from tt_precise.golden import places, store
 from tt_precise.golden.hashes import (
     PROOF,
@@ -25,7 +22,10 @@ from tt_precise.golden.hashes import (
 from tt_precise.golden.places import Folder, home
 from tt_precise.golden.proved import PROVED
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.untyped import Json
 
 NEEDED = {"schema", "scene", "model", "status", "digits", "files", "evidence", SELF_HASH}
 

@@ -12,14 +12,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
-from tt_precise import json_file
-from tt_precise.errors import InputError
 from tt_precise.golden.places import MANIFEST, OWN, Folder, require
 from tt_precise.golden.places import home as home
 from tt_precise.golden.places import scenes as scenes
 from tt_precise.golden.table import Table
-from tt_precise.scene import Scene, parse_scene
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene, parse_scene
 
 SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
 Looked = TypeVar("Looked")

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import ordered_events
 from tt_precise.golden.distance import correct_digits, scales_by_kind
@@ -22,8 +21,9 @@ from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.golden.workers import perform_all
 from tt_precise.golden.worst import largest_error
-from tt_precise.progress import Progress, silent
-from tt_precise.workers import local_pool
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.workers import local_pool
 
 FRESH_DIGITS = 28  # a fresh computation has to find at least so many
 DIGITS_PER_BIT = math.log10(2)

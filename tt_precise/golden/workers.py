@@ -7,13 +7,13 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
-from tt_precise.cache import UNREADABLE, Records, source_hash
 from tt_precise.golden.manifest import versions
 from tt_precise.golden.runs import Run, Task, perform
 from tt_precise.golden.table import Table
-from tt_precise.progress import Progress, silent
-from tt_precise.sources import SOURCES
-from tt_precise.workers import Call, Failure, Pool
+from tt_precise.runtime.cache import UNREADABLE, Records, source_hash
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.sources import SOURCES
+from tt_precise.runtime.workers import Call, Failure, Pool
 
 # The code that decides the digits of a run: when it changes, cached runs are void.
 CODE = (

@@ -12,9 +12,9 @@ from decimal import Decimal
 from functools import lru_cache
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Array
 from tt_precise.golden.digits import EXACT
 from tt_precise.golden.distance import as_decimal, relative_error
+from tt_precise.runtime.arithmetic import Array
 
 # Digits of a fresh computation count relative to the size of the component at that time, its
 # largest golden entry within so many rows: a zero passed on the way does not decide, and a

@@ -4,7 +4,7 @@ from tt_precise.integrate.columns import State
 from tt_precise.integrate.events import EVENTS, TERMINAL, catalogue
 from tt_precise.integrate.integration import integrate
 from tt_precise.integrate.trajectory import Trajectory
-from tt_precise.lazy import make_callable
+from tt_precise.runtime.lazy import make_callable
 
 __all__ = ["EVENTS", "TERMINAL", "State", "Trajectory", "catalogue", "integrate"]
 

@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from tt_precise.arithmetic import Array, Functions, Scalar
-from tt_precise.body import Units
 from tt_precise.integrate.columns import State
 from tt_precise.integrate.precision import finer
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.formulations import KINDS, STATE_DIMENSIONS
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.scene.body import Units
 
 # A reference run in the same arithmetic has the same rounding errors, so the run must be coarser by
 # this many eps, that its truncation outweighs them. Double has a finer arithmetic for ten times its

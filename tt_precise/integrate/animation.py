@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from tt_precise import plotting
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
-from tt_precise.files import replacing
-from tt_precise.progress import Progress, silent
+from tt_precise.runtime import plotting
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import replacing
+from tt_precise.runtime.progress import Progress, silent
 
 if TYPE_CHECKING:
     import numpy

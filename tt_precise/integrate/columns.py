@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tt_precise.arithmetic import Array, Functions, Scalar
-from tt_precise.body import Dimension
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.pose import POSE_NAMES, pose_of
 from tt_precise.integrate.pose import dimension as pose_dimension
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import Dimension
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 LIFTED_COLUMNS = ("height", "rise")  # of the lowest point, which is else on the table

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-from tt_precise.arithmetic import Functions
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.mechanics.formulations import contact_terms
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Functions
+from tt_precise.runtime.errors import InputError
 
 NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
 from tt_precise.integrate.own_time import OwnTimeOutput
 from tt_precise.integrate.propagate import propagate
@@ -14,6 +12,8 @@ from tt_precise.integrate.quadratures import motion
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics import polar
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Functions, Scalar
 
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:

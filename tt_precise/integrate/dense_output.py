@@ -11,19 +11,19 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cached_property
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.body import Parameters
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Row
 from tt_precise.integrate.propagate import ARRIVED, Pieces, Propagation, propagate
 from tt_precise.integrate.quadratures import extended_rates
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.times import SampleTimes, Times
-from tt_precise.numerals import as_fraction, to_mpmath
-from tt_precise.progress import Progress
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.untyped import ContinuousOutput
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.taylor.numbers import MOST_PARTS
-from tt_precise.untyped import ContinuousOutput
 
 TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
 MOST_BYTES = 400_000_000  # of the series of all steps of one run

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from numpy import arctan2, cos, sin, sqrt
 
-from tt_precise.arithmetic import Array
+from tt_precise.runtime.arithmetic import Array
 
 __all__ = ["atan2", "cos", "sin", "sqrt"]
 

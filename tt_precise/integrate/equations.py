@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.integrate.quadratures import extended_rates, motion
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.arithmetic import Scalar
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.integrate.accuracy import digits_over_rows
 from tt_precise.integrate.tables import Tables
 from tt_precise.integrate.times import long_double
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 
 
 class Reference(NamedTuple):

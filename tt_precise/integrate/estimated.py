@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.integrate.accuracy import RATIO, error_estimate, reference_runs, worst_digits
 from tt_precise.integrate.error_over_time import Reference, error_columns
 from tt_precise.integrate.event_errors import digits_of_time, event_errors
 from tt_precise.integrate.propagate import ARRIVED
 from tt_precise.integrate.solution import Solution
 from tt_precise.integrate.tables import Numbers
-from tt_precise.numerals import as_fraction, shortest_texts
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.numerals import as_fraction, shortest_texts
 
 if TYPE_CHECKING:
     import pandas

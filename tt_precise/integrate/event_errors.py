@@ -11,7 +11,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.integrate.accuracy import digits_over_rows
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.error_over_time import Reference, distance, floats
@@ -20,6 +19,7 @@ from tt_precise.integrate.pieces import MotionPiece
 from tt_precise.integrate.system import Hit
 from tt_precise.integrate.tables import Tables
 from tt_precise.integrate.times import Times, long_double
+from tt_precise.runtime.arithmetic import Array, Scalar
 
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
 

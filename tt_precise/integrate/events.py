@@ -10,11 +10,11 @@ import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.errors import InputError
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
 
 EXTREMUM, ZERO = "extremum:", "zero:"
 

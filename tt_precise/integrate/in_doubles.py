@@ -11,9 +11,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Array, Functions, Scalar
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import EXTREMUM, event_named
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import (
@@ -28,7 +25,10 @@ from tt_precise.integrate.quadratures import extended_rates, motion
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import MOST_EVENTS, Hit, full_tolerance, terminal_functions
-from tt_precise.progress import Progress
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
 from tt_precise.taylor.crossings import SignChange, Watch
 from tt_precise.taylor.numbers import moments, number, numbers_of
 from tt_precise.taylor.system import StepBlock, System, order_of

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from tt_precise.errors import InputError
 from tt_precise.integrate.cost_table import Setting
 from tt_precise.integrate.once import integrate_once
 from tt_precise.integrate.precision import DOUBLES, NAMES
 from tt_precise.integrate.to_digits import expected_gain, integrate_to_digits
 from tt_precise.integrate.trajectory import Trajectory
-from tt_precise.progress import Progress
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.scene import Scene, load_scene
 
 
 def integrate(

@@ -6,9 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from tt_precise.arithmetic import Functions
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import contact_terms
 from tt_precise.integrate.continuing import after, entering, propagated
 from tt_precise.integrate.events import existing
@@ -16,8 +13,11 @@ from tt_precise.integrate.pieces import MotionPiece
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics import compliant
 from tt_precise.mechanics.formulations import FLIGHT, flight_over
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.lifted import LiftedState
-from tt_precise.progress import Progress
+from tt_precise.runtime.arithmetic import Functions
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
 
 MOST_BOUNCES = 10_000
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from tt_precise.errors import InputError
 from tt_precise.integrate.accuracy import reference_runs
 from tt_precise.integrate.contact import CONTACTS
 from tt_precise.integrate.events import event_named
@@ -14,8 +13,9 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import compile_ahead, full_tolerance
 from tt_precise.integrate.trajectory import Trajectory
 from tt_precise.mechanics.formulations import Formulation, elastic, integrated
-from tt_precise.progress import Progress
-from tt_precise.scene import RECORDABLE, Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.scene import RECORDABLE, Scene
 
 
 def integrate_once(

@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Row
 from tt_precise.integrate.events import EXTREMUM, event_named
 from tt_precise.integrate.own_time import RowwiseOutput
@@ -16,10 +14,12 @@ from tt_precise.integrate.quadratures import QUADRATURE_SCALE, QUADRATURES, moti
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import Hit
 from tt_precise.mechanics.conversion import euler_from_vectors
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.onset import OnsetSeries
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.progress import Progress
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.progress import Progress
 
 PLACES = 16  # at which events look for changes of sign
 TERMS_OF_MP = 0.35  # for each bit: fewer series terms cost accuracy, more of them only time

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.integrate.columns import Row
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.times import Times
-from tt_precise.progress import Progress
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.progress import Progress
 
 NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are taken
 

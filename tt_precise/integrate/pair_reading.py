@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
-from tt_precise.arithmetic import Array, Functions, Scalar
 from tt_precise.integrate.columns import EULER_COLUMNS, VECTOR_COLUMNS
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.system import along, terminal_functions
@@ -25,6 +24,7 @@ from tt_precise.mechanics.turning import (
     turned_back,
     with_its_spin,
 )
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 
 # A function that is analytic as far around as the steps say (e^2 of the shortest one, halved to be
 # safe) is off a cubic through values and slopes that lie r of these radii apart by at most r^4/16

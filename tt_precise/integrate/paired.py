@@ -20,8 +20,6 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Array, Functions, Scalar
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.accuracy import RATIO
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.equations import Equations
@@ -34,6 +32,7 @@ from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import full_tolerance, heyoka_direction, terminal_functions
 from tt_precise.integrate.times import SampleTimes
 from tt_precise.mechanics.centre import CentreState
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.turning import (
     SHARE,
     TURNING,
@@ -44,11 +43,12 @@ from tt_precise.mechanics.turning import (
     turned_back,
     with_its_spin,
 )
-from tt_precise.numerals import to_mpmath
-from tt_precise.progress import Progress
-from tt_precise.scene import Scene
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.untyped import Adaptive, ContinuousOutput
+from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.scene import Scene
 from tt_precise.taylor.numbers import moments, multiples
-from tt_precise.untyped import Adaptive, ContinuousOutput
 
 MOST_ROWS, MOST_STEPS = 100_000, 200_000
 ROWS_APART = 2.0  # over |l|, the rate of nutation: mostly less than three of the shortest steps

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from tt_precise.arithmetic import Array
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.accuracy import RATIO, digits_over_rows
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
@@ -15,7 +13,9 @@ from tt_precise.integrate.paired import Beginning
 from tt_precise.integrate.propagate import ARRIVED, Pieces, Propagation
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import full_tolerance
-from tt_precise.progress import Progress
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.progress import Progress
 
 SMALL = 2.0**-600  # of deviations, so that their squares vanish where values are zero
 

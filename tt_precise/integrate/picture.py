@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from tt_precise import plotting
 from tt_precise.integrate.estimated import DIGITS, ERROR
-from tt_precise.notebook import table
+from tt_precise.runtime import plotting
+from tt_precise.runtime.notebook import table
 
 if TYPE_CHECKING:
     import pandas

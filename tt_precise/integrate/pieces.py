@@ -14,9 +14,6 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.body import SPRINGS
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Columns, Row, State
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.propagate import Propagation
@@ -24,9 +21,12 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import Hit
 from tt_precise.integrate.tables import Numbers, Tables
 from tt_precise.mechanics.conserved import Integral, drift
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import as_fraction, shortest_texts
-from tt_precise.progress import Progress
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.body import SPRINGS
+from tt_precise.scene.numerals import as_fraction, shortest_texts
 
 FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
 

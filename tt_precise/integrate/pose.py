@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Dimension
-from tt_precise.errors import InputError
 from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import RATE, SPEED, Motion
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Dimension
 
 # what stands for the pose among column names: scalar first, or last
 POSE, POSE_SCALAR_LAST = "pose", "pose:xyzw"

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 
 import mpmath
 
-from tt_precise.arithmetic import Arithmetic, Functions, Scalar
-from tt_precise.errors import InputError
-from tt_precise.mpfr import Mpfr, mpfr_of
-from tt_precise.numerals import to_mpmath
+from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.mpfr import Mpfr, mpfr_of
+from tt_precise.scene.numerals import to_mpmath
 
 if TYPE_CHECKING:
     from collections.abc import Callable

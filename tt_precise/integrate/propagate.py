@@ -10,8 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import Event
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.setup import Setup
@@ -19,8 +17,10 @@ from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import Hit, Integrator, integrator
 from tt_precise.integrate.vanishing import vanishes
 from tt_precise.mechanics.formulations import contact_terms
-from tt_precise.progress import Progress
-from tt_precise.untyped import Adaptive, ContinuousOutput
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.untyped import Adaptive, ContinuousOutput
 
 Status = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",

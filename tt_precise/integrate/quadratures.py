@@ -6,10 +6,10 @@ grow large, are carried scaled down by a power of two and do not loosen it.
 
 from __future__ import annotations
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024

@@ -6,8 +6,6 @@ import threading
 from functools import lru_cache
 from typing import NamedTuple
 
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.continuing import propagated
 from tt_precise.integrate.dense_output import DenseOutput, StoredPieces
@@ -19,9 +17,11 @@ from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.propagate import propagate
 from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.stick_slip import pieces_of
-from tt_precise.progress import Progress
-from tt_precise.scene import Scene
-from tt_precise.start import LiftedStart
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.scene import Scene
+from tt_precise.scene.start import LiftedStart
 
 
 class Solution(NamedTuple):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Parameters
 from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.system import SLOW_SPEED
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.friction import largest_coefficient
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import dot
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
 
 # a tolerance relative to the largest entry costs a greater tilt 2 digits at most
 LARGE_TILT = 2.0**-7

@@ -12,8 +12,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.continuing import after, entering, propagated
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.events import existing
@@ -23,9 +21,11 @@ from tt_precise.integrate.setup import Setup
 from tt_precise.integrate.system import SLOW_SPEED
 from tt_precise.mechanics import friction, rolling
 from tt_precise.mechanics.formulations import SLOW, STICKING
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.onset import direction_on_the_cone, directions_from_rest, onset
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.progress import Progress
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
 
 MOST_PIECES = 10_000
 GOES_ON = ("slow", "fast", "stick", "slip")

@@ -11,9 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy
 
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.contact import require_contact
 from tt_precise.integrate.dense_output import moved_arrays
@@ -24,8 +21,11 @@ from tt_precise.integrate.step_limit import longest_step
 from tt_precise.integrate.system import integrator
 from tt_precise.integrate.times import long_double
 from tt_precise.mechanics.formulations import integrated
-from tt_precise.numerals import to_mpmath
-from tt_precise.scene import Scene, load_scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     import pandas

@@ -9,10 +9,6 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import SPRINGS
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.events import EXTREMUM, ZERO, Event, event_named
 from tt_precise.integrate.idle import Idle
@@ -20,8 +16,12 @@ from tt_precise.integrate.precision import Precision
 from tt_precise.integrate.setup import Setup
 from tt_precise.mechanics import compliant, friction, newton
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.untyped import Adaptive
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Adaptive
+from tt_precise.scene.body import SPRINGS
 
 if TYPE_CHECKING:
     from types import ModuleType

@@ -13,15 +13,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.integrate.columns import Columns
 from tt_precise.integrate.dense_output import DenseOutput
 from tt_precise.integrate.propagate import ARRIVED
 from tt_precise.integrate.times import has_long_double, long_double
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import shortest_texts
-from tt_precise.progress import Progress
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.numerals import shortest_texts
 
 if TYPE_CHECKING:
     import pandas

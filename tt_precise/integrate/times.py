@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.initial_state import InitialState
-from tt_precise.scene import Scene
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.scene import Scene
 
 EXACT = 2**53  # integers up to here are doubles, so that a quotient of two is rounded once
 

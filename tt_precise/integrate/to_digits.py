@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 
-from tt_precise.errors import InputError
 from tt_precise.integrate.cost_table import Setting, cost_with_estimate, settings, wide
 from tt_precise.integrate.precision import NAMES, is_available
 from tt_precise.integrate.trajectory import Trajectory
-from tt_precise.scene import Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene
 
 MOST_DIGITS = 3_000
 SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this

@@ -9,9 +9,6 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.body import Dimension
-from tt_precise.errors import InputError
 from tt_precise.integrate.accuracy import End
 from tt_precise.integrate.columns import State
 from tt_precise.integrate.estimated import Estimated, is_estimate
@@ -27,9 +24,12 @@ from tt_precise.integrate.system import full_tolerance
 from tt_precise.integrate.tables import Numbers
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
-from tt_precise.numerals import as_fraction
-from tt_precise.progress import Progress
-from tt_precise.scene import RECORDABLE, Scene
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.body import Dimension
+from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import RECORDABLE, Scene
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -330,7 +330,7 @@ class Trajectory(Estimated):
         """A matplotlib ``Figure`` over time: a panel for each of ``names``.
 
         Without names: theta, energies, normal force, relative drift of what is conserved; recorded
-        events are marked. ``tt_precise.plotting.save`` writes it.
+        events are marked. ``tt_precise.runtime.plotting.save`` writes it.
         """
         from tt_precise.integrate.picture import figure
 

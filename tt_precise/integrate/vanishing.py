@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.events import EXTREMUM, Event
 from tt_precise.integrate.setup import Setup
+from tt_precise.mechanics.initial_state import InitialState
 
 
 def vanishes(event: Event, setup: Setup, start: InitialState) -> bool:

@@ -14,15 +14,15 @@ from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Array, Scalar
-from tt_precise.errors import InputError
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.integration import integrate
 from tt_precise.integrate.precision import precision_named
 from tt_precise.mechanics.formulations import Formulation, formulation
-from tt_precise.scene import Scene, load_scene
-from tt_precise.untyped import Adaptive
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Adaptive
+from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     from types import ModuleType

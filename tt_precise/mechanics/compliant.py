@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.mechanics import friction, lifted
 from tt_precise.mechanics.lifted import LiftedEulerState, LiftedState
 from tt_precise.mechanics.vectors import Vector
+from tt_precise.runtime.arithmetic import Functions, Scalar
 
 
 class DeepState(NamedTuple):

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import TippeTop
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import dot
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import TippeTop
 
 
 @dataclass(frozen=True)

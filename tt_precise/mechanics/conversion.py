@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState, arm
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
 
 
 class RigidBodyState(NamedTuple):

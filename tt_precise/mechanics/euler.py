@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
 
 
 class EulerState(NamedTuple):

@@ -6,10 +6,10 @@ at omega_3 (1 - I3/I1) beside that; the centre of mass falls freely.
 
 from __future__ import annotations
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.vectors import Vector, dot
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
 
 Quaternion = tuple[Scalar, Scalar, Scalar, Scalar]
 

@@ -7,9 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
-from tt_precise.arithmetic import Functions, Scalar, StateOfAny
-from tt_precise.body import SPRINGS, Dimension, Parameters
-from tt_precise.errors import InputError
 from tt_precise.mechanics import centre, compliant, euler, friction, lifted, newton, polar, rolling
 from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.compliant import DeepEulerState, DeepState
@@ -20,6 +17,9 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.polar import PolarEulerState, PolarState
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
+from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import SPRINGS, Dimension, Parameters
 
 COORDINATES = ("newton", "euler")
 
@@ -98,7 +98,9 @@ class Formulation:
         """The dimensionless body whose ``parameters`` have these values."""
         given = dict(zip(self.parameters, values, strict=True))
         if self.model in SPRINGS or self.law in SPRINGS:
-            from tt_precise.compliance import CompliantParameters  # here, as few scenes need it
+            from tt_precise.scene.compliance import (
+                CompliantParameters,  # here, as few scenes need it
+            )
 
             spring = self.model if self.model in SPRINGS else self.law
             known = {"m": 1, "R": 1, "g": 1, "mu": 0, "epsilon": 0}

@@ -16,10 +16,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tt_precise.arithmetic import Functions, Scalar, StateOfAny
-from tt_precise.body import Parameters
 from tt_precise.mechanics import rolling
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
+from tt_precise.scene.body import Parameters
 
 
 def coefficient(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Scalar:
@@ -58,7 +58,7 @@ def parameters_of(law: str) -> type[Parameters]:
     """The class of parameters of a top under that law."""
     if law == "viscous":
         return Parameters
-    from tt_precise.dry_friction import LAWS  # here, as few scenes need it
+    from tt_precise.scene.dry_friction import LAWS  # here, as few scenes need it
 
     return LAWS[law].numbers_as
 

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from tt_precise.arithmetic import Functions
-from tt_precise.body import SPRINGS, Parameters
 from tt_precise.mechanics import compliant, friction, newton, rolling
 from tt_precise.mechanics.conversion import euler_from_vectors, horizontal_length
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, subtracted
+from tt_precise.runtime.arithmetic import Functions
+from tt_precise.scene.body import SPRINGS, Parameters
 
 
 class Motion:

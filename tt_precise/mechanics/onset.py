@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics import newton, polar, rolling
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.taylor import Growing, SeriesTape
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
 
 DIRECTIONS = 64  # in which gliding may begin, looked at for changes of sign
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, dot
+from tt_precise.runtime.arithmetic import Functions, Scalar
 
 
 class Pose(NamedTuple):

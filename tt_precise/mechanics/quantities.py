@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Dimension, Parameters
-from tt_precise.docstrings import docstring
 from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.motion import Motion as Motion
 from tt_precise.mechanics.vectors import dot
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.docstrings import docstring
+from tt_precise.scene.body import Dimension, Parameters
 
 ANGLE, RATE, ACCELERATION = Dimension(), Dimension(0, 0, -1), Dimension(0, 0, -2)
 SPEED = Dimension(0, 1, -1)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy
 
-from tt_precise.arithmetic import Array, Scalar
+from tt_precise.runtime.arithmetic import Array, Scalar
 
 
 class TaylorSeries:

@@ -20,8 +20,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar, StateOfAny
-from tt_precise.body import Parameters
 from tt_precise.mechanics import centre
 from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.euler import EulerState
@@ -29,6 +27,8 @@ from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
+from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
+from tt_precise.scene.body import Parameters
 
 SHARE = 0.45  # Omega/l_z(0); 0.3 to 0.6 take the fewest steps
 

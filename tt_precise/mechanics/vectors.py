@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.arithmetic import Scalar
+from tt_precise.runtime.arithmetic import Scalar
 
 Vector = tuple[Scalar, Scalar, Scalar]
 

@@ -8,10 +8,6 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from tt_precise import json_file
-from tt_precise.cache import UNREADABLE, user_folder
-from tt_precise.errors import InputError
-from tt_precise.files import atomic_write
 from tt_precise.report.document import (
     Block,
     Card,
@@ -24,7 +20,11 @@ from tt_precise.report.document import (
     Text,
 )
 from tt_precise.report.entries import Entry, Line
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.cache import UNREADABLE, user_folder
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.untyped import Json
 
 FILE = "report.json.gz"
 BLOCKS: dict[str, type[Text] | type[PageTable] | type[Figure]] = {

@@ -10,14 +10,14 @@ from importlib import metadata
 from pathlib import Path
 
 from tt_precise.claims.committed import run_record
-from tt_precise.files import write_together
-from tt_precise.progress import Progress, silent
 from tt_precise.report import archive, render
 from tt_precise.report.computing import WORKERS, Computed, compute
 from tt_precise.report.document import Report
 from tt_precise.report.evidence import SCENE
 from tt_precise.report.sections import claims, overview
-from tt_precise.untyped import Json
+from tt_precise.runtime.files import write_together
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 
 SCHEMA = "tt_precise.report/1"
 NAME = "precision-report"

@@ -11,8 +11,6 @@ from typing import Any
 
 from tt_precise.claims import Judgement
 from tt_precise.claims.judging import RUNS, calls_for, finding_of, judgements
-from tt_precise.processes import TaskGroup
-from tt_precise.progress import Progress, silent
 from tt_precise.report.document import Section
 from tt_precise.report.evidence import precisions
 from tt_precise.report.sections import (
@@ -27,7 +25,9 @@ from tt_precise.report.sections import (
     tradeoff,
 )
 from tt_precise.report.sections.overview import Headlines, headlines
-from tt_precise.workers import Call, Failure, local_pool
+from tt_precise.runtime.processes import TaskGroup
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.workers import Call, Failure, local_pool
 
 WORKERS = 2
 PRECISIONS = "precisions"  # what rests on the reference scene in every precision

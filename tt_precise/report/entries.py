@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 # by section of the paper, which are the groups on the page
 SECTIONS = {

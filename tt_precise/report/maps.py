@@ -11,13 +11,13 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Array
-from tt_precise.cache import cached_table
-from tt_precise.scene import Scene, load_scene
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.cache import cached_table
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweep.run import sweep_pool
 from tt_precise.sweep.specification import Plan
 from tt_precise.sweep.starts import integrated, lambda_of_start
-from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas

@@ -8,7 +8,7 @@
 ``tt.sweep`` is ``table``; it and the command are made of ``specification`` and ``sweep``.
 """
 
-from tt_precise.lazy import make_callable
+from tt_precise.runtime.lazy import make_callable
 from tt_precise.sweep.rows_file import read_rows
 from tt_precise.sweep.run import Swept, sweep
 from tt_precise.sweep.specification import Specification, specification

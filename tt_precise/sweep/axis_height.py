@@ -16,11 +16,11 @@ from typing import NamedTuple
 import heyoka
 import numpy
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.sweep.step_polynomials import (
     ALONE,
     END,

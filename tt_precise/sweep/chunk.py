@@ -14,9 +14,6 @@ from functools import cached_property
 
 import numpy
 
-from tt_precise.arithmetic import Arithmetic, Array
-from tt_precise.body import Parameters
-from tt_precise.initial_state import InitialState
 from tt_precise.integrate.contact import ended_at_start
 from tt_precise.integrate.events import EXTREMUM, Event
 from tt_precise.integrate.inversion import InversionTimes, Marks, Turns, from_marks
@@ -24,7 +21,10 @@ from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.step_limit import longest_step
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.formulations import Formulation, integrated
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.runtime.arithmetic import Arithmetic, Array
+from tt_precise.scene.body import Parameters
 from tt_precise.sweep.climb_zeros import EARLY
 from tt_precise.sweep.columns import (
     DEFINITIONS,

@@ -9,9 +9,9 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     from types import ModuleType

@@ -15,10 +15,10 @@ from typing import NamedTuple, TypeVar
 import heyoka
 import numpy
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.system import along, event_expression
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.sweep.columns import ClimbSide, Detector
 from tt_precise.sweep.step_polynomials import ALONE, variables
 from tt_precise.sweep.steps_again import Begun, Hits, StepsAgain, noted

@@ -14,11 +14,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.errors import InputError
 from tt_precise.integrate.events import EXTREMUM, Event, axis_fall, event_named
 from tt_precise.integrate.inversion import NEEDED
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
 
 DEFINITIONS = ("A", "B", "C")
 TIMES = tuple(f"{when}_{which}" for when in ("t_init", "t_end") for which in DEFINITIONS)

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import heyoka
 import numpy
 
-from tt_precise.arithmetic import Array
 from tt_precise.integrate.idle import Idle
 from tt_precise.mechanics.formulations import integrated
+from tt_precise.runtime.arithmetic import Array
 from tt_precise.sweep.columns import Detector
 from tt_precise.sweep.step_buffer import ROOM, Events, StepBuffer
 from tt_precise.sweep.steps_again import LaneStart, StepsAgain, compiled

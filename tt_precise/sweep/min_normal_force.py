@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy
 
-from tt_precise.arithmetic import Array
+from tt_precise.runtime.arithmetic import Array
 from tt_precise.sweep.axis_height import Heights
 from tt_precise.sweep.step_polynomials import HALVINGS, bernstein_of, halves, states_in
 

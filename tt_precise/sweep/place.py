@@ -12,8 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
-from tt_precise.errors import InputError
-from tt_precise.files import atomic_write
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write
 
 
 class Place(Protocol):

@@ -6,8 +6,8 @@ import csv
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise import json_file
-from tt_precise.errors import InputError
+from tt_precise.runtime import json_file
+from tt_precise.runtime.errors import InputError
 from tt_precise.sweep.chunk_file import chunk_name, parquet, unpacked
 from tt_precise.sweep.place import Place, place_of
 from tt_precise.sweep.store import ROWS, SUMMARY

@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tt_precise._version import __version__
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.workers import Call, Failure, Pool, dask_pool, local_pool
 from tt_precise.sweep import spot_check
 from tt_precise.sweep.chunk_file import frame_of, written
 from tt_precise.sweep.place import Place
@@ -19,8 +21,6 @@ from tt_precise.sweep.samples import blocks
 from tt_precise.sweep.specification import Plan, Specification
 from tt_precise.sweep.store import Files, Memory, default_chunk
 from tt_precise.sweep.summary import summary_of
-from tt_precise.untyped import Json
-from tt_precise.workers import Call, Failure, Pool, dask_pool, local_pool
 
 if TYPE_CHECKING:
     import pandas

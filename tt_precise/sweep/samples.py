@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tt_precise.arithmetic import Array
+from tt_precise.runtime.arithmetic import Array
 from tt_precise.sweep.specification import Specification
 
 DROPPED = 65536  # samples drawn at once where they are skipped

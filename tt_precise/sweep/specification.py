@@ -17,13 +17,13 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from tt_precise.body import require_si
-from tt_precise.errors import InputError
 from tt_precise.integrate.contact import CONTACTS
-from tt_precise.numerals import exact
-from tt_precise.scene import Scene, Start, load_scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import require_si
+from tt_precise.scene.numerals import exact
+from tt_precise.scene.scene import Scene, Start, load_scene
 from tt_precise.sweep.columns import check_names
-from tt_precise.untyped import Json
 
 STARTS = tuple(field.name for field in fields(Start))
 SWEEPABLE = (*STARTS, "psi_dot")

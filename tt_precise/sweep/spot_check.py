@@ -12,12 +12,12 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from tt_precise.errors import InputError
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.inversion import NEEDED
-from tt_precise.scene import Scene
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
 from tt_precise.sweep.columns import DEFINITIONS, TIMES, extremum, parts, turning_events
-from tt_precise.untyped import Json
 
 ONE_IN = 1000
 FINE, WHERE_REFUSED = "double-double", "quad"

@@ -7,12 +7,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
-from tt_precise.processes import WorkerDiedError
-from tt_precise.scene import Inclination, Scene
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.processes import WorkerDiedError
+from tt_precise.runtime.workers import Call, Failure, Pool
+from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.sweep.specification import Plan
-from tt_precise.workers import Call, Failure, Pool
 
 if TYPE_CHECKING:
     import pandas
@@ -64,8 +64,8 @@ def lambda_of_start(scene: Scene, theta: float) -> float:
 
     lambda is linear in omega_3.
     """
-    from tt_precise.initial_state import InitialState
     from tt_precise.integrate.precision import precision_named
+    from tt_precise.mechanics.initial_state import InitialState
     from tt_precise.mechanics.quantities import Motion, jellett
 
     start = replace(

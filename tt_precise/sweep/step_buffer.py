@@ -9,17 +9,17 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.arithmetic import Array
-from tt_precise.errors import InputError
 from tt_precise.integrate.system import MOST_EVENTS
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Adaptive
 from tt_precise.sweep.axis_height import Heights, height_rates, read_heights, turning_points
 from tt_precise.sweep.climb_zeros import EARLY, ClimbZeros, Taken
 from tt_precise.sweep.columns import Detector
 from tt_precise.sweep.min_normal_force import lowest_states, lowest_steps, may_be_lowest, reaches
 from tt_precise.sweep.step_polynomials import WIDTH
 from tt_precise.sweep.steps_again import LaneStart, StepsAgain, noted
-from tt_precise.untyped import Adaptive
 
 ROOM = 500  # steps; not near a multiple of 64, where the rows of columns share lines of a cache
 EVENTS_OF_A_ROW = 1000  # a hundred bytes each; a climb has hundreds

@@ -16,7 +16,7 @@ from math import comb
 import heyoka
 import numpy
 
-from tt_precise.arithmetic import Array, Scalar
+from tt_precise.runtime.arithmetic import Array, Scalar
 
 HALVINGS = 26  # a parabola loses 2^-52 of its height so near to its peak
 NEWTON_STEPS = 6  # at a time, from a secant: enough for all but a few turning points in 1,000

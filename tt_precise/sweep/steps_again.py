@@ -15,7 +15,6 @@ from typing import NamedTuple
 import heyoka
 import numpy
 
-from tt_precise.arithmetic import Array
 from tt_precise.integrate.equations import Equations
 from tt_precise.integrate.precision import precision_named
 from tt_precise.integrate.setup import Setup
@@ -26,9 +25,10 @@ from tt_precise.integrate.system import (
     terminal_functions,
 )
 from tt_precise.mechanics.formulations import Formulation
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.untyped import Adaptive
 from tt_precise.sweep.columns import Detector
 from tt_precise.sweep.step_polynomials import states_in
-from tt_precise.untyped import Adaptive
 
 # heyoka takes the step from the largest of state and event functions: scaled down, these do not
 # shorten it, and a trajectory takes the same steps whatever is looked for along it

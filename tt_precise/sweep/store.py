@@ -16,11 +16,12 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise import json_file
 from tt_precise._version import __version__
-from tt_precise.cache import fingerprint
-from tt_precise.errors import InputError
-from tt_precise.files import locked, replacing
+from tt_precise.runtime import json_file
+from tt_precise.runtime.cache import fingerprint
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import locked, replacing
+from tt_precise.runtime.untyped import Json
 from tt_precise.sweep.chunk_file import (
     COMPRESSION,
     chunk_name,
@@ -32,7 +33,6 @@ from tt_precise.sweep.chunk_file import (
 )
 from tt_precise.sweep.place import Folder, Place, Url, place_of
 from tt_precise.sweep.specification import Specification
-from tt_precise.untyped import Json
 
 if TYPE_CHECKING:
     import pandas

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from tt_precise._version import __version__
+from tt_precise.runtime.untyped import Json
 from tt_precise.sweep.chunk_file import merged
 from tt_precise.sweep.columns import OUTCOMES
 from tt_precise.sweep.specification import Specification
 from tt_precise.sweep.store import Files, Memory
-from tt_precise.untyped import Json
 
 SCHEMA = "tt_precise.sweep/1"
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from tt_precise.errors import InputError
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.toml import parse, read_text
+from tt_precise.runtime.untyped import Json
 from tt_precise.sweep.specification import Specification, specification
-from tt_precise.toml import parse, read_text
-from tt_precise.untyped import Json
 
 
 def read_specification(path: str | Path) -> Specification:

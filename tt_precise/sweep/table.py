@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tt_precise.scene import Scene
+from tt_precise.scene.scene import Scene
 from tt_precise.sweep import spot_check
 from tt_precise.sweep.run import sweep
 from tt_precise.sweep.specification import specification

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.errors import InputError
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.errors import InputError
 
 
 class Operand:

@@ -7,13 +7,13 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from tt_precise import json_file
-from tt_precise.errors import InputError
-from tt_precise.files import atomic_write
 from tt_precise.golden import store
 from tt_precise.golden.places import VECTORS
-from tt_precise.progress import Progress, silent
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
 from tt_precise.vectors import states, steps
 
 LICENCE = "MIT"

@@ -13,18 +13,18 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import TippeTop
-from tt_precise.compliance import SPRINGS, top_in_contact
-from tt_precise.dry_friction import top_with_friction
 from tt_precise.exact.arithmetic import arithmetic_of, decimal, own_context
-from tt_precise.initial_state import InitialState
 from tt_precise.mechanics.friction import cone_margin
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector
-from tt_precise.scene import Scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.compliance import SPRINGS, top_in_contact
+from tt_precise.scene.dry_friction import top_with_friction
+from tt_precise.scene.scene import Scene
 from tt_precise.vectors.terms import disagreement, terms
 
 SEED = 2013

@@ -7,17 +7,17 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.exact.arithmetic import agreed_digits, decimal
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.numerals import as_fraction
-from tt_precise.progress import Progress, silent
-from tt_precise.scene import Scene
-from tt_precise.start import LIFTED
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import Scene
+from tt_precise.scene.start import LIFTED
 from tt_precise.vectors.states import DIGITS, JOINED, STEPS, StateCase, cases
 
 BITS, EULER_BITS = (176, 160), 160  # the first is printed

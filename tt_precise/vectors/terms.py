@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import SPRINGS
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.euler import EulerState
@@ -13,6 +11,8 @@ from tt_precise.mechanics.formulations import Formulation, elastic, integrated
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, dot, scaled
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import SPRINGS
 
 
 def terms(q: Motion) -> dict[str, Scalar | Vector]:

@@ -11,7 +11,7 @@ from tt_precise.exact.arithmetic import own_context
 from tt_precise.integrate import integrate
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.quantities import effective_mass, effective_potential
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 BODY = load_scene("reference").body.numbers(float)
 LAMBDA = 6.9e-6

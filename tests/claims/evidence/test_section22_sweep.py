@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy
 import pytest
 
-from tt_precise.cache import fingerprint, unpacked
 from tt_precise.claims.evidence import section22_sweep
+from tt_precise.runtime.cache import fingerprint, unpacked
 from tt_precise.sweep.chunk import compute
 from tt_precise.sweep.specification import STARTS, Plan
 

@@ -10,12 +10,12 @@ import math
 from dataclasses import dataclass, fields
 from functools import cache
 
-from tt_precise.arithmetic import Array
-from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.scene.body import Parameters
 
 TOLERANCE = 1e-12
 HORIZON = 1000.0  # in units of sqrt(R/g), some 45 s for the toy

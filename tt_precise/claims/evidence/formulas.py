@@ -13,8 +13,6 @@ from dataclasses import fields
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Check, statement
 from tt_precise.exact.chart import EulerChart
@@ -23,6 +21,8 @@ from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
 
 PARAMETERS = tuple(field.name for field in fields(Parameters))
 

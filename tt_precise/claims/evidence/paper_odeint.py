@@ -9,11 +9,11 @@ import math
 from dataclasses import dataclass
 from functools import cache
 
-from tt_precise.arithmetic import Array
 from tt_precise.claims import evidence
 from tt_precise.mechanics import euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.scene.scene import load_scene
 
 
 @dataclass(frozen=True)

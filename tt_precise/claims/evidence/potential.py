@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.mechanics.quantities import effective_mass, effective_potential
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
 
 REACH = 40  # in u: 1 - |z| down to 1e-34, so the context needs some 60 digits
 COARSE = 4  # eighths

@@ -17,13 +17,13 @@ from functools import cache
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.measured import MOST_DIGITS, decade
 from tt_precise.claims.verdicts import Check
-from tt_precise.errors import InputError
 from tt_precise.golden import proofs
 from tt_precise.golden.proofs import Established, Interval
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.scene import load_scene
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import load_scene
 
 Event = dict[str, Interval]
 

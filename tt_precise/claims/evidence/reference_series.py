@@ -14,10 +14,10 @@ from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.measured import Settled
+from tt_precise.runtime.arithmetic import Array, Scalar
 
 if TYPE_CHECKING:
     import pandas

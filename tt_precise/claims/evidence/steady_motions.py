@@ -9,11 +9,11 @@ import random
 from dataclasses import dataclass
 from fractions import Fraction
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import eigenvalues, linearised
 from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
 
 SEED = 1871
 DIGITS = 50  # of the linearisation: central differences with a step of 1e-25 leave half of them

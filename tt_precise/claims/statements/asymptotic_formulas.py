@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 
-from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import formulas as f
@@ -16,6 +15,7 @@ from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, effective_potential
+from tt_precise.scene.body import Parameters
 
 WHERE = "Sec. 1"
 PRINTED = {

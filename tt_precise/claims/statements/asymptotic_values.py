@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tt_precise.arithmetic import Functions, Scalar
-from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.measured import decimal, fraction_of
 from tt_precise.claims.verdicts import Finding, readings, rounds_to
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.mechanics import thresholds as formulas
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import load_scene
 
 WHERE = "Sec. 2.3"
 DEFINITION = "lambda is that of the reference start, or exactly 2 lambda_thres"

@@ -7,7 +7,6 @@ from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import reference_series as series
@@ -16,6 +15,7 @@ from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, rounds_to, statement
 from tt_precise.integrate import Trajectory
 from tt_precise.integrate.precision import precision_named
+from tt_precise.runtime.arithmetic import Scalar
 
 if TYPE_CHECKING:
     import pandas

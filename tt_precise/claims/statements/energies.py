@@ -5,12 +5,12 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence.proved import digits, proofs_of, settles
 from tt_precise.claims.verdicts import Check, Finding, judged, readings, rounds_to
 from tt_precise.golden.proofs import Interval
+from tt_precise.runtime.arithmetic import Scalar
 
 if TYPE_CHECKING:
     from tt_precise.integrate import Trajectory

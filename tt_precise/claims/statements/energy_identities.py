@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import formulas as f
@@ -19,7 +18,8 @@ from tt_precise.claims.verdicts import (
     statement,
 )
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import load_scene
 
 WHERE = "Sec. 2.3"
 TRANSLATIONAL = (

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
@@ -13,6 +12,7 @@ from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import Settled, decimal, fraction_of, measured_text
 from tt_precise.claims.verdicts import Finding, about, all_of, in_range, readings, statement
 from tt_precise.integrate import Trajectory
+from tt_precise.runtime.arithmetic import Scalar
 
 SECTION = "Sec. 2.1"
 RANGES = (

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
 from tt_precise.mechanics.vectors import cross, dot, scaled
+from tt_precise.runtime.arithmetic import Scalar
 
 WHERE = "Sec. 1"
 MODIFIED_ENERGY = (

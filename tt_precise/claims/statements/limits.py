@@ -13,7 +13,7 @@ from tt_precise.claims.measured import Settled, decimal, measured_text
 from tt_precise.claims.verdicts import Check, Finding, all_of, judged, statement
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.mechanics import thresholds
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 WHERE = "Sec. 1"
 TIMES = ("8", "16", "32")  # s

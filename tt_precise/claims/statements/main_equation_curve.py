@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-from tt_precise.arithmetic import Array
-from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
@@ -17,7 +15,9 @@ from tt_precise.claims.verdicts import Finding, all_of, judged, readings, rounds
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, dot
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import load_scene
 
 SECTION = "Sec. 2.3"
 VECTORS = NewtonState._fields

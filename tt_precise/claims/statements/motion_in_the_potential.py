@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence.potential import minima, minimum, swing
@@ -14,7 +12,9 @@ from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import load_scene
 
 PROPOSITION = "Proposition 1.1"
 DIGITS = 70

@@ -7,7 +7,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
-from tt_precise.arithmetic import Array
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
@@ -15,6 +14,7 @@ from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.evidence.proved import count, proofs_of
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, statement
+from tt_precise.runtime.arithmetic import Array
 
 SECTION = "Sec. 2.1"
 MANY = 10

@@ -19,7 +19,7 @@ from tt_precise.claims.verdicts import (
     rounds_to,
 )
 from tt_precise.integrate import Trajectory
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 START = "closed form in the start values"
 

@@ -6,13 +6,13 @@ from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
-from tt_precise.arithmetic import Scalar
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Check, Finding, misprint, statement
 from tt_precise.mechanics.quantities import d
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import load_scene
 
 PRINTED = "(1 - alpha)/(gamma + alpha**2 - 1)"
 CORRECT = "(1 - gamma)/(gamma + alpha**2 - 1)"

@@ -15,7 +15,7 @@ from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import Finding, all_of, judged, statement
 from tt_precise.integrate import Trajectory, integrate
 from tt_precise.integrate.inversion import NEEDED
-from tt_precise.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 SECTION = "Sec. 2.1"
 SINGULAR = 200  # rad/s, above omega_3(0)

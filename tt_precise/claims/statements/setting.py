@@ -7,7 +7,7 @@ from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence.paper_odeint import paper_odeint
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.verdicts import Finding, wording
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 
 @claim(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 from itertools import pairwise
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike
@@ -27,7 +26,8 @@ from tt_precise.integrate import Trajectory
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, dot
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.scene import load_scene
 
 SECTION = "Sec. 2.1"
 VECTORS = NewtonState._fields

@@ -17,7 +17,7 @@ from tt_precise.claims.verdicts import (
 )
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.vectors import cross, dot
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 STARTS = ("0", "50", "83", "100", "150", "180", "195", "200")
 CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 
-from tt_precise.arithmetic import Scalar
-from tt_precise.body import Parameters
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence.section22 import SECTION, greatest, number, share, starts
@@ -14,6 +12,8 @@ from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import E, Motion, jellett
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
 
 CLOSE = "0.1"
 AMONG = (
@@ -76,7 +76,7 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
     """lambda does not depend on theta_dot, nu_x and nu_y."""
     import sympy
 
-    from tt_precise.body import Parameters
+    from tt_precise.scene.body import Parameters
 
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
     state = EulerState(*sympy.symbols(" ".join(EulerState._fields), real=True))

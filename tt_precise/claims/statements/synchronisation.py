@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
 
-from tt_precise.arithmetic import Array, Scalar
 from tt_precise.claims import evidence
 from tt_precise.claims.claim import claim
 from tt_precise.claims.evidence import SceneLike, proved_climb
@@ -26,7 +25,8 @@ from tt_precise.claims.verdicts import (
     statement,
 )
 from tt_precise.integrate import Trajectory
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.scene import load_scene
 
 SECTION = "Sec. 2.1"
 AFTER_EQUATION = "Sec. 2.1, after eq. (phi_dot_equ)"

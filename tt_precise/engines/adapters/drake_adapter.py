@@ -11,9 +11,9 @@ from collections.abc import Iterator
 
 import numpy
 
-from tt_precise.arithmetic import Array
 from tt_precise.engines.program import Row, friction_of, samples, serve
-from tt_precise.untyped import Json
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.untyped import Json
 
 
 def simulate(job: dict[str, Json]) -> Iterator[Row]:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy
 
 from tt_precise.engines.program import Row, friction_of, rotated, samples, serve
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 MODEL = """
 <mujoco>

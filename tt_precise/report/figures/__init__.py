@@ -9,8 +9,8 @@ import importlib
 import pkgutil
 from collections.abc import Callable
 
-from tt_precise.registry import Registry
 from tt_precise.report.document import Figure
+from tt_precise.runtime.registry import Registry
 
 Draw = Callable[[], Figure | None]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from tt_precise.arithmetic import Array
 from tt_precise.claims import evidence
 from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.evidence.potential import minima
@@ -12,7 +11,8 @@ from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import climb_marks, course, over_time
-from tt_precise.scene import load_scene
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.scene.scene import load_scene
 
 INSTANTS = (3.2, 4.7, 5.3, 5.75, 6.1, 7.7)  # s; the next maximum of theta is shown
 COLOURS = (style.BLACK, style.BLUE, style.GREEN, style.PURPLE, style.RED, style.ORANGE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 MOST_DIGITS = 10.0
 MARKS = {"refused": "–", "failed": "✗", "measured": ""}

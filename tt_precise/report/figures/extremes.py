@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
-from tt_precise.untyped import Json
+from tt_precise.runtime.untyped import Json
 
 Case = Mapping[str, Json]
 PRECISIONS = {

@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from tt_precise import plotting
-from tt_precise.arithmetic import Array
-from tt_precise.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, thinned
 from tt_precise.report.document import Figure
+from tt_precise.runtime import plotting
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, thinned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

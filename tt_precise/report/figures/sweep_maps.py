@@ -10,7 +10,7 @@ from tt_precise.golden import store
 from tt_precise.report import maps
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 from tt_precise.sweep.picture import draw_map
 
 if TYPE_CHECKING:

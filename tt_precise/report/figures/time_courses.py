@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.arithmetic import Array
 from tt_precise.claims import evidence
 from tt_precise.claims.evidence import reference_series as series
+from tt_precise.runtime.arithmetic import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

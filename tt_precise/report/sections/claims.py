@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from tt_precise.cache import fingerprint
 from tt_precise.claims import Judgement, Verdict, counts
 from tt_precise.report.document import Claims, Section, Text
 from tt_precise.report.entries import SECTIONS, Entry, entry
-from tt_precise.untyped import Json
+from tt_precise.runtime.cache import fingerprint
+from tt_precise.runtime.untyped import Json
 
 ERRATA = {
     Verdict.MISPRINT: (

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tt_precise import json_file
 from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures.engines import scoreboard
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.untyped import Json
 
 FILE = "engines.json"
 COMMAND = "tt-precise engines --out reports/engines.json"

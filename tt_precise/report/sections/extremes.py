@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from tt_precise import json_file
 from tt_precise.extremes.case import TOPICS, shown
 from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures import extremes as pictures
-from tt_precise.untyped import Json
+from tt_precise.runtime import json_file
+from tt_precise.runtime.untyped import Json
 
 FILE = "extremes.json"
 COMMAND = "tt-precise extremes --out reports/extremes.json"

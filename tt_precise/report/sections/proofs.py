@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from decimal import Decimal
 
-from tt_precise.errors import InputError
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import Record
 from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.figures import golden_scenes
-from tt_precise.untyped import Json
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
 
 THEOREM = (
     "Let p be polynomials, exact as numbers, that solve the equations on a step up to a defect d, "

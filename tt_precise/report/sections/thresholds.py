@@ -7,7 +7,7 @@ from tt_precise.report.document import PageTable, Section, Text
 from tt_precise.report.evidence import SCENE
 from tt_precise.report.figures import figures_of
 from tt_precise.report.text import full
-from tt_precise.scene import load_scene
+from tt_precise.scene.scene import load_scene
 
 DIGITS = 50
 SHOWN = 20

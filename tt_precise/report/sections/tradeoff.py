@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from tt_precise.bench.findings import Evaluated, findings
 from tt_precise.bench.tables import ACCURACIES, TABLE, TradeoffTables, costs, read
-from tt_precise.json_file import of_its_form
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.figures.work_precision import (
     growth_of_errors,
@@ -16,6 +15,7 @@ from tt_precise.report.figures.work_precision import (
     work_precision,
 )
 from tt_precise.report.text import short
+from tt_precise.runtime.json_file import of_its_form
 
 if TYPE_CHECKING:
     import pandas

@@ -1,0 +1,143 @@
+"""Files: whole or not at all."""
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write, replacing, require_writable, write_together
+
+
+@pytest.mark.parametrize(
+    ("content", "data"), [("g_nμ\n", "g_nμ\n".encode()), (b"\x00\n", b"\x00\n")]
+)
+def test_writes_text_and_bytes_as_they_are(
+    tmp_path: Path, content: str | bytes, data: bytes
+) -> None:
+    atomic_write(tmp_path / "a.csv", content)
+    assert (tmp_path / "a.csv").read_bytes() == data
+
+
+def test_replaces_and_leaves_nothing_beside(tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("old")
+    atomic_write(str(file), "new")
+    assert file.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_makes_the_folder(tmp_path: Path) -> None:
+    atomic_write(tmp_path / "b" / "c" / "a.csv", "")
+    assert (tmp_path / "b" / "c" / "a.csv").exists()
+
+
+def test_of_several_files_none_is_written_where_one_cannot_be(tmp_path: Path) -> None:
+    one, other = tmp_path / "one", tmp_path / "folder"
+    one.write_text("old")
+    other.mkdir()
+    with pytest.raises(InputError, match="folder"):
+        write_together({one: "new", other / "\0": "new"})
+    assert one.read_text() == "old"
+    write_together({one: "new", other / "two": b"newer"})
+    assert one.read_text() + (other / "two").read_text() == "newnewer"
+    assert {path.name for path in tmp_path.rglob("*")} == {"one", "folder", "two"}
+
+
+def test_a_full_disk_is_seen_before_the_work_and_nothing_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    require_writable(tmp_path / "a.csv")
+    require_writable("/dev/null")
+    assert list(tmp_path.iterdir()) == []
+
+    def full(_path: Path, data: bytes) -> int:
+        if data:  # an empty file fits
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return 0
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(InputError, match="No space left"):
+        require_writable(tmp_path / "a.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
+def write_half(file: Path, interruption: type[BaseException]) -> None:
+    with replacing(file) as temporary:
+        temporary.write_text("half of the n")
+        raise interruption
+
+
+@pytest.mark.parametrize("interruption", [RuntimeError, KeyboardInterrupt])
+def test_an_interruption_leaves_the_old_file(
+    tmp_path: Path, interruption: type[BaseException]
+) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("old")
+    with pytest.raises(interruption):
+        write_half(file, interruption)
+    assert file.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_nobody_sees_the_file_before_it_is_whole(tmp_path: Path) -> None:
+    file = tmp_path / "a.svg"
+    with replacing(file) as temporary:
+        temporary.write_text("half")
+        assert not file.exists()
+        assert temporary.parent == file.parent  # so that renaming is atomic
+        assert temporary.suffix == ".svg"  # what matplotlib goes by
+    assert file.read_text() == "half"
+
+
+@pytest.mark.parametrize("mask", [0o022, 0o077])
+def test_permissions_are_the_usual_ones(tmp_path: Path, mask: int) -> None:
+    before = os.umask(mask)
+    try:
+        atomic_write(tmp_path / "a.csv", "")
+        assert os.umask(mask) == mask
+    finally:
+        os.umask(before)
+    assert (tmp_path / "a.csv").stat().st_mode & 0o777 == 0o666 & ~mask
+
+
+def test_a_place_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    (tmp_path / "folder").mkdir()
+    for place in (tmp_path / "file" / "a.csv", tmp_path / "folder", Path("/proc/a.csv")):
+        with pytest.raises(
+            InputError, match=rf"^{place}: .*; expected a place that can be written"
+        ):
+            atomic_write(place, "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    file, link = tmp_path / "a.csv", tmp_path / "link.csv"
+    file.write_text("old")
+    link.symlink_to(file)
+    atomic_write(link, "new")
+    assert link.is_symlink()
+    assert file.read_text() == "new"
+    dangling = tmp_path / "dangling.csv"
+    dangling.symlink_to(tmp_path / "b" / "c.csv")
+    atomic_write(dangling, "new")
+    assert (tmp_path / "b" / "c.csv").read_text() == "new"
+
+
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    atomic_write(pipe, "through")
+    assert os.read(reading, 100) == b"through"
+    os.close(reading)
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]
+
+
+def test_the_longest_names_can_be_written(tmp_path: Path) -> None:
+    file = tmp_path / ("a" * 251 + ".csv")
+    atomic_write(file, "new")
+    assert file.read_text() == "new"

@@ -1,0 +1,154 @@
+"""Arrays of MPFR's numbers against the same computed number by number in mpmath."""
+
+from __future__ import annotations
+
+import operator
+import random
+from collections.abc import Callable
+from fractions import Fraction
+
+import mpmath
+import numpy
+import pytest
+
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.mpfr import mpfr_of
+
+CONTEXT = mpmath.MPContext()
+CONTEXT.prec = 219
+WIDE = mpfr_of(CONTEXT)
+DIGITS = 48
+
+
+def _numbers(seed: int, count: int = 3000) -> list[Scalar]:
+    """Some of every size and with every number of bits, small integers among them."""
+    rng = random.Random(seed)
+    found = []
+    for _ in range(count):
+        mantissa = rng.getrandbits(rng.choice((3, 53, 219))) * rng.choice((-1, 1))
+        found.append(CONTEXT.ldexp(CONTEXT.mpf(mantissa), rng.randint(-300, 100)))
+    return found
+
+
+def test_a_number_comes_back_with_all_its_bits() -> None:
+    values = _numbers(1)
+    assert list(map(WIDE.back, WIDE.array(values))) == values
+
+
+def test_more_bits_are_kept_until_something_is_computed() -> None:
+    wide = CONTEXT.make_mpf(mpmath.libmp.from_man_exp(2**300 + 1, -300))
+    assert wide != 1
+    with WIDE.precision():
+        assert WIDE.back(WIDE.number(wide)) == wide
+        assert WIDE.back(WIDE.number(wide) - 1) == wide - 1 == CONTEXT.ldexp(1, -300)
+
+
+def test_what_is_no_number_comes_back_as_none() -> None:
+    values = [None, CONTEXT.nan, CONTEXT.inf, CONTEXT.mpf(0), CONTEXT.mpf(-2)]
+    array = WIDE.array(values)
+    assert [WIDE.back(value) for value in array] == [None, None, None, 0, -2]
+    assert WIDE.texts(array, DIGITS) == [None, None, None, "0.0", "-2.0"]
+    with WIDE.precision():
+        assert WIDE.exp(-array)[2] == 0  # and an infinity is one until then
+
+
+@pytest.mark.parametrize(
+    "function", [operator.add, operator.sub, operator.mul, operator.truediv, pow]
+)
+def test_sums_and_products_have_mpmaths_bits(function: Callable[..., Scalar]) -> None:
+    first, second = _numbers(2), _numbers(3)
+    pairs = [
+        (x, 2 if function is pow else y) for x, y in zip(first, second, strict=True) if x and y
+    ]
+    with WIDE.precision():
+        x = WIDE.array([pair[0] for pair in pairs])
+        y = 2 if function is pow else WIDE.array([pair[1] for pair in pairs])
+        assert list(map(WIDE.back, function(x, y))) == [function(*pair) for pair in pairs]
+
+
+def test_a_whole_number_beside_an_array_is_exact() -> None:
+    values = [value for value in _numbers(4) if value]
+    array = WIDE.array(values)
+    with WIDE.precision():
+        for found, expected in (
+            (3 * array, [3 * value for value in values]),
+            (1 - array, [1 - value for value in values]),
+            (7 / array, [7 / value for value in values]),
+            (array / 2, [value / 2 for value in values]),
+        ):
+            assert list(map(WIDE.back, found)) == expected
+
+
+def test_roots_and_angles_have_mpmaths_bits() -> None:
+    first, second = _numbers(5), _numbers(6)
+    with WIDE.precision():
+        x, y = WIDE.array(first), WIDE.array(second)
+        squares = WIDE.array([value * value for value in first])
+        for found, function, arguments in (
+            (WIDE.sqrt(squares), CONTEXT.sqrt, [[value * value for value in first]]),
+            (WIDE.hypot(x, y), CONTEXT.hypot, [first, second]),
+            (WIDE.atan2(x, y), CONTEXT.atan2, [first, second]),
+        ):
+            assert list(map(WIDE.back, found)) == list(map(function, *arguments))
+
+
+@pytest.mark.parametrize("name", ["sin", "cos", "exp"])
+def test_other_functions_are_mpmaths_within_a_rounding(name: str) -> None:
+    values = [CONTEXT.mpf(k) / 97 for k in range(-400, 400)]
+    with WIDE.precision():
+        found = getattr(WIDE, name)(WIDE.array(values))
+    for value, one in zip(values, map(WIDE.back, found), strict=True):
+        expected = getattr(CONTEXT, name)(value)
+        # both are right to a unit in the last place, beside one half
+        assert abs(one - expected) <= CONTEXT.eps * max(abs(expected), CONTEXT.mpf("0.5"))
+
+
+def test_the_nearest_whole_number() -> None:
+    values = [CONTEXT.mpf(k) / 3 for k in range(-9, 10)]
+    with WIDE.precision():
+        found = WIDE.nint(WIDE.array(values))
+    assert list(map(WIDE.back, found)) == list(map(CONTEXT.nint, values))
+
+
+def test_text_is_that_of_mpmath() -> None:
+    values = [*_numbers(7, 20_000), *(CONTEXT.mpf(10) ** k for k in range(-60, 60))]
+    # nines that are rounded up, and a five that is cut off before that
+    values += [1 - CONTEXT.mpf(10) ** -60, CONTEXT.mpf("9.5e-48"), CONTEXT.mpf(1) / 8]
+    texts = WIDE.texts(WIDE.array(values), DIGITS)
+    for text, value in zip(texts, values, strict=True):
+        assert text == CONTEXT.nstr(value, DIGITS, min_fixed=0, max_fixed=0)
+
+
+def test_exact_numbers_are_rounded_once() -> None:
+    fractions = [Fraction(1, 3), Fraction(-131, 350), Fraction(2), Fraction(1, 10**30)]
+    found = list(map(WIDE.back, WIDE.of_fractions(fractions)))
+    assert found == [CONTEXT.mpf(one.numerator) / one.denominator for one in fractions]
+    texts = ["1.25", "-3.141592653589793238462643383279503e-05", "0"]
+    assert list(map(WIDE.back, WIDE.of_texts(texts))) == list(map(CONTEXT.mpf, texts))
+
+
+def test_parts_are_doubles_each_nearest_to_what_is_left() -> None:
+    values = WIDE.of_fractions([Fraction(1, 3), Fraction(-2, 7), Fraction(0), Fraction(5)])
+    parts = WIDE.in_parts(values, 3)
+    assert parts.shape == (4, 3)
+    assert parts[:, 0].tolist() == [1 / 3, -2 / 7, 0, 5]
+    with WIDE.precision():
+        left = values - WIDE.of_parts(parts)
+        assert numpy.abs(left.astype(float)).max() < 2.0**-160
+
+
+def test_a_part_far_behind_the_others_is_not_lost() -> None:
+    parts = numpy.array([[1.0, 2.0**-200, 2.0**-400], [1.0, 0.0, 0.0]])
+    with WIDE.precision():
+        far, one = WIDE.of_parts(parts) - 1
+        assert WIDE.back(far - 2.0**-200) == CONTEXT.ldexp(1, -400)
+        assert one == 0
+
+
+def test_precision_ends_with_its_block() -> None:
+    import gmpy2
+
+    before = gmpy2.get_context().precision
+    with WIDE.precision():
+        assert gmpy2.get_context().precision == 219
+    assert gmpy2.get_context().precision == before

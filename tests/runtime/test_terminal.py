@@ -1,0 +1,102 @@
+"""What is printed: nothing that a file holds reaches the terminal as more than text."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tt_precise import cli
+from tt_precise.runtime import terminal
+from tt_precise.runtime.terminal import one_line, say, visible
+
+HOSTILE = "a\x1b[2J\x07\r\x9bb‮c\u2028d\ue000\udcff\U000e0041"
+ENTRY = [sys.executable, "-c", "from tt_precise.cli import entry; entry()"]
+
+
+def test_what_is_hidden_is_shown_and_json_reads_it_back() -> None:
+    shown = visible(HOSTILE)
+    assert shown == ("a\\u001b[2J\\u0007\\u000d\\u009bb\\u202ec\\u2028d\ue000\\udcff\\udb40\\udc41")
+    assert json.loads(f'"{visible(HOSTILE.replace(chr(0xDCFF), ""))}"') == HOSTILE.replace(
+        chr(0xDCFF), ""
+    )
+
+
+@pytest.mark.parametrize("text", ["θ = π/2 · 1e-300 m²\t≈ 3 µs\n", "日本語 ½ – “x” 😀", ""])
+def test_text_stays_as_it_is(text: str) -> None:
+    assert visible(text) == text
+
+
+def test_a_value_cannot_forge_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    say(["first", "title\nforged: pass", "last\r"])
+    assert capsys.readouterr().out == "first\ntitle\\nforged: pass\nlast\\u000d\n"
+    assert one_line("a\nb") == "a\\nb"
+
+
+def test_everything_that_a_command_prints_is_sanitized(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert cli.main(["check", "no\x1b[2J.csv", "--scene", "reference"]) == 2
+    assert cli.main(["run", "a\x9b\nb\x1b]0;title\x07.toml"]) == 2
+    out, err = capsys.readouterr()
+    assert "a\\x9b" in err or "a\\u009b" in err
+    assert not [c for c in out + err if not c.isprintable() and c != "\n"]
+    assert err.count("\n") == 2
+
+
+def test_rich_draws_around_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Screen(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setattr(sys, "stdout", screen := Screen())
+    with terminal.sanitized():
+        print("\x1b[31mred")
+        terminal.console().print("[red]red[/]")
+    assert screen.getvalue() == "\\u001b[31mred\n\x1b[31mred\x1b[0m\n"
+
+
+def test_a_stream_that_lacks_a_character_gets_its_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, "ascii"))
+    with terminal.sanitized():
+        print("θ", flush=True)
+    assert raw.getvalue() == b"\\u03b8\n"
+    with terminal.sanitized(), pytest.raises(TypeError):
+        sys.stdout.write(b"bytes")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("closed", [">&-", "<&- >&- 2>&-"])
+def test_closed_streams_are_as_dev_null(closed: str, tmp_path: Path) -> None:
+    """And no file that is opened later takes their place."""
+    out = tmp_path / "x.csv"
+    words = [*ENTRY, "run", "reference", "--until", "0.01", "--out", str(out)]
+    done = subprocess.run(
+        ["sh", "-c", f'"$@" {closed}', "sh", *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert ("complete" in done.stdout) == (">&-" not in closed.replace("2>&-", ""))
+    assert out.read_text().startswith("t,")
+    assert len(out.read_text().splitlines()) == 3
+
+
+def test_a_closed_input_is_an_empty_one() -> None:
+    done = subprocess.run(
+        ["sh", "-c", '"$@" <&-', "sh", *ENTRY, "check", "-", "--scene", "reference"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "Traceback" not in done.stderr
+
+
+def test_open_streams_are_left_alone() -> None:
+    before = sorted(os.listdir("/proc/self/fd"))
+    terminal.open_closed_streams()
+    assert sorted(os.listdir("/proc/self/fd")) == before

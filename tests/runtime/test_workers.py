@@ -1,0 +1,259 @@
+"""Pools: every task once, retries, bounded flight, groups, interruptions, any executor."""
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import active_children, get_context
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.workers import (
+    IN_FLIGHT_EACH,
+    Call,
+    Failure,
+    Inline,
+    Pool,
+    cores,
+    dask_pool,
+    local_pool,
+)
+
+TRIES = 3
+
+
+def square(number: int) -> int:
+    return number * number
+
+
+def fail_on_three(number: int) -> int:
+    if number == 3:
+        raise ValueError("three is not\nto be had")
+    return number
+
+
+# what a worker evaluates: it need not find this file, which is no part of an installed package
+KILLS = "number if number != 3 else os.kill(os.getpid(), 9)"
+KILLS_ONCE = "number if number != 3 or mark.exists() else mark.touch() or os.kill(os.getpid(), 9)"
+
+
+def evaluated(code: str, **names: Any) -> list[Call]:
+    code = code.replace("os.", "__import__('os').")
+    return [Call(number, (code, {"number": number, **names})) for number in range(12)]
+
+
+def calls(count: int, *more: Any) -> Iterator[Call]:
+    return (Call(number, (number, *more)) for number in range(count))
+
+
+def results(pool: Pool, work: Callable[..., Any], some: Any) -> dict[int, Any]:
+    found = list(pool.perform(work, some))
+    assert len({call.key for call, _ in found}) == len(found)  # nothing doubled
+    return {call.key: result for call, result in found}
+
+
+@pytest.mark.parametrize("executor", [Inline(), ThreadPoolExecutor(2)], ids=["inline", "threads"])
+@pytest.mark.parametrize("kind", [iter, list, deque])
+def test_every_task_is_performed_once(executor: Executor, kind: Any) -> None:
+    found = results(Pool(executor, lambda: 2), square, kind(calls(50)))
+    assert found == {number: number**2 for number in range(50)}
+
+
+def test_a_failing_task_is_tried_again_and_then_reported() -> None:
+    tried: list[int] = []
+
+    def work(number: int) -> int:
+        tried.append(number)
+        return fail_on_three(number)
+
+    found = results(Pool(Inline(), lambda: 1, tries=TRIES), work, calls(6))
+    assert tried.count(3) == TRIES
+    assert isinstance(found[3], Failure)
+    assert found[3].reason == "ValueError: three is not to be had"
+    assert {number: found[number] for number in (0, 1, 2, 4, 5)} == {n: n for n in (0, 1, 2, 4, 5)}
+
+
+def test_a_task_that_recovers_is_a_result() -> None:
+    left = [2]
+
+    def work(number: int) -> int:
+        if number == 1 and left[0]:
+            left[0] -= 1
+            raise OSError("not yet")
+        return number
+
+    assert results(Pool(Inline(), lambda: 1, tries=TRIES), work, calls(3)) == {0: 0, 1: 1, 2: 2}
+    left[0] = 2
+    once = results(Pool(Inline(), lambda: 1), work, calls(3))
+    assert isinstance(once[1], Failure)
+
+
+def test_flight_is_bounded() -> None:
+    class Counting(Executor):
+        def __init__(self) -> None:
+            self.waiting: list[tuple[Future[Any], Any]] = []
+            self.most = 0
+
+        def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+            future: Future[Any] = Future()
+            self.waiting.append((future, fn(*args)))
+            self.most = max(self.most, len(self.waiting))
+            if len(self.waiting) == 2 * IN_FLIGHT_EACH:
+                for one, value in self.waiting:
+                    one.set_result(value)
+                self.waiting.clear()
+            return future
+
+    taken = []
+
+    def some() -> Iterator[Call]:
+        for number in range(40):
+            taken.append(number)
+            yield Call(number, (number,))
+
+    executor = Counting()
+    stream = Pool(executor, lambda: 2).perform(square, some())
+    next(stream)
+    assert len(taken) == 2 * IN_FLIGHT_EACH  # the rest is not even made yet
+    assert len(list(stream)) == 39
+    assert executor.most == 2 * IN_FLIGHT_EACH
+
+
+def test_one_process_does_one_task_at_a_time() -> None:
+    taken = []
+
+    def some() -> Iterator[Call]:
+        for number in range(5):
+            taken.append(number)
+            yield Call(number, (number,))
+
+    for done, _ in enumerate(local_pool(1).perform(square, some()), start=1):
+        assert len(taken) == done
+
+
+def test_tasks_may_be_added_meanwhile_and_progress_hears_of_them() -> None:
+    waiting, heard = deque(calls(2)), list[float]()
+    found = []
+    for call, result in Pool(Inline(), lambda: 1).perform(square, waiting, heard.append):
+        found.append(result)
+        if call.key < 2:
+            waiting.append(Call(call.key + 2, (call.key + 2,)))
+    assert found == [0, 1, 4, 9]
+    assert heard == [1 / 3, 2 / 4, 3 / 4, 1]
+
+
+def test_what_has_succeeded_comes_before_what_has_failed() -> None:
+    class Late(Executor):
+        def __init__(self) -> None:
+            self.futures: list[tuple[Future[Any], int]] = []
+
+        def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+            self.futures.append((Future(), args[0]))
+            if len(self.futures) == 4:
+                for future, number in self.futures:
+                    if number == 1:
+                        future.set_exception(ArithmeticError())
+                    else:
+                        future.set_result(number)
+            return self.futures[-1][0]
+
+    found = [call.key for call, _ in Pool(Late(), lambda: 1).perform(square, list(calls(4)))]
+    assert found == [0, 2, 3, 1]
+
+
+@pytest.mark.parametrize("workers", [0, -1, 100_000])
+def test_refuses_as_many_workers(workers: int) -> None:
+    with pytest.raises(InputError, match="workers: got"):
+        local_pool(workers)
+
+
+def test_cores_are_those_that_may_be_used() -> None:
+    assert 1 <= cores() <= (os.cpu_count() or 1)
+    assert local_pool(1).size() == 1
+
+
+def test_a_limit_of_the_system_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    def scarce(*_: Any, **__: Any) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr("tt_precise.runtime.workers.Processes", scarce)
+    with pytest.raises(InputError, match="can't start new thread; expected fewer"):
+        local_pool(2)
+
+
+def test_a_killed_worker_loses_and_doubles_nothing(tmp_path: Path) -> None:
+    with local_pool(2, tries=TRIES) as pool:
+        found = results(pool, eval, evaluated(KILLS_ONCE, mark=tmp_path / "3"))
+    assert found == {number: number for number in range(12)}
+    assert (tmp_path / "3").exists()
+
+
+def test_a_killing_task_fails_alone() -> None:
+    with local_pool(2, tries=2) as pool:
+        found = results(pool, eval, evaluated(KILLS))
+    assert "WorkerDiedError: worker process ended, exit status -9" in found[3].reason
+    assert {n: found[n] for n in found if n != 3} == {n: n for n in range(12) if n != 3}
+
+
+def test_an_interruption_leaves_no_process_behind() -> None:
+    def interrupted() -> None:
+        with local_pool(2) as pool:
+            for _ in pool.perform(pow, calls(100, 2)):
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert active_children() == []
+
+
+def test_a_scheduler_that_goes_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed", reason="needs the extra dask")
+    threads = {"one": 2}
+
+    class Client:
+        def __init__(self, *_: Any, **__: Any) -> None:
+            pass
+
+        def get_executor(self, **_: Any) -> Executor:
+            return Inline()
+
+        def nthreads(self) -> dict[str, int]:
+            if not threads:
+                raise OSError("connection reset\nby peer")
+            return threads
+
+        def close(self) -> None:
+            threads["closed"] = 0
+
+    monkeypatch.setattr(distributed, "Client", Client)
+    with dask_pool("tcp://somewhere:8786") as pool:
+        assert pool.size() == 2
+        threads.clear()
+        with pytest.raises(
+            InputError, match=r"tcp://somewhere:8786 answers no more \(connection reset by"
+        ):
+            pool.size()
+    assert threads == {"closed": 0}
+
+
+@pytest.mark.parametrize("address", ["nonsense", "tcp://a:b", "foo://a:1", ""])
+def test_an_address_that_is_none_is_refused_without_a_client(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A client that fails says so a second time, in ten lines, when it is collected."""
+    distributed = pytest.importorskip("distributed", reason="needs the extra dask")
+    monkeypatch.setattr(distributed, "Client", lambda *_, **__: pytest.fail("a client was made"))
+    with pytest.raises(InputError, match=r"dask: got .*expected the address of a scheduler"):
+        dask_pool(address)
+
+
+def test_an_executor_that_breaks_is_bad_input() -> None:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        pool = Pool(executor, lambda: 1, tries=TRIES)
+        with pytest.raises(InputError, match=r"executor: .*expected one that goes on"):
+            results(pool, eval, evaluated(KILLS))
+    with pytest.raises(InputError, match="executor: "):
+        results(pool, square, calls(2))

@@ -1,0 +1,160 @@
+"""The body: exact parameters, their ranges, and the dimensionless form."""
+
+import dataclasses
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Dimension, TippeTop, Units, require_si
+from tt_precise.scene.numerals import to_mpmath
+
+RATIOS = {
+    "m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82",
+    "mu": "0.3",
+}  # fmt: skip
+
+
+def top(**changes: Any) -> TippeTop:
+    return TippeTop.from_ratios(**(RATIOS | changes))
+
+
+def test_ratios_become_si_exactly() -> None:
+    body = top()
+    scale = Fraction(2, 100) ** 3
+    assert body.I1 / scale == Fraction(131, 350)
+    assert body.I3 / scale == Fraction(2, 5)
+    assert body.gamma == Fraction(131, 140)
+    assert body.sigma == Fraction(5, 2)
+
+
+def test_si_moments_are_taken_as_they_are() -> None:
+    body = TippeTop("1", "2", "0.5", "3", "4", "5", "0")
+    assert (body.I1, body.I3, body.gamma, body.sigma) == (3, 4, Fraction(3, 4), 1)
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"alpha": "1.2"}, "alpha"),
+        ({"alpha": "0"}, "alpha"),
+        ({"alpha": "1"}, "alpha"),
+        ({"alpha": "-0.3"}, "alpha"),
+        ({"m": "0"}, "m"),
+        ({"m": "-1e999"}, "m"),
+        ({"R": "-0.02"}, "R"),
+        ({"I1": "0"}, "I1"),
+        ({"I3": "0"}, "I3"),
+        ({"g": "0"}, "g"),
+        ({"mu": "-0.1"}, "mu"),
+        ({"I3": "0.75"}, "I3"),
+        ({"I1": "1e-300", "I3": "1e-299"}, "I3"),
+        ({"alpha": "0,3"}, "alpha"),
+        ({"alpha": 1.3}, "alpha"),
+        ({"mu": "nan"}, "mu"),
+        ({"g": None}, "g"),
+    ],
+)
+def test_refuses_what_is_no_top(changes: dict[str, Any], key: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        top(**changes)
+    message = str(refusal.value)
+    assert message.startswith(f"{key}: got ")
+    assert "expected" in message
+    assert "\n" not in message
+
+
+def test_accepts_the_edges() -> None:
+    assert top(I3="131/175").I3 == 2 * top().I1
+    assert top(mu="0").mu == 0
+    assert 0 < top(alpha="1e-300").alpha < top(alpha=f"0.{'9' * 300}").alpha < 1
+
+
+def test_is_frozen() -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        top().mu = Fraction(1)  # type: ignore[misc]
+
+
+def test_dimensionless_form() -> None:
+    context = mpmath.MPContext()
+    context.dps = 40
+
+    def rounded(value: Fraction) -> Any:
+        return to_mpmath(value, context)
+
+    small = top().dimensionless(context, rounded)
+    assert (small.m, small.R, small.g) == (1, 1, 1)
+    assert (small.alpha, small.I1, small.I3) == tuple(
+        rounded(Fraction(text)) for text in ("3/10", "131/350", "2/5")
+    )
+    squared = Fraction("0.3") ** 2 * Fraction("9.82") * Fraction("0.02")
+    assert small.mu == context.sqrt(rounded(squared))
+    assert abs(small.gamma - rounded(top().gamma)) <= context.eps  # one division, half an eps
+
+
+def test_numbers_in_another_arithmetic() -> None:
+    floats = top().numbers(float)
+    assert (floats.m, floats.g, floats.mu) == (0.02, 9.82, 0.3)
+    assert floats.gamma == pytest.approx(131 / 140, rel=4e-16, abs=0)  # three roundings
+
+
+@pytest.mark.parametrize(
+    ("dimension", "unit"),
+    [
+        (Dimension(), "1"),
+        (Dimension(1, 2, -1), "kg m^2/s"),
+        (Dimension(1, 2, -3), "kg m^2/s^3"),
+        (Dimension(0, 1, -2), "m/s^2"),
+        (Dimension(0, 0, -1), "1/s"),
+    ],
+)
+def test_units_in_words(dimension: Dimension, unit: str) -> None:
+    assert dimension.unit == unit
+
+
+def test_units_multiply() -> None:
+    units = Units(Fraction(2), Fraction(3), Fraction(5))
+    assert units.of_dimension(Dimension()) == 1
+    assert units.of_dimension(Dimension(1, 2, -3)) == Fraction(2 * 9, 125)
+
+
+def test_floats_are_the_decimals_that_one_writes() -> None:
+    assert TippeTop(0.02, "0.02", 0.3, "1e-6", 1e-6, "9.82", 0.3) == TippeTop(
+        "0.02", "0.02", "0.3", "1e-6", "1e-6", "9.82", "0.3"
+    )
+    with pytest.raises(InputError, match="m: got inf, expected an exact number"):
+        TippeTop(float("inf"), "0.02", "0.3", "1e-6", "1e-6", "9.82", "0.3")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"I1": "2.99e-6", "I3": "3.2e-6"}, r"body\.I1: got 2\.99e-06, .* write 0\.37375, which"),
+        ({"I3": "23.5", "I1": "12"}, r"body\.I1: got 12\.0, expected 0\.001 to 10 in units"),
+        ({"g": "982"}, r"body\.g: got 982\.0, .* \(is it in cm/s\^2\?\)"),
+        ({"m": "20"}, r"body\.m, body\.R: got 20\.0, .* \(is it in g, cm or mm\?\)"),
+        ({"R": "20"}, r"body\.m, body\.R: got 0\.02, .* with R = 20\.0"),
+        ({"R": "2"}, r"body\.m, body\.R: got 0\.02, .* with R = 2\.0"),
+    ],
+)
+def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        require_si(top(**changes))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"I1": "0.01", "I3": "0.02"},  # nearly all mass in the middle
+        {"I1": "0.9", "I3": "1"},  # a ring
+        {"g": "1.62"},  # the moon
+        {"m": "0.6"},  # of tungsten
+        {"m": "1", "R": "1", "g": "1"},  # dimensionless
+        {"m": "0.004", "R": "0.03"},  # a hollow ball
+    ],
+)
+def test_no_top_is_taken_for_a_mistake(changes: dict[str, Any]) -> None:
+    require_si(top(**changes))

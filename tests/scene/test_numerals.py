@@ -1,0 +1,91 @@
+"""Exact numbers: what is read, what is refused, and that mpmath gets them unrounded."""
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy
+import pytest
+from hypothesis import example, given
+from hypothesis.strategies import floats, integers, lists
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.numerals import LONGEST, exact, shortest_texts, to_mpmath
+
+
+@pytest.mark.parametrize(
+    ("given", "value"),
+    [
+        ("0.02", Fraction(1, 50)),
+        ("131/350", Fraction(131, 350)),
+        ("1e-9", Fraction(1, 10**9)),
+        ("-2.5E+3", Fraction(-2500)),
+        ("+.5", Fraction(1, 2)),
+        ("7.", Fraction(7)),
+        (" 9.82 ", Fraction(491, 50)),
+        ("1e-999", Fraction(1, 10**999)),
+        (3, Fraction(3)),
+        (Fraction(2, 3), Fraction(2, 3)),
+    ],
+)
+def test_reads_exactly(given: Any, value: Fraction) -> None:
+    assert exact(given) == value
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "0,1", "nan", "NaN", "inf", "-Infinity", "", " ", "1 2", "1/0", "1/2/3", "0.5/2", "1e9999",
+        "1_000", "0x10", "1e", "e5", "--1", "\u0661", "\uff11", "pi", "1\n2", "9" * (LONGEST + 1),
+        0.1, float("nan"), True, None, b"1", [1], 1j,
+    ],
+)  # fmt: skip
+def test_refuses_with_one_line(given: Any) -> None:
+    with pytest.raises(InputError) as refusal:
+        exact(given, "alpha")
+    message = str(refusal.value)
+    assert message.startswith("alpha: got ")
+    assert "expected" in message
+    assert "\n" not in message
+    assert len(message) < 200
+
+
+@pytest.mark.parametrize("digits", [15, 50, 71, 200])
+@pytest.mark.parametrize("text", ["9.82", "131/350", "1e-30", "-123456789.987654321e40"])
+def test_rounds_once_into_mpmath(text: str, digits: int) -> None:
+    context = mpmath.MPContext()
+    context.dps = digits
+    rounded = to_mpmath(exact(text), context)
+    sign, mantissa, exponent, bits = rounded._mpf_
+    value = (-1) ** sign * mantissa * Fraction(2) ** exponent
+    assert bits <= context.prec
+    half_ulp = abs(exact(text)) * Fraction(1, 2**context.prec)
+    assert abs(value - exact(text)) <= half_ulp
+
+
+def test_a_float_on_the_way_would_show() -> None:
+    context = mpmath.MPContext()
+    context.dps = 50
+    good, spoiled = to_mpmath(exact("9.82"), context), context.mpf(9.82)
+    assert 1e-17 < abs(good - spoiled) < 1e-15
+
+
+def test_leaves_the_precision_of_the_context_alone() -> None:
+    context = mpmath.MPContext()
+    context.prec = 77
+    to_mpmath(Fraction(1, 3), context)
+    assert context.prec == 77
+
+
+@given(lists(floats(width=64) | floats(-1e-3, 1e-3) | integers(-(10**18), 10**18).map(float)))
+@example([0.0, -0.0, math.nan, math.inf, -math.inf, 5e-324, 1e-4, 9.999999999999999e-05])
+@example([1e16, 9999999999999998.0, 1e15, 1e17, 123456789012345680.0, 1e22, 1.7976931348623157e308])
+def test_doubles_are_written_as_repr_writes_them(values: list[float]) -> None:
+    expected = [None if math.isnan(value) else repr(value) for value in values]
+    assert shortest_texts(numpy.array(values)) == expected
+
+
+def test_a_column_of_a_table_may_be_written() -> None:
+    table = numpy.arange(12.0).reshape(3, 4) / 7
+    assert shortest_texts(table[:, 1]) == [repr(value) for value in table[:, 1].tolist()]

@@ -1,0 +1,321 @@
+"""Scenes: what ships, what is read exactly, and every refusal with its one line."""
+
+import dataclasses
+import os
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import pytest
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.toml import LARGEST_FILE
+from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.scene import (
+    Inclination,
+    Scene,
+    Start,
+    load_scene,
+    parse_scene,
+    shipped,
+)
+
+TEXT = """\
+title = "A top"
+model = "gliding"
+[body]
+m = "0.02"
+R = "0.02"
+alpha = "0.3"
+I1 = "131/350"
+I3 = "2/5"
+g = "9.82"
+mu = "0.3"
+[start]
+theta = "0.1"
+omega_3 = "155"
+[run]
+until = "8"
+"""
+
+
+def parsed(text: str = TEXT) -> Scene:
+    return parse_scene(text, "top", "top.toml")
+
+
+def refused(text: str) -> str:
+    with pytest.raises(InputError) as refusal:
+        parsed(text)
+    message = str(refusal.value)
+    assert message.startswith("top.toml: ")
+    assert "\n" not in message
+    return message
+
+
+def test_shipped_scenes_load() -> None:
+    assert {"reference", "phi-dot-195", "rolling", "frictionless", "upright", "inverted"} <= set(
+        shipped()
+    )
+    for name in shipped():
+        scene = load_scene(name)
+        assert scene.name == name
+        assert scene.title
+        assert scene.source
+
+
+def test_reference_is_the_papers() -> None:
+    scene = load_scene("reference")
+    assert scene.body.gamma == Fraction(131, 140)
+    assert scene.start == Start(theta="0.1", omega_3="155")  # type: ignore[arg-type]
+    assert scene.until == 8
+    assert scene.model == "gliding"
+    assert load_scene("phi-dot-195").start.phi_dot == 195
+
+
+def test_special_starts_are_exact() -> None:
+    for name, from_pi in (("upright", False), ("inverted", True)):
+        theta = load_scene(name).start.theta
+        assert theta == Inclination(Fraction(0), from_pi)
+        assert theta.at_pole
+    assert load_scene("rolling").model == "rolling"
+    assert load_scene("frictionless").body.mu == 0
+
+
+def test_what_is_missing_is_zero() -> None:
+    start = parsed().start
+    assert not any((start.theta_dot, start.phi_dot, start.nu_x, start.nu_y))
+    assert parsed().sample_every == Fraction(1, 100)
+    assert parsed().record == parsed().events == ()
+
+
+def test_bare_toml_numbers_stay_exact() -> None:
+    scene = parsed(TEXT.replace('"9.82"', "9.82").replace('"155"', "155"))
+    assert scene.body.g == Fraction(982, 100)
+    assert scene.start.omega_3 == 155
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('mu = "0.3"', 'mu = "0.3"\nnu = "1"', "unknown key body.nu, expected only: I1, I3"),
+        (
+            'title = "A top"',
+            'titel = "A top"',
+            "unknown key titel, expected only: body, contact, friction",
+        ),
+        ('title = "A top"', '"a\\nb" = 1', "unknown key 'a\\nb', expected"),
+        ('mu = "0.3"\n', "", "missing key body.mu, expected it to be given"),
+        ('model = "gliding"\n', "", "missing key model"),
+        ('until = "8"', "", "missing key run.until"),
+        ('theta = "0.1"\n', "", "missing key start.theta"),
+        ('omega_3 = "155"\n', "", "missing key start.omega_3"),
+        ('"0.1"', '"0,1"', "theta: got '0,1', expected an exact number"),
+        ('"0.1"', '"NaN"', "theta: got 'NaN', expected an exact number"),
+        ('"0.1"', "nan", "theta: got 'nan', expected an exact number"),
+        ('"0.1"', "-inf", "theta: got '-inf', expected an exact number"),
+        ('"0.1"', "true", "theta: got True, expected an exact number"),
+        ('"0.1"', "[1]", "theta: got [1], expected an exact number"),
+        ('"0.1"', "2024-01-01", "theta: got datetime.date(2024, 1, 1), expected"),
+        ('"0.1"', '"-0.1"', "theta: got -0.1, expected 0 <= theta <= pi"),
+        ('"0.1"', '"3.2"', "theta: got 3.2, expected 0 <= theta <= pi"),
+        ('"0.1"', '"1e999"', "theta: got 1e999, expected 0 <= theta <= pi"),
+        ('"0.1"', '"1e9999"', "theta: got '1e9999', expected an exact number"),
+        ('"0.1"', '"pi - 4"', "theta: got pi - 4, expected 0 <= theta <= pi"),
+        ('"0.1"', '"pi - x"', "theta: got 'x', expected an exact number"),
+        ('"0.1"', '"pi + 1"', "theta: got 'pi + 1', expected an exact number"),
+        ('"0.3"', '"1.2"', "alpha: got 1.2, expected a number between 0 and 1"),
+        ('I3 = "2/5"', 'I3 = "0.8"', "I3: got 0.8, expected at most 2 I1 = "),
+        ('mu = "0.3"', 'mu = "-0.3"', "mu: got -0.3, expected a number of at least 0"),
+        ('g = "9.82"', 'g = "0"', "g: got 0.0, expected a number above 0"),
+        ('until = "8"', 'until = "-1"', "until: got -1, expected seconds, at least 0"),
+        ('until = "8"', 'until = "8"\nsample_every = "0"', "sample_every: got 0, expected seconds"),
+        ('until = "8"', 'until = "1e300"', "sample_every: got 0.01, which makes more than"),
+        ('until = "8"', 'until = "8"\nrecord = ["z"]', "record: got 'z', expected one of: phi"),
+        ('until = "8"', 'until = "8"\nrecord = "phi"', "run.record: got 'phi', expected a list"),
+        ('until = "8"', 'until = "8"\nevents = [1]', "run.events: got '[1]', expected a list"),
+        (
+            '"gliding"',
+            '"sliding"',
+            "model: got 'sliding', expected one of: flight, gliding, rolling",
+        ),
+        ('"gliding"', "1", "model: got '1', expected text"),
+        ('"A top"', "1", "title: got '1', expected text"),
+        ("[body]", "[body", "not a TOML file"),
+        ("[run]", "[run]\nuntil = 1", "not a TOML file"),
+    ],
+)
+def test_refuses(old: str, new: str, expected: str) -> None:
+    text = TEXT.replace(old, new, 1)
+    assert text != TEXT
+    assert expected in refused(text)
+
+
+def test_the_unspoiled_text_is_accepted() -> None:
+    assert parsed().title == "A top"
+
+
+@pytest.mark.parametrize("key", ["body", "start", "run"])
+def test_refuses_a_value_for_a_table(key: str) -> None:
+    lines = [line for line in TEXT.splitlines() if "=" in line and not line.startswith("model")]
+    others = [f"[{name}]" for name in ("body", "start", "run") if name != key]
+    text = "\n".join([f"{key} = 3", 'model = "gliding"', *others])
+    assert lines
+    assert f"{key}: got '3', expected a table [{key}]" in refused(text)
+
+
+@pytest.mark.parametrize("text", ["", "a" * 100_000, "x = " + "[" * 100_000, "x = " + "[" * 500])
+def test_refuses_hostile_text(text: str) -> None:
+    refused(text)
+
+
+def test_rolling_does_not_glide() -> None:
+    rolling = TEXT.replace("gliding", "rolling")
+    assert parsed(rolling).model == "rolling"
+    message = refused(rolling.replace('omega_3 = "155"', 'omega_3 = "155"\nnu_y = "1e-300"'))
+    assert "expected none in a rolling scene" in message
+
+
+@pytest.mark.parametrize("name", ["no-such-scene", "Reference", "con"])
+def test_refuses_unknown_names(name: str) -> None:
+    with pytest.raises(
+        InputError, match=r"expected a path to a \.toml file or one of: .*reference"
+    ):
+        load_scene(name)
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["", "missing.toml", "../scenes/reference", "reference.toml", "\0", "a" * 5000 + ".toml", "."],
+)
+def test_refuses_paths_that_are_no_scene(
+    path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="expected a scene file or a shipped name"):
+        load_scene(path)
+
+
+def test_refuses_bytes_that_are_no_text(tmp_path: Path) -> None:
+    file = tmp_path / "latin.toml"
+    file.write_bytes(TEXT.replace("A top", "Kreisel für Ole").encode("latin-1"))
+    with pytest.raises(InputError, match=r"latin\.toml: not UTF-8 text"):
+        load_scene(file)
+
+
+def test_refuses_large_files(tmp_path: Path) -> None:
+    file = tmp_path / "large.toml"
+    file.write_text(TEXT + "#" * LARGEST_FILE, "utf-8")
+    with pytest.raises(InputError, match="larger than 100000 bytes"):
+        load_scene(file)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="no /dev/zero on this system")
+def test_reads_no_endless_device() -> None:
+    with pytest.raises(InputError, match="/dev/zero: larger than"):
+        load_scene("/dev/zero")
+
+
+def test_reads_a_file_as_the_shipped_scene(tmp_path: Path) -> None:
+    source = Path(__file__).parents[2] / "tt_precise" / "scenes" / "reference.toml"
+    file = tmp_path / "mine.toml"
+    file.write_bytes(source.read_bytes().replace(b"\n", b"\r\n"))
+    mine, ours = load_scene(str(file)), load_scene("reference")
+    assert mine.name == "mine"
+    assert dataclasses.replace(mine, name=ours.name) == ours
+    assert mine.text == ours.text
+    assert load_scene(mine) is mine
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("until", float("nan")), ("sample_every", None), ("until", "8 s")]
+)
+def test_python_wants_numbers_too(field: str, value: Any) -> None:
+    with pytest.raises(InputError, match=f"{field}: got .*, expected an exact number"):
+        dataclasses.replace(parsed(), **{field: value})
+
+
+@pytest.mark.parametrize("field", ["theta", "omega_3", "nu_x"])
+def test_floats_in_python_are_the_decimals_that_one_writes(field: str) -> None:
+    changes: list[dict[str, Any]] = [{field: 0.1}, {field: "0.1"}]
+    one, other = (dataclasses.replace(parsed().start, **change) for change in changes)
+    assert one == other
+    assert dataclasses.replace(parsed(), until=0.1).until == Fraction(1, 10)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=f"{field}: got inf, expected an exact number"):
+        dataclasses.replace(parsed().start, **{field: float("inf")})  # type: ignore[arg-type]
+
+
+def test_sample_times_are_exact_and_end_at_the_end() -> None:
+    scene = dataclasses.replace(parsed(), until="1/3", sample_every="0.1")  # type: ignore[arg-type]
+    assert scene.sample_times == (*(Fraction(k, 10) for k in range(4)), Fraction(1, 3))
+    whole = dataclasses.replace(parsed(), until="0.3", sample_every="0.1")  # type: ignore[arg-type]
+    assert whole.sample_times == tuple(Fraction(k, 10) for k in range(4))
+    none = dataclasses.replace(parsed(), until="0")  # type: ignore[arg-type]
+    assert none.sample_times == (Fraction(0),)
+
+
+@pytest.mark.parametrize("text", ["0", "0.1", "1.5", "pi", "pi - 1e-300", "pi - 3"])
+def test_inclination_is_accurate_beside_the_poles(text: str) -> None:
+    work, finer = mpmath.MPContext(), mpmath.MPContext()
+    work.dps, finer.dps = 30, 700
+    angle = Inclination.parse(text)
+    sine, cosine = angle.sine_cosine(work, lambda value: to_mpmath(value, work))
+    offset = to_mpmath(angle.offset, finer)
+    theta = finer.pi - offset if angle.from_pi else offset
+    bound_eps = 2  # offset rounded once, sine rounded once; relative condition at most 1
+    true_sine = finer.sin(theta) if not angle.at_pole else finer.mpf(0)
+    assert abs(finer.mpf(sine) - true_sine) <= bound_eps * work.eps * true_sine
+    assert abs(finer.mpf(cosine) - finer.cos(theta)) <= bound_eps * 3 * work.eps
+    radians = angle.radians(work, lambda value: to_mpmath(value, work))
+    assert abs(finer.mpf(radians) - theta) <= bound_eps * 3 * work.eps
+
+
+def test_rounding_theta_first_would_lose_the_sine() -> None:
+    work = mpmath.MPContext()
+    work.dps = 30
+    angle = Inclination.parse("pi - 1e-40")
+    sine, _ = angle.sine_cosine(work, lambda value: to_mpmath(value, work))
+    naive = work.sin(angle.radians(work, lambda value: to_mpmath(value, work)))
+    assert abs(sine / work.mpf("1e-40") - 1) < 1e-29
+    assert abs(naive / work.mpf("1e-40") - 1) > 1
+
+
+@pytest.mark.parametrize("text", ["0", "1/10", "pi", "pi - 1/1000"])
+def test_inclination_prints_what_it_reads(text: str) -> None:
+    assert str(Inclination.parse(text)) == text
+
+
+def test_a_varied_scene_is_what_its_file_would_say() -> None:
+    reference = load_scene("reference")
+    text = reference.text.replace('I1 = "131/350"', 'I1 = "0.37"').replace(
+        'phi_dot = "0"', 'phi_dot = "-30"'
+    )
+    expected = parse_scene(text.replace('until = "8"', 'until = "2"'), "reference", "a test")
+    assert reference.varied(I1="0.37", phi_dot="-30", until="2") == expected
+    assert reference.varied() == reference
+
+
+def test_moments_of_inertia_keep_their_ratio_when_m_or_R_are_varied() -> None:
+    reference = load_scene("reference")
+    heavy = reference.varied(m="0.05", R="0.03").body
+    assert Fraction("131/350") * Fraction("0.05") * Fraction("0.03") ** 2 == heavy.I1
+    assert (
+        Fraction("0.5") * heavy.I1 / Fraction("131/350") * Fraction("0.02") / Fraction("0.05")
+        == reference.varied(R="0.03", I3="0.5").body.I3
+    )
+
+
+def test_a_perturbed_scene_is_off_by_relative_sizes() -> None:
+    reference = load_scene("reference")
+    off = reference.perturbed(m="1e-9", omega_3="-1/2")
+    assert off.body.m == reference.body.m * (1 + Fraction(1, 10**9))
+    assert off.body.I1 == reference.body.I1
+    assert off.start.omega_3 == reference.start.omega_3 / 2
+
+
+@pytest.mark.parametrize("way", ["varied", "perturbed"])
+def test_what_no_scene_has_cannot_be_varied(way: str) -> None:
+    with pytest.raises(InputError, match=rf"{way}: got 'beta', expected one of: I1, I3, R"):
+        getattr(load_scene("reference"), way)(beta="1")
+    with pytest.raises(InputError, match="perturbed: got 'theta'"):
+        load_scene("reference").perturbed(theta="1e-3")

@@ -1,0 +1,121 @@
+"""Starts: exact entries, psi_dot, what is at rest, and what is refused."""
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+
+from tt_precise.integrate import integrate
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.start import Inclination, Start
+
+PLAIN = {"theta": "0.1", "omega_3": "155"}
+MP = mpmath.MPContext()
+MP.dps = 120
+
+
+def start(**given: Any) -> Start:
+    return Start.of(load_scene("reference").body, given)
+
+
+def test_plain_entries_stay_exact() -> None:
+    assert start(**PLAIN, nu_x="1/3") == Start(
+        Inclination(Fraction(1, 10)), Fraction(155), nu_x=Fraction(1, 3)
+    )
+
+
+def test_floats_are_the_decimals_that_one_writes() -> None:
+    assert start(theta=0.1, omega_3=155.0) == start(**PLAIN)
+    with pytest.raises(InputError, match="omega_3: got nan"):
+        start(theta=0.1, omega_3=float("nan"))
+
+
+def test_psi_dot_without_precession_is_omega_3_exactly() -> None:
+    assert start(theta="0.1", psi_dot="155") == start(**PLAIN)
+
+
+def test_psi_dot_to_a_hundred_digits() -> None:
+    found = start(theta="0.1", psi_dot="150", phi_dot="7/3").omega_3
+    expected = 150 + MP.mpf(7) / 3 * MP.cos(MP.mpf(1) / 10)
+    error = abs(MP.mpf(found.numerator) / found.denominator / expected - 1)
+    assert 0 < error < MP.mpf(10) ** -99
+
+
+def test_the_run_has_the_psi_dot_that_was_given() -> None:
+    scene = load_scene("reference").varied(psi_dot="150", phi_dot="-12", until="0")
+    assert integrate(scene).frame("psi_dot")["psi_dot"][0] == pytest.approx(150, abs=1e-12)
+
+
+def test_centre_of_mass_at_rest_is_what_another_team_starts_from() -> None:
+    """TippeTopSim's start, which its scene has with nu_y rounded to 50 digits."""
+    theirs = load_scene("tippetopsim")
+    ours = Start.of(theirs.body, {"theta": "0.1", "psi_dot": "250", "at_rest": "centre of mass"})
+    assert ours.nu_x == 0
+    assert 0 < abs(ours.nu_y - theirs.start.nu_y) < Fraction(1, 10**49)
+
+
+def test_centre_of_mass_at_rest_with_all_rates() -> None:
+    scene = load_scene("reference").varied(
+        theta_dot="3", phi_dot="-5", at_rest="centre of mass", until="0"
+    )
+    row = integrate(scene).frame("s_dot_x", "s_dot_y", "nu_x", "nu_y").iloc[0]
+    assert abs(row["s_dot_x"]) < 1e-16
+    assert abs(row["s_dot_y"]) < 1e-16
+    assert abs(row["nu_x"]) > 0.01
+    assert abs(row["nu_y"]) > 0.01
+
+
+def test_contact_point_at_rest_is_the_default() -> None:
+    assert start(**PLAIN, at_rest="contact point") == start(**PLAIN)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"theta": "0.1"}, r"missing key start\.omega_3, expected it to be given \(or psi_dot\)"),
+        ({"omega_3": "1"}, r"missing key start\.theta"),
+        ({**PLAIN, "psi_dot": "1"}, r"start\.psi_dot: got it beside omega_3"),
+        ({**PLAIN, "psi": "1"}, r"unknown key start\.psi, expected only: at_rest, height, nu_x"),
+        ({**PLAIN, "at_rest": "peg"}, r"start\.at_rest: got 'peg', expected \"contact point\""),
+        ({**PLAIN, "at_rest": "contact point", "nu_x": "0"}, "one or the other"),
+        ({"theta": "4", "omega_3": "1"}, "theta: got 4, expected 0 <= theta <= pi"),
+    ],
+)
+def test_what_is_refused(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        start(**given)
+
+
+def test_a_scene_takes_a_mapping_and_checks_it() -> None:
+    body = load_scene("reference").body
+    mapping: Any = PLAIN
+    scene = Scene("mine", "gliding", body, mapping, Fraction(1), Fraction(1, 10))
+    assert scene.start == start(**PLAIN)
+    wrong: list[tuple[Any, Any, str]] = [
+        (body, {"theta": "0.1"}, r"missing key start\.omega_3"),
+        (body, "upright", "start: got a str, expected a Start or a mapping"),
+        ({"m": "1"}, PLAIN, "body: got a dict, expected a TippeTop"),
+    ]
+    for some_body, some_start, said in wrong:
+        with pytest.raises(InputError, match=said):
+            Scene("mine", "gliding", some_body, some_start, Fraction(1), Fraction(1, 10))
+
+
+def test_derived_entries_follow_what_is_varied() -> None:
+    scene = load_scene("reference").varied(psi_dot="150", at_rest="centre of mass")
+    moved = scene.varied(phi_dot="10")
+    expected = 150 + 10 * MP.cos(MP.mpf(1) / 10)
+    assert float(moved.start.omega_3) == pytest.approx(float(expected), abs=1e-12)
+    assert moved.start.nu_y != scene.start.nu_y
+    assert moved.varied(omega_3="9").start.omega_3 == 9
+    assert moved.varied(nu_y="0").start.nu_y == 0
+    assert scene.varied(R="0.03").start.nu_y == pytest.approx(1.5 * float(scene.start.nu_y))
+
+
+def test_a_start_that_was_replaced_forgets_what_was_given() -> None:
+    scene = load_scene("reference").varied(psi_dot="150", phi_dot="10")
+    plain = replace(scene, start=start(**PLAIN))
+    assert plain.varied(phi_dot="3").start == start(**PLAIN, phi_dot="3")

@@ -1,0 +1,131 @@
+"""``InitialState``: the one place where a scene's exact numbers become those of an arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
+from tt_precise.scene.body import Parameters, Units
+from tt_precise.scene.scene import Scene, Start
+from tt_precise.scene.start import LIFTED, LiftedStart
+
+Known = TypeVar("Known")
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Body and state of a scene at t = 0 in one arithmetic, the axis at azimuth 0.
+
+    ``vectors`` and ``euler`` are the same state, each made from the exact numbers: beside the
+    inverted pole the vectors do not go through theta = pi - offset. They are a ``LiftedState``
+    where the scene gives the height of the lowest point. ``until`` is the scene's horizon. All in
+    the units ``units``, which are given in SI. ``row`` is there where a run goes on from a former
+    piece: the state of its own formulation, and quadratures (scaled) behind it.
+    """
+
+    model: str
+    body: Parameters
+    units: Units
+    vectors: NewtonState
+    euler: EulerState
+    until: Scalar
+    row: tuple[Scalar, ...] = ()
+
+    @classmethod
+    def of(cls, scene: Scene, arithmetic: Arithmetic) -> InitialState:
+        """The start of ``scene``, dimensionless (m = R = g = 1)."""
+        fn, exact = arithmetic.fn, arithmetic.exact
+        body, units = scene.body.dimensionless(fn, exact), Units.of(scene.body, fn, exact)
+        vectors, euler = _state(scene.start, arithmetic, body, units, {})
+        return cls(scene.model, body, units, vectors, euler, exact(scene.until) / units.time)
+
+    @classmethod
+    def in_si(cls, scene: Scene, arithmetic: Arithmetic) -> InitialState:
+        """The start of ``scene`` in SI."""
+        body, until = scene.body.numbers(arithmetic.exact), arithmetic.exact(scene.until)
+        vectors, euler = _state(scene.start, arithmetic, body, None, {})
+        return cls(scene.model, body, Units(1, 1, 1), vectors, euler, until)
+
+    def from_another(
+        self, start: Start, arithmetic: Arithmetic, given: Mapping[str, Scalar]
+    ) -> InitialState:
+        """The same body and horizon from another ``start``.
+
+        ``given`` are entries of it that are numbers of the arithmetic already, in SI.
+        """
+        vectors, euler = _state(start, arithmetic, self.body, self.units, given)
+        return replace(self, vectors=vectors, euler=euler)
+
+    def state(self, form: Formulation) -> tuple[Scalar, ...]:
+        """The state as ``form`` has it, in the order of its columns."""
+        if self.row:
+            return self.row[: len(form.columns)]
+        return self.once(form.State, lambda: tuple(form.start(self.body, self.vectors, self.euler)))
+
+    def once(self, key: Hashable, compute: Callable[[], Known]) -> Known:
+        """What ``compute`` finds, which follows from this start and ``key`` alone; then kept."""
+        if key not in self._known:
+            self._known[key] = compute()
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[Hashable, Any]:
+        return {}
+
+    def first_row(self, form: Formulation, record: tuple[str, ...]) -> tuple[Scalar, ...]:
+        """The state with the quadratures ``record`` behind it, which begin at zero."""
+        zero = self.until * 0
+        return self.row or (*self.state(form), *(zero for _ in record))
+
+    def parameters(self, form: Formulation) -> tuple[Scalar, ...]:
+        """The body's ``parameters`` that ``form`` leaves open."""
+        return tuple(getattr(self.body, name) for name in form.parameters)
+
+    def motion(self, fn: Functions) -> Motion:
+        """What quantities at the start are functions of."""
+        return Motion(self.body, self.vectors, fn, self.model)
+
+    def map(self, convert: Callable[[Scalar], Scalar]) -> InitialState:
+        """The same with every number of body and state converted; ``units`` and ``until`` stay."""
+        return replace(
+            self,
+            body=self.body.map(convert),
+            vectors=type(self.vectors)(*map(convert, self.vectors)),
+            euler=EulerState(*map(convert, self.euler)),
+            row=tuple(map(convert, self.row)),
+        )
+
+
+def _state(
+    start: Start,
+    arithmetic: Arithmetic,
+    body: Parameters,
+    units: Units | None,
+    given: Mapping[str, Scalar],
+) -> tuple[NewtonState, EulerState]:
+    fn, exact = arithmetic.fn, arithmetic.exact
+    if "theta" in given:
+        theta = given["theta"]
+        sine_cosine = fn.sin(theta), fn.cos(theta)
+    else:
+        theta = start.theta.radians(fn, exact)
+        sine_cosine = start.theta.sine_cosine(fn, exact)
+
+    def entry(name: str) -> Scalar:
+        value = given[name] if name in given else exact(getattr(start, name))
+        return value if units is None else value / units.of_dimension(STATE_DIMENSIONS[name])
+
+    euler = EulerState(theta, *map(entry, EulerState._fields[1:]))
+    vectors: Any = vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine)
+    if isinstance(start, LiftedStart):
+        vectors = LiftedState(*vectors, *map(entry, LIFTED))
+    return vectors, euler

@@ -1,0 +1,190 @@
+"""What takes long and is computed once: files in ``reports/`` of the checkout or the user's cache.
+
+Each file is named or marked by what it was made from, and counts only while that is the same. A
+file that cannot be read counts as one that is not there.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import gzip
+import hashlib
+import io
+import json
+import os
+import shutil
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tt_precise.runtime import json_file
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.untyped import Json
+
+if TYPE_CHECKING:
+    import pandas
+
+DIGITS = 12  # significant, in a cached table
+UNREADABLE = (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError)
+
+
+def user_folder() -> Path:
+    """The user's cache folder for this package; it need not exist.
+
+    Raises
+    ------
+    OSError
+        The user has none.
+    """
+    try:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    except RuntimeError as error:  # a user without a home
+        raise OSError(str(error)) from None
+    return Path(home) / "tt-precise"
+
+
+def fingerprint(definition: Json) -> str:
+    """SHA-256 of a definition in plain JSON values."""
+    return hashlib.sha256(json.dumps(definition, sort_keys=True).encode("utf-8")).hexdigest()
+
+
+def source_hash(*places: str) -> str:
+    """SHA-256 of source files of this package, given as files and folders."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for place in places:
+        path = package / place
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+class Records:
+    """JSON objects by key in a folder, each in a compressed file of its own.
+
+    ``made_by`` says by what they are made (versions, a hash of the code): a record of something
+    else is not found. Where nothing can be written nothing is cached.
+    """
+
+    def __init__(self, folder: Path | None, made_by: Json):
+        self.folder, self._made_by = folder, made_by
+
+    @classmethod
+    def of_user(cls, name: str, made_by: Json) -> Records:
+        """Those in a folder of the user's cache."""
+        try:
+            return cls(user_folder() / name, made_by)
+        except OSError:
+            return cls(None, made_by)
+
+    def get(self, name: str, key: Json) -> Json:
+        """The record of ``key``, None if there is none; ``name`` is only for people."""
+        if self.folder is None:
+            return None
+        try:
+            return json_file.parse(gzip.decompress(self.path(name, key).read_bytes()))
+        except UNREADABLE:
+            return None
+
+    def put(self, name: str, key: Json, value: Json) -> None:
+        """Keep the record of ``key``."""
+        if self.folder is None:
+            return
+        text = json.dumps(value).encode()
+        with contextlib.suppress(InputError):
+            atomic_write(self.path(name, key), gzip.compress(text, 1, mtime=0))
+
+    def clear(self) -> None:
+        """Drop all records."""
+        if self.folder is not None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    def path(self, name: str, key: Json) -> Path:
+        """Where the record of ``key`` is, or would be."""
+        assert self.folder is not None
+        return self.folder / f"{name}-{fingerprint([self._made_by, key])[:24]}.json.gz"
+
+
+def cached_table(
+    file: str, definition: Mapping[str, Json], compute: Callable[[], pandas.DataFrame]
+) -> pandas.DataFrame:
+    """The table in ``file``, or from ``compute`` if there is none of this ``definition``.
+
+    It is looked for in ``reports/`` of the checkout, then in the user's cache. Several processes
+    that ask for the same at once compute it once.
+    """
+    mark = fingerprint(definition)
+    found = _found(file, mark)
+    if found is not None:
+        return found
+    with _alone(file):
+        found = _found(file, mark)  # somebody else may have made it meanwhile
+        if found is not None:
+            return found
+        content = packed(compute(), mark)
+        for folder in _folders():
+            if folder.is_dir() and os.access(folder, os.W_OK):
+                with contextlib.suppress(InputError):  # full, for example
+                    atomic_write(folder / file, content)
+                    break
+    # from the bytes, so that nobody sees other digits than the next one who reads the file
+    table = unpacked(content, mark)
+    assert table is not None
+    return table
+
+
+def packed(table: pandas.DataFrame, mark: str) -> bytes:
+    """The file of a table; the same table gives the same bytes."""
+    text = table.to_csv(index=False, float_format=f"%.{DIGITS}g", lineterminator="\n")
+    sink = io.BytesIO()
+    # no time and no name in the header, which would change with every run
+    with gzip.GzipFile(filename="", mode="wb", fileobj=sink, mtime=0) as file:
+        file.write(f"# {mark}\n{text}".encode())
+    return sink.getvalue()
+
+
+def unpacked(content: bytes, mark: str) -> pandas.DataFrame | None:
+    """The table of a file, unless it was made from another definition."""
+    import pandas
+
+    text = gzip.decompress(content).decode("utf-8")
+    if not text.startswith(f"# {mark}\n"):
+        return None
+    return pandas.read_csv(io.StringIO(text), comment="#")
+
+
+def _found(file: str, mark: str) -> pandas.DataFrame | None:
+    for folder in _folders():
+        try:
+            table = unpacked((folder / file).read_bytes(), mark)
+        except UNREADABLE:
+            continue
+        if table is not None:
+            return table
+    return None
+
+
+def _folders() -> tuple[Path, ...]:
+    checkout = Path(__file__).parents[2]
+    known = [checkout / "reports"] if (checkout / "pyproject.toml").is_file() else []
+    with contextlib.suppress(OSError):
+        known.append(user_folder())
+    return tuple(known)
+
+
+@contextmanager
+def _alone(file: str) -> Iterator[None]:
+    """Nobody else who asks for ``file`` goes on meanwhile, where the cache can be written."""
+    try:
+        user_folder().mkdir(parents=True, exist_ok=True)
+        lock = (user_folder() / f"{file}.lock").open("w")
+    except OSError:  # no HOME, or one that cannot be written: then two compute the same
+        yield
+        return
+    with lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield

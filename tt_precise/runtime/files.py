@@ -1,0 +1,172 @@
+"""Writing files so that a reader, or an interruption, never meets half a file."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import stat
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+from tt_precise.runtime.errors import InputError
+
+A_PAGE = 4096  # bytes: what an empty file does not need, and the smallest one does
+
+
+class _GivenUpError(Exception):
+    """Leaves the old file."""
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Give a temporary path beside ``path`` to write to; it takes its place only when all is well.
+
+    A link stays a link: what it leads to is replaced. A device or a pipe, such as /dev/stdout, is
+    not replaced but written to, from a temporary file elsewhere.
+
+    Raises
+    ------
+    InputError
+        The place cannot be written, or is full; or it is a dash, which elsewhere is a stream.
+    """
+    import tempfile  # here, as much imports this that does not write
+
+    target = Path(path)
+    if str(target) == "-":
+        raise InputError("-: got a dash, expected a file to write; /dev/stdout is standard output")
+    try:
+        device = _is_device(target)
+        if not device:
+            target = Path(os.path.realpath(target))
+            target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(
+            # a name may be as long as the file system allows, which leaves no room for a prefix
+            prefix=f".{target.stem[:40]}.",
+            suffix=target.suffix,
+            dir=None if device else target.parent,
+        )
+    except (OSError, ValueError) as error:
+        raise _unwritable(target, error) from None
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        if device:
+            import shutil
+
+            with temporary.open("rb") as source, target.open("wb") as sink:
+                shutil.copyfileobj(source, sink)
+            return
+        with temporary.open("rb") as written:
+            os.fsync(written.fileno())
+        temporary.chmod(0o666 & ~_umask())
+        temporary.replace(target)
+    except OSError as error:
+        raise _unwritable(target, error) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def require_apart(outputs: Mapping[str, str | Path | None], *inputs: str) -> None:
+    """Refuse to write over what is read, or one file over another; ``outputs`` are by option.
+
+    Raises
+    ------
+    InputError
+        An output is one of the files ``inputs``, or is named twice.
+    """
+    # a bare word is the name of a scene that ships
+    taken = {_place(one): "which is read" for one in inputs if os.sep in one or "." in one}
+    for option, path in outputs.items():
+        if path is None or _is_device(Path(path)):
+            continue
+        place = _place(path)
+        if place in taken:
+            raise InputError(f"{option}: got {path}, {taken[place]}; expected another file")
+        taken[place] = f"which is {option} too"
+
+
+def _place(path: str | Path) -> str:
+    try:
+        return os.path.realpath(path)
+    except ValueError:  # a null character, of which the reader or the writer says more
+        return str(path)
+
+
+def shipped(name: str) -> Path:
+    """The folder ``name`` of data that ships: in an installed package, beside it in a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    installed = package / name
+    return installed if installed.is_dir() else package.parent / name
+
+
+def atomic_write(path: str | Path, content: str | bytes) -> None:
+    """Write ``content`` (text as UTF-8) to ``path``, all of it or nothing."""
+    write_together({path: content})
+
+
+def write_together(files: Mapping[str | Path, str | bytes]) -> None:
+    """Write several files, each whole, and none before there is room for all of them."""
+    with ExitStack() as stack:
+        for path, content in files.items():
+            data = content.encode("utf-8") if isinstance(content, str) else content
+            stack.enter_context(replacing(path)).write_bytes(data)
+
+
+def require_writable(path: str | Path) -> None:
+    """Find out before long work that a file cannot be written, or that its disk is full.
+
+    Raises
+    ------
+    InputError
+        It is so.
+    """
+    with suppress(_GivenUpError), replacing(path) as temporary:
+        temporary.write_bytes(bytes(A_PAGE))
+        raise _GivenUpError
+
+
+@contextmanager
+def locked(folder: Path, work: str) -> Iterator[None]:
+    """Keep others who do the same ``work`` out of ``folder``; the lock ends with the process.
+
+    Raises
+    ------
+    InputError
+        Another one is at work there, or the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(
+                f"{folder}: another {work} is at work there; expected to be alone"
+            ) from None
+        yield
+    finally:
+        os.close(handle)
+
+
+def _is_device(path: Path) -> bool:
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):  # ValueError: a null character
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _unwritable(target: Path, error: OSError | ValueError) -> InputError:
+    reason = getattr(error, "strerror", None) or error
+    return InputError(f"{target}: {reason}; expected a place that can be written")

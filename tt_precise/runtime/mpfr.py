@@ -1,0 +1,204 @@
+"""Many numbers of many bits at once: NumPy arrays of MPFR's numbers, for rows in mpmath.
+
+A sum or product of two arrays costs a quarter of mpmath's, number by number, and has the same bits:
+both libraries round correctly, to the same precision. They are read within ``Mpfr.precision()``,
+which holds for one thread.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
+from fractions import Fraction
+from functools import cache, lru_cache
+from typing import Any
+
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+
+BITS_A_DIGIT = math.log(10, 2)
+CUT_DIGITS, CUT_BITS = 3, 10  # what mpmath computes beyond the digits that it prints
+HYPOT_BITS = 4
+EXACT_BITS = 2200  # from the largest double's first bit to the least one's last
+
+
+def mpfr_of(context: Functions) -> Mpfr:
+    """The arrays whose numbers have the present precision of an mpmath context."""
+    return _mpfr(context, context.prec)
+
+
+@lru_cache(maxsize=64)
+def _mpfr(context: Functions, bits: int) -> Mpfr:
+    return Mpfr(context)
+
+
+class Mpfr:
+    """Arrays of numbers as precise as those of an mpmath ``context``, and functions of them.
+
+    Arrays hold Python objects; what is undefined is NaN or infinite in them.
+    """
+
+    def __init__(self, context: Functions):
+        import gmpy2  # here, so that to import this file costs nothing
+        from mpmath.libmp import from_man_exp
+
+        self.context, self.bits = context, int(context.prec)
+        self._gmpy2, self._from_man_exp = gmpy2, from_man_exp
+
+    def precision(self) -> AbstractContextManager[Any]:
+        """Within it sums, products and functions are rounded to this precision."""
+        found: AbstractContextManager[Any] = self._gmpy2.context(precision=self.bits)
+        return found
+
+    def number(self, value: Scalar) -> Scalar:
+        """The number of mpmath's, which may have more bits, or of Python's; NaN for None."""
+        with self.precision():
+            return self._number(value)
+
+    def _number(self, value: Scalar) -> Scalar:
+        if not hasattr(value, "_mpf_"):
+            return self._gmpy2.mpfr("nan" if value is None else value)
+        sign, mantissa, exponent, length = value._mpf_
+        if not mantissa:
+            return self._gmpy2.mpfr(float(value))  # zero, an infinity, or NaN
+        if length > self.bits:
+            with self._gmpy2.context(precision=length):
+                found = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
+                return -found if sign else found
+        found = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
+        return -found if sign else found
+
+    def back(self, value: Scalar) -> Scalar | None:
+        """The number as mpmath's; None where it is none."""
+        if not self._gmpy2.is_finite(value):
+            return None
+        mantissa, exponent = value.as_mantissa_exp()
+        return self.context.make_mpf(self._from_man_exp(int(mantissa), int(exponent)))
+
+    def array(self, values: Iterable[Scalar]) -> Array:
+        """Numbers of mpmath's as an array."""
+        with self.precision():
+            return _array(list(map(self._number, values)))
+
+    def of_fractions(self, values: Iterable[Fraction]) -> Array:
+        """Exact numbers, each rounded once."""
+        with self.precision():
+            return _array([self._gmpy2.mpfr(self._gmpy2.mpq(value)) for value in values])
+
+    def of_texts(self, texts: Iterable[str]) -> Array:
+        """Decimals, each rounded once."""
+        with self.precision():
+            return _array([self._gmpy2.mpfr(text) for text in texts])
+
+    def of_parts(self, parts: Array) -> Array:
+        """Exact sums of doubles: of axes (number, part) an array of numbers."""
+        rows = parts.tolist()
+        with self._gmpy2.context(precision=self.bits) as rounded:
+            found = list(map(self._gmpy2.fsum, rows))
+        if rounded.inexact:  # bits far behind the others; mpmath takes them into the next operation
+            with self._gmpy2.context(precision=EXACT_BITS):
+                exact = map(self._gmpy2.fsum, rows)
+                found = [x if x == y else y for x, y in zip(found, exact, strict=True)]
+        return _array(found)
+
+    def in_parts(self, values: Array, parts: int) -> Array:
+        """Each as so many doubles, the nearest to what those before leave: axes (number, part)."""
+        import numpy
+
+        found = []
+        with self.precision():
+            for _ in range(parts):
+                found.append(values.astype(float))
+                values = values - found[-1]
+        return numpy.stack(found, axis=1)
+
+    def texts(self, values: Iterable[Scalar], digits: int) -> list[str | None]:
+        """Decimals with so many digits, as ``mpmath.nstr`` prints them with exponents.
+
+        None for what is no number.
+        """
+        return [_text(value, digits) if self._gmpy2.is_finite(value) else None for value in values]
+
+    def sqrt(self, x: Scalar) -> Scalar:
+        """Square root."""
+        return _elementwise("sqrt", 1)(x)
+
+    def hypot(self, x: Scalar, y: Scalar) -> Scalar:
+        """Square root of the sum of squares, which is cut off first as mpmath has it."""
+        with self._gmpy2.context(precision=self.bits + HYPOT_BITS, round=self._gmpy2.RoundToZero):
+            square = _elementwise("fmma", 4)(x, x, y, y)
+        return self.sqrt(square)
+
+    def exp(self, x: Scalar) -> Scalar:
+        """Exponential function."""
+        return _elementwise("exp", 1)(x)
+
+    def sin(self, x: Scalar) -> Scalar:
+        """Sine."""
+        return _elementwise("sin", 1)(x)
+
+    def cos(self, x: Scalar) -> Scalar:
+        """Cosine."""
+        return _elementwise("cos", 1)(x)
+
+    def nint(self, x: Scalar) -> Scalar:
+        """The nearest whole number."""
+        return _elementwise("rint", 1)(x)
+
+    def atan2(self, y: Scalar, x: Scalar) -> Scalar:
+        """Angle of the point (x, y)."""
+        import numpy
+
+        return numpy.frompyfunc(self._atan2, 2, 1)(y, x)
+
+    def _atan2(self, y: Scalar, x: Scalar) -> Scalar:
+        # mpmath's takes half as long as MPFR's
+        above, right = self.back(y), self.back(x)
+        if above is None or right is None:
+            return y * x * 0  # not a number
+        return self.number(self.context.atan2(above, right))
+
+
+@cache
+def _elementwise(name: str, arguments: int) -> Callable[..., Scalar]:
+    import gmpy2
+    import numpy
+
+    return numpy.frompyfunc(getattr(gmpy2, name), arguments, 1)
+
+
+def _array(values: Sequence[Scalar]) -> Array:
+    import numpy
+
+    found = numpy.empty(len(values), dtype=object)
+    found[:] = values
+    return found
+
+
+def _text(value: Scalar, digits: int) -> str:
+    """As ``mpmath.libmp.to_str``, to the last digit: it cuts off before it rounds."""
+    mantissa, exponent = value.as_mantissa_exp()
+    if not mantissa:
+        return "0.0"
+    sign, mantissa = ("-", -mantissa) if mantissa < 0 else ("", mantissa)
+    bits = int((digits + CUT_DIGITS) * BITS_A_DIGIT) + CUT_BITS
+    places = max(bits - int(exponent) - mantissa.bit_length(), 0)
+    decimals = int(places / BITS_A_DIGIT + 0.5)
+    shift = int(exponent) + places
+    fixed = mantissa << shift if shift >= 0 else mantissa >> -shift
+    found = str(fixed * _power_of_ten(decimals) >> places)
+    power = len(found) - decimals - 1
+    kept = found[:digits]
+    if found[digits : digits + 1] >= "5":
+        kept = str(int(kept) + 1)
+        if len(kept) > digits:
+            kept, power = kept[:digits], power + 1
+    tail = kept[1:].rstrip("0") or "0"
+    return f"{sign}{kept[0]}.{tail}" + (f"e{power:+d}" if power else "")
+
+
+@cache
+def _power_of_ten(exponent: int) -> Scalar:
+    import gmpy2
+
+    return gmpy2.mpz(10) ** exponent

@@ -1,0 +1,170 @@
+"""One look for all pictures, and one way to save them: equal pictures make equal files.
+
+Colours are Okabe and Ito's, which everybody can distinguish. Letters are stored as outlines, so
+that a picture looks the same whatever fonts a reader has.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write, replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
+CYCLE = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK, GREY)
+FORMATS = (".svg", ".png", ".pdf")
+DPI = 150  # of PNG
+POINTS = 72  # of an inch: the unit of SVG
+BINS = 700  # of time across a panel; each keeps its first, least, greatest and last value
+_SETTINGS: Any = {
+    "font.size": 10,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 0.9,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.fonttype": "path",
+    "svg.hashsalt": "tt-precise",
+}
+# neither time nor version, so that a file changes only with its picture
+_METADATA: dict[str, dict[str, None]] = {
+    ".svg": {"Date": None, "Creator": None},
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """The look, for what is drawn inside."""
+    import matplotlib
+    from cycler import cycler
+
+    with matplotlib.rc_context({**_SETTINGS, "axes.prop_cycle": cycler(color=CYCLE)}):
+        yield
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure, in inches, whose layout finds room for labels; needs no display.
+
+    A notebook shows it when it is the last value of a cell.
+    """
+    from matplotlib.figure import Figure
+
+    drawn: Any = Figure(figsize=(width, height), layout="constrained")
+    # matplotlib registers its own figures only where pyplot is in use
+    drawn._repr_svg_ = lambda: svg_text(drawn)
+    return drawn
+
+
+def thinned(times: Array, values: Array, bins: int = BINS) -> Array:
+    """Indices of the first, least, greatest and last value in each of ``bins`` spans of time."""
+    import numpy
+
+    if len(times) <= 4 * bins:
+        return numpy.arange(len(times))
+    places = (times - times[0]) / (times[-1] - times[0])
+    spans = numpy.minimum((bins * places).astype(int), bins - 1)
+    edges = numpy.flatnonzero(numpy.diff(spans, prepend=-1, append=bins)).tolist()
+    chosen = {0, len(times) - 1}
+    for begin, end in pairwise(edges):
+        piece = values[begin:end]
+        chosen |= {begin, begin + int(piece.argmin()), begin + int(piece.argmax()), end - 1}
+    return numpy.array(sorted(chosen))
+
+
+def require_format(path: str | Path) -> None:
+    """Refuse a file name that ends in no known format, before anything has been computed.
+
+    Raises
+    ------
+    InputError
+        Neither .svg nor .png nor .pdf.
+    """
+    if Path(path).suffix.lower() not in FORMATS:
+        raise InputError(f"picture: got {path}, expected a name that ends in {', '.join(FORMATS)}")
+
+
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a picture; the ending of ``path`` says as what.
+
+    Raises
+    ------
+    InputError
+        Another ending than ``FORMATS``, or the place cannot be written.
+    """
+    require_format(path)
+    ending = Path(path).suffix.lower()
+    if ending == ".svg":
+        atomic_write(path, svg_text(figure))
+        return
+    with styled(), replacing(path) as temporary:
+        figure.savefig(temporary, format=ending[1:], metadata=_METADATA[ending], dpi=DPI)
+
+
+def svg_text(figure: Figure) -> str:
+    """A picture as SVG text.
+
+    ``Figure.savefig`` would draw it twice, first to lay it out, with a reader of formulas each
+    time whose cache is empty. Drawing lays out as well, and all pictures share a reader.
+    """
+    from matplotlib.backend_bases import FigureCanvasBase
+    from matplotlib.backends.backend_mixed import MixedModeRenderer
+    from matplotlib.backends.backend_svg import RendererSVG
+    from matplotlib.textpath import text_to_path
+
+    sink = io.StringIO()
+    before = figure.canvas, figure.dpi, figure.get_facecolor()
+    with styled():
+        try:
+            figure.dpi = POINTS
+            figure.set_facecolor(_SETTINGS["savefig.facecolor"])
+            width, height = figure.get_size_inches()
+            sizes, dpi = (POINTS * width, POINTS * height), before[1]  # of what is an image in it
+            svg: Any = RendererSVG(*sizes, sink, image_dpi=dpi, metadata=_METADATA[".svg"])
+            svg._text2path = text_to_path
+            renderer: Any = MixedModeRenderer(figure, width, height, dpi, svg)
+            canvas: Any = FigureCanvasBase(figure)
+            canvas.get_renderer = lambda: renderer  # that the layout measures with
+            figure.draw(renderer)
+            renderer.finalize()
+        finally:
+            canvas, figure.dpi, face = before
+            figure.set_canvas(canvas)
+            figure.set_facecolor(face)
+    return _numbered(sink.getvalue())
+
+
+_HASHED = re.compile(r'\bid="([A-Za-z_]*?)[0-9a-f]{10}"')
+
+
+def _numbered(svg: str) -> str:
+    """The same with ids counted in order.
+
+    matplotlib makes those of clip paths and markers from numbers whose last bits may change.
+    """
+    names = {found[0][4:-1]: f"{found[1]}{n}" for n, found in enumerate(_HASHED.finditer(svg), 1)}
+    if not names:
+        return svg
+    known = re.compile("|".join(sorted(names, key=len, reverse=True)))
+    return known.sub(lambda found: names[found[0]], svg)

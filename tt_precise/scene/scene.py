@@ -1,0 +1,366 @@
+"""Scenes: a body, a start, a horizon and what to record, read from TOML with exact numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, fields, replace
+from fractions import Fraction
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.notebook import table
+from tt_precise.runtime.toml import parse, read_text, shown
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import TippeTop, require_si
+from tt_precise.scene.numerals import exact, written
+from tt_precise.scene.start import LIFTED, START_KEYS, Inclination, LiftedStart, Start, is_derived
+
+MODELS = ("gliding", "rolling", "flight")
+RECORDABLE = ("phi", "psi", "x", "y")
+MOST_SAMPLES = 20_000_000
+SHORTEST = Fraction("1e-300")  # s
+__all__ = [
+    "MODELS", "MOST_SAMPLES", "RECORDABLE", "Inclination", "Scene", "Start", "load_scene",
+    "parse_scene", "shipped",
+]  # fmt: skip
+
+_START = tuple(field.name for field in fields(Start))
+# what a changed entry takes the place of
+_REPLACES = {
+    "psi_dot": ("omega_3",), "omega_3": ("psi_dot",), "at_rest": ("nu_x", "nu_y"),
+    "nu_x": ("at_rest",), "nu_y": ("at_rest",),
+}  # fmt: skip
+_RUN = ("until", "sample_every", "record", "events")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What to integrate: a body, a start, a horizon, and what to record on the way.
+
+    Times in s. ``record`` names quadratures from ``RECORDABLE`` (phi, psi in rad; x, y of the
+    centre of mass in m); ``events`` names entries of the event catalogue. ``start`` may be a
+    mapping of entries as in a scene file, psi_dot and at_rest too; ``given`` keeps those from
+    which others are computed. ``flies`` says that the top flies on where contact is lost.
+
+    Raises
+    ------
+    InputError
+        Something is no body, no start, or outside its range.
+    """
+
+    name: str
+    model: str
+    body: TippeTop
+    start: Start
+    until: Fraction
+    sample_every: Fraction
+    title: str = ""
+    source: str = ""
+    record: tuple[str, ...] = ()
+    events: tuple[str, ...] = ()
+    flies: bool = False
+    text: str = field(default="", repr=False, compare=False)
+    given: Mapping[str, Json] = field(default_factory=dict, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in ("until", "sample_every"):
+            object.__setattr__(self, name, written(getattr(self, name), name))
+        _typed(self.body, TippeTop, "body", "a TippeTop")
+        start: object = self.start
+        if isinstance(start, Mapping):
+            object.__setattr__(self, "start", Start.of(self.body, start))
+            object.__setattr__(self, "given", dict(start) if is_derived(start) else {})
+        _typed(self.start, Start, "start", "a Start or a mapping of its entries")
+        _one_of(self.model, MODELS, "model")
+        for name in self.record:
+            _one_of(name, RECORDABLE, "record")
+        if self.until < 0:
+            raise InputError(f"until: got {str(self.until)[:60]}, expected seconds, at least 0")
+        if 0 < self.until < SHORTEST:
+            raise InputError(
+                "until: got less than 1e-300 s, which double cannot distinguish from 0; expected "
+                "0, or at least that"
+            )
+        if self.sample_every <= 0:
+            raise InputError(
+                f"sample_every: got {str(self.sample_every)[:60]}, expected seconds, above 0"
+            )
+        if self.until / self.sample_every > MOST_SAMPLES:
+            shown = float(min(self.sample_every, Fraction(10**300)))
+            raise InputError(
+                f"sample_every: got {shown:g}, which makes more than "
+                f"{MOST_SAMPLES} samples; expected a longer interval, or an earlier end (until)"
+            )
+        if self.model == "rolling" and self.body.spring:
+            raise InputError(
+                "model: got rolling on an elastic table, expected gliding: rolling is a "
+                "constraint of a rigid contact"
+            )
+        self._require_height()
+        if self.model == "rolling" and (self.start.nu_x or self.start.nu_y):
+            raise InputError("nu_x, nu_y: got a gliding velocity, expected none in a rolling scene")
+
+    def _require_height(self) -> None:
+        """Refuse a height where the model has none, and its lack in flight."""
+        flight, lifted = self.model == "flight", isinstance(self.start, LiftedStart)
+        if lifted and not flight and not self.body.spring:
+            raise InputError(
+                "start.height, start.rise: got one of them on a rigid table, expected them in a "
+                "flight scene or on an elastic table only"
+            )
+        if not flight:
+            return
+        if self.flies or self.body.mu or self.body.law != "viscous" or self.body.spring:
+            raise InputError(
+                "model: got flight with friction or a table, expected neither mu nor [friction] "
+                "nor [contact]: nothing touches the top"
+            )
+        height, rise = (getattr(self.start, name, Fraction(0)) for name in LIFTED)
+        if height < 0 or (height == 0 and rise <= 0):
+            raise InputError(
+                f"start.height: got {float(height):g} in a flight scene, expected the height of "
+                "the lowest point in m, above 0 (or 0 with a rise above 0)"
+            )
+
+    def varied(self, **changes: Any) -> Scene:
+        """The same scene with entries of its file replaced, in the units of the file.
+
+        ``changes`` are entries of [body], [start] and [run]: exact strings or numbers, in SI but
+        for I1 and I3, which are in units of m R^2 and stay what they are there if m or R change.
+        A start that was given by psi_dot or at_rest is computed again from them.
+
+        Raises
+        ------
+        InputError
+            There is no such entry, or its value is refused.
+        """
+        parameters = [entry.name for entry in fields(self.body)]
+        known = {*parameters, *START_KEYS, *_RUN}
+        for name in changes:
+            _one_of(name, known, "varied")
+        start = {name: changes[name] for name in START_KEYS if name in changes}
+        run = {name: changes[name] for name in _RUN if name in changes}
+        body = {name: changes[name] for name in parameters if name in changes}
+        top = self.body
+        if body:
+            unit = top.m * top.R**2
+            given = {name: getattr(top, name) for name in parameters}
+            top = type(top).from_ratios(
+                **{**given, "I1": top.I1 / unit, "I3": top.I3 / unit, **body}
+            )
+        return replace(self, body=top, **self._start_with(start, top), **run)
+
+    def _start_with(self, changes: Mapping[str, Json], body: TippeTop) -> dict[str, Any]:
+        """Fields of a scene with this start changed: ``start``, and ``given`` where it counts."""
+        # replace(scene, start=...) leaves ``given`` behind: then it says nothing any more
+        given = self.given if self.given and Start.of(self.body, self.given) == self.start else {}
+        if not is_derived({**given, **changes}):
+            kind = LiftedStart if changes.keys() & set(LIFTED) else type(self.start)
+            return {"start": kind(**{**_entries(self.start), **changes})}
+        values = dict(given or _entries(self.start)) | dict(changes)
+        for name, others in _REPLACES.items():
+            if name in changes:
+                for other in others:
+                    if other not in changes:
+                        values.pop(other, None)
+        return {"start": values}
+
+    def perturbed(self, **relative: str | Fraction) -> Scene:
+        """The same scene with parameters (in SI) and rates off by exact relative sizes.
+
+        ``perturbed(alpha="1e-9")`` has a top whose alpha is larger by 1e-9. With another m or R the
+        moments of inertia stay what they are in kg m^2.
+
+        Raises
+        ------
+        InputError
+            There is no such parameter or rate, or the size is no exact number.
+        """
+        start: dict[str, Any] = {}
+        body: dict[str, Fraction] = {}
+        known = {*(entry.name for entry in fields(self.body)), *_START}
+        for name, size in relative.items():
+            _one_of(name, known - {"theta"}, "perturbed")
+            owner, changes = (self.start, start) if name in _START else (self.body, body)
+            changes[name] = getattr(owner, name) * (1 + exact(size, name))
+        return replace(self, body=replace(self.body, **body), start=replace(self.start, **start))
+
+    def _repr_html_(self) -> str:
+        parts = [("body", self.body), ("start", self.start)]
+        numbers = [
+            (f"{name}.{one.name}", getattr(part, one.name))
+            for name, part in parts
+            for one in fields(part)  # type: ignore[arg-type]
+        ]
+        return table(
+            f"Scene {self.name}",
+            [
+                ("title", self.title),
+                ("source", self.source),
+                ("model", self.model),
+                *numbers,
+                ("until", f"{self.until} s"),
+                ("sample_every", f"{self.sample_every} s"),
+                ("record", ", ".join(self.record) or "nothing more"),
+                ("events", ", ".join(self.events) or "none"),
+            ],
+        )
+
+    @property
+    def lifts(self) -> bool:
+        """Whether the lowest point of the top need not be at the table's height."""
+        return self.flies or self.model == "flight" or bool(self.body.spring)
+
+    @property
+    def in_pieces(self) -> bool:
+        """Whether its motion may come in pieces, each under equations of its own."""
+        return self.lifts or (self.body.law == "coulomb" and self.model == "gliding")
+
+    @cached_property
+    def sample_times(self) -> tuple[Fraction, ...]:
+        """Exact sample times in s: multiples of ``sample_every`` from 0, and the end."""
+        count = int(self.until / self.sample_every)
+        times = [k * self.sample_every for k in range(count + 1)]
+        return tuple(times if times[-1] == self.until else [*times, self.until])
+
+
+def _entries(start: Start) -> dict[str, Any]:
+    return {entry.name: getattr(start, entry.name) for entry in fields(start)}
+
+
+def shipped() -> list[str]:
+    """Names of the scenes that ship with the package."""
+    return sorted(
+        entry.name.removesuffix(".toml")
+        for entry in _folder().iterdir()
+        if entry.name.endswith(".toml")
+    )
+
+
+def load_scene(scene: str | Path | Scene) -> Scene:
+    """Read a scene: a shipped name, or a path to a TOML file.
+
+    Raises
+    ------
+    InputError
+        No such scene or file, or its content is refused; the line names file and key.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, str) and re.fullmatch(r"[A-Za-z0-9_-]+", scene):
+        if scene in shipped():
+            return _shipped(scene)
+        raise InputError(
+            f"scene: got {scene[:60]!r}, expected a path to a .toml file or one of: "
+            + ", ".join(shipped())
+        )
+    path = Path(scene)
+    text = read_text(path, "a scene file or a shipped name")
+    return parse_scene(text, path.stem, shown(path))
+
+
+@cache
+def _shipped(name: str) -> Scene:
+    text = (_folder() / f"{name}.toml").read_text("utf-8")
+    return parse_scene(text, name, f"{name}.toml")
+
+
+def parse_scene(text: str, name: str, where: str) -> Scene:
+    """Build a scene from TOML text; ``where`` names the source in errors."""
+    try:
+        return _from_table(parse(text), name, text)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
+    _keys(table, {"model", "body", "start", "run"}, {"title", "source", "friction", "contact"}, "")
+    body, start, run = (_subtable(table, key) for key in ("body", "start", "run"))
+    friction = _subtable(table, "friction") if "friction" in table else None
+    parameters = {f.name for f in fields(TippeTop)}
+    # with [friction] its place is there, and the message about two of them says so
+    free = friction is not None or table.get("model") == "flight"
+    needed, extra = (parameters - {"mu"}, {"mu"}) if free else (parameters, set())
+    _keys(body, needed, extra, "body.")
+    _keys(run, {"until"}, {"sample_every", "record", "events"}, "run.")
+    top, flies = _top(body, friction), False
+    if "contact" in table:
+        from tt_precise.scene.compliance import top_in_contact  # here, as few scenes need it
+
+        top, flies = top_in_contact(top, _subtable(table, "contact"))
+    require_si(top)
+    return Scene(
+        name=name,
+        model=_text(table, "model"),
+        body=top,
+        start=start,  # type: ignore[arg-type]
+        until=run["until"],
+        sample_every=run.get("sample_every", "0.01"),
+        title=_text(table, "title"),
+        source=_text(table, "source"),
+        record=_names(run, "record"),
+        events=_names(run, "events"),
+        flies=flies,
+        text=text,
+    )
+
+
+def _top(body: Mapping[str, Json], friction: Mapping[str, Json] | None) -> TippeTop:
+    if friction is None:
+        return TippeTop.from_ratios(**{"mu": "0", **body})
+    from tt_precise.scene.dry_friction import top_with_friction  # here, as few scenes need it
+
+    return top_with_friction(dict(body), dict(friction))
+
+
+def _typed(value: object, kind: type, what: str, expected: str) -> None:
+    if not isinstance(value, kind):
+        raise InputError(f"{what}: got a {type(value).__name__}, expected {expected}")
+
+
+def _keys(table: Mapping[str, Json], required: set[str], optional: set[str], prefix: str) -> None:
+    known = required | optional
+    for key in table:
+        if key not in known:
+            shown = key[:60] if key.isprintable() else repr(key[:60])
+            raise InputError(
+                f"unknown key {prefix}{shown}, expected only: " + ", ".join(sorted(known))
+            )
+    for key in sorted(required - table.keys()):
+        raise InputError(f"missing key {prefix}{key}, expected it to be given")
+
+
+def _subtable(table: Mapping[str, Json], key: str) -> Mapping[str, Json]:
+    value = table[key]
+    if not isinstance(value, dict):
+        raise InputError(f"{key}: got {str(value)[:60]!r}, expected a table [{key}]")
+    return value
+
+
+def _text(table: Mapping[str, Json], key: str) -> str:
+    value = table.get(key, "")
+    if not isinstance(value, str):
+        raise InputError(f"{key}: got {str(value)[:60]!r}, expected text")
+    return value
+
+
+def _names(table: Mapping[str, Json], key: str) -> tuple[str, ...]:
+    value = table.get(key, [])
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        raise InputError(f"run.{key}: got {str(value)[:60]!r}, expected a list of names")
+    return tuple(value)
+
+
+def _one_of(value: str, allowed: Collection[str], what: str) -> None:
+    if value not in allowed:
+        raise InputError(
+            f"{what}: got {value[:60]!r}, expected one of: " + ", ".join(sorted(allowed))
+        )
+
+
+def _folder() -> Path:
+    # importlib.resources would import tempfile, zipfile, random and more
+    return Path(__file__).parents[1] / "scenes"

@@ -1,0 +1,217 @@
+"""The exact state at t = 0, and the ways in which a scene may say it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.numerals import exact, within_doubles, written
+
+# what some authors give instead of omega_3, and instead of nu_x and nu_y
+PSI_DOT, AT_REST = "psi_dot", "at_rest"
+CONTACT_POINT, CENTRE_OF_MASS = "contact point", "centre of mass"
+DERIVED_DIGITS = 100
+
+_NEARLY_PI = Fraction("3.14159")
+_PI_FORM = re.compile(r"\s*pi\s*(?:-\s*(?P<offset>\S+)\s*)?", re.ASCII)
+
+
+class Inclination(NamedTuple):
+    """An exact inclination theta: ``offset`` from the upright pole, or from the inverted one.
+
+    theta = pi is no rational number, and pi - 1e-300 is no number of any fixed precision, so the
+    distance from the nearer pole is what is stored; sine and cosine are then exact at the poles
+    and accurate beside them.
+    """
+
+    offset: Fraction
+    from_pi: bool = False
+
+    @classmethod
+    def parse(cls, value: str | int | float | Fraction) -> Inclination:
+        """Read "0.1", "pi" or "pi - 1e-9"; radians, within [0, pi]."""
+        form = _PI_FORM.fullmatch(value) if isinstance(value, str) else None
+        if form:
+            angle = cls(exact(form["offset"] or 0, "theta"), from_pi=True)
+        else:
+            angle = cls(written(value, "theta"))
+        if not 0 <= angle.offset <= _NEARLY_PI:
+            raise InputError(
+                f"theta: got {str(value)[:60]}, expected 0 <= theta <= pi "
+                '(near pi write "pi - 1e-3")'
+            )
+        return angle
+
+    @property
+    def at_pole(self) -> bool:
+        """Whether the axis is exactly vertical, where Euler angles are undefined."""
+        return self.offset == 0
+
+    def sine_cosine(
+        self, fn: Functions, convert: Callable[[Fraction], Scalar]
+    ) -> tuple[Scalar, Scalar]:
+        """``(sin theta, cos theta)`` in the arithmetic ``fn``."""
+        if self.at_pole:
+            return convert(Fraction(0)), convert(Fraction(-1 if self.from_pi else 1))
+        sine, cosine = fn.sin(convert(self.offset)), fn.cos(convert(self.offset))
+        return sine, -cosine if self.from_pi else cosine
+
+    def radians(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Scalar:
+        """Theta itself in the arithmetic ``fn``."""
+        offset = convert(self.offset)
+        return fn.acos(convert(Fraction(-1))) - offset if self.from_pi else offset
+
+    def __str__(self) -> str:
+        if not self.from_pi:
+            return str(self.offset)
+        return "pi" if self.at_pole else f"pi - {self.offset}"
+
+
+@dataclass(frozen=True)
+class Start:
+    """The exact state at t = 0 in Euler angles: rad, rad/s, m/s; phi = psi = x = y = 0."""
+
+    theta: Inclination
+    omega_3: Fraction
+    theta_dot: Fraction = Fraction(0)
+    phi_dot: Fraction = Fraction(0)
+    nu_x: Fraction = Fraction(0)
+    nu_y: Fraction = Fraction(0)
+
+    def __post_init__(self) -> None:
+        given: Any = self.theta
+        if not isinstance(given, Inclination):
+            object.__setattr__(self, "theta", Inclination.parse(given))
+        for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
+            value = within_doubles(written(getattr(self, name), name), name)
+            object.__setattr__(self, name, value)
+
+    @staticmethod
+    def of(body: TippeTop, given: Mapping[str, Json]) -> Start:
+        """The start that ``given`` says: its own entries, psi_dot for omega_3, or what is at rest.
+
+        ``psi_dot`` (rad/s) makes omega_3 = psi_dot + phi_dot cos theta. ``at_rest`` is "contact
+        point" (nu_x = nu_y = 0) or "centre of mass", whose horizontal velocity then is 0. What is
+        irrational in them is rounded to ``DERIVED_DIGITS`` digits; from there on it is exact.
+
+        Raises
+        ------
+        InputError
+            An entry is missing, unknown, given twice, or refused.
+        """
+        _check_entries(given)
+        values = {name: value for name, value in given.items() if name in (*_ENTRIES, *LIFTED)}
+        kind = LiftedStart if values.keys() & set(LIFTED) else Start
+        start = kind(**{"omega_3": Fraction(0), **values})
+        if PSI_DOT in given:
+            start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT))
+        if given.get(AT_REST, CONTACT_POINT) == CENTRE_OF_MASS:
+            start = _with_centre_at_rest(start, body)
+        return start
+
+
+@dataclass(frozen=True)
+class LiftedStart(Start):
+    """A start whose lowest point need not be at rest on the table: its height (m), and its rate."""
+
+    height: Fraction = Fraction(0)
+    rise: Fraction = Fraction(0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in LIFTED:
+            value = within_doubles(written(getattr(self, name), name), name)
+            object.__setattr__(self, name, value)
+
+
+_ENTRIES = tuple(field.name for field in fields(Start))
+LIFTED = ("height", "rise")
+START_KEYS = (*_ENTRIES, *LIFTED, PSI_DOT, AT_REST)
+
+
+def is_derived(given: Mapping[str, Json]) -> bool:
+    """Whether a start has entries from which others are computed."""
+    return PSI_DOT in given or AT_REST in given
+
+
+def _check_entries(given: Mapping[str, Json]) -> None:
+    for name in given:
+        if name not in START_KEYS:
+            shown = str(name)[:60]
+            shown = shown if shown.isprintable() else repr(shown)
+            raise InputError(
+                f"unknown key start.{shown}, expected only: {', '.join(sorted(START_KEYS))}"
+            )
+    if "omega_3" in given and PSI_DOT in given:
+        raise InputError(
+            "start.psi_dot: got it beside omega_3, expected one of the two "
+            "(omega_3 = psi_dot + phi_dot cos theta)"
+        )
+    for name in ("theta", "omega_3"):
+        if name not in given and not (name == "omega_3" and PSI_DOT in given):
+            also = " (or psi_dot)" if name == "omega_3" else ""
+            raise InputError(f"missing key start.{name}, expected it to be given{also}")
+    if AT_REST not in given:
+        return
+    if given[AT_REST] not in (CONTACT_POINT, CENTRE_OF_MASS):
+        raise InputError(
+            f"start.at_rest: got {str(given[AT_REST])[:60]!r}, "
+            f'expected "{CONTACT_POINT}" or "{CENTRE_OF_MASS}"'
+        )
+    if "nu_x" in given or "nu_y" in given:
+        raise InputError("start.at_rest: got nu_x or nu_y too, expected one or the other")
+
+
+def _with_psi_dot(start: Start, psi_dot: Fraction) -> Start:
+    from tt_precise.mechanics.conversion import spin
+
+    if not start.phi_dot:
+        return replace(start, omega_3=psi_dot)
+    context, convert = _arithmetic()
+    cosine = start.theta.sine_cosine(context, convert)[1]
+    omega_3 = spin(convert(psi_dot), convert(start.phi_dot), cosine)
+    return replace(start, omega_3=_rounded(omega_3))
+
+
+def _with_centre_at_rest(start: Start, body: TippeTop) -> Start:
+    """With v_A = omega x a, so that s_dot = v_A - omega x a has no horizontal part."""
+    from tt_precise.mechanics.conversion import vectors_from_euler
+    from tt_precise.mechanics.euler import EulerState
+    from tt_precise.mechanics.newton import swing
+
+    context, convert = _arithmetic()
+    numbers = body.numbers(convert)
+    theta = start.theta.radians(context, convert)
+    rates = {name: convert(getattr(start, name)) for name in ("theta_dot", "phi_dot", "omega_3")}
+    state = EulerState(theta, **rates, nu_x=0, nu_y=0)
+    sine_cosine = start.theta.sine_cosine(context, convert)
+    vectors = vectors_from_euler(numbers, state, context, sine_cosine=sine_cosine)
+    # at azimuth 0, where the axis is at t = 0, nu_x and nu_y are along X and Y
+    along, across, _ = swing(numbers, vectors)
+    return replace(start, nu_x=_rounded(along), nu_y=_rounded(across))
+
+
+def _arithmetic() -> tuple[Functions, Callable[[Fraction], Scalar]]:
+    import mpmath
+
+    from tt_precise.scene.numerals import to_mpmath
+
+    context = mpmath.MPContext()
+    context.dps = DERIVED_DIGITS + 10
+    return context, lambda value: to_mpmath(value, context)
+
+
+def _rounded(value: Scalar) -> Fraction:
+    """An mpmath number as the decimal of ``DERIVED_DIGITS`` digits nearest to it."""
+    import mpmath
+
+    return (
+        exact(mpmath.nstr(value, DERIVED_DIGITS, min_fixed=1, max_fixed=0)) if value else exact(0)
+    )
