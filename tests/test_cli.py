@@ -20,7 +20,7 @@ from tt_precise.scene.scene import load_scene
 LONG = """
 import os, signal, sys, threading
 from tt_precise import cli
-from tt_precise.integrate import propagate
+from tt_precise.integration import propagate
 
 advance = propagate._advance
 

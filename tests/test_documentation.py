@@ -26,7 +26,7 @@ import tt_precise
 from tt_precise import InputError, cli
 from tt_precise.commands.sweep import is_sweep_file
 from tt_precise.scene.scene import parse_scene
-from tt_precise.sweep import read_specification
+from tt_precise.sweeps import read_specification
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"

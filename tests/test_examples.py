@@ -10,7 +10,7 @@ import click
 import pytest
 
 from tt_precise import cli
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.scene.scene import load_scene
 
 CI = Path(__file__).parents[1] / "examples/ci"

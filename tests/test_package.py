@@ -47,10 +47,10 @@ def test_the_check_of_it_sees_an_import() -> None:
     "before",
     [
         "",
-        "import tt_precise.integrate",
-        "import tt_precise.integrate.propagate",
+        "import tt_precise.integration",
+        "import tt_precise.integration.propagate",
         "from tt_precise import integrate",
-        "from tt_precise.integrate import integrate",
+        "from tt_precise.integration import integrate",
     ],
 )
 def test_integrate_can_be_called_however_it_was_imported(before: str) -> None:
@@ -59,7 +59,7 @@ def test_integrate_can_be_called_however_it_was_imported(before: str) -> None:
         "try: tt.integrate('nowhere')\n"
         "except tt.InputError as error: assert 'nowhere' in str(error)\n"
         "else: raise AssertionError\n"
-        "import tt_precise.integrate as folder\n"
+        "import tt_precise.integration as folder\n"
         "assert folder.Trajectory is tt.Trajectory\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -19,8 +19,8 @@ from tt_precise.bench.tables import read as read_tables
 from tt_precise.certify.pieces import Accepted
 from tt_precise.commands import bench, tradeoff
 from tt_precise.commands.certify_golden import CHECK_SCHEMA
-from tt_precise.integrate.precision import BITS
-from tt_precise.integrate.propagate import Status
+from tt_precise.integration.precision import BITS
+from tt_precise.integration.propagate import Status
 from tt_precise.scene.scene import MODELS
 
 ROOT = Path(__file__).parents[1]

@@ -18,15 +18,14 @@ PACKAGE = Path(tt_precise.__file__).parent
 
 # The way of the data, from what everything stands on to what a user types. CONTRIBUTING draws it.
 ORDER = (
-    "base", "taylor", "body", "mechanics", "scene", "exact", "integrate", "golden", "certify",
-    "vectors", "check", "sweep", "extremes", "claims", "bench", "engines", "report", "commands",
+    "base", "taylor", "body", "mechanics", "scene", "exact", "integration", "golden", "certify",
+    "vectors", "check", "sweeps", "extremes", "claims", "bench", "engines", "report", "commands",
     "cli",
 )  # fmt: skip
 # files of the top folder that are no common tools
 PLACES = {
     "__main__": "cli",
     "mechanics.initial_state": "scene",
-    "runtime": "base",
     **dict.fromkeys(
         ("scene", "scene.numerals", "scene.body", "scene.dry_friction", "scene.compliance"), "body"
     ),
@@ -66,7 +65,7 @@ def arrows(package: Path = PACKAGE) -> dict[str, set[str]]:
 def layer(name: str) -> str:
     within = name.partition(".")[2]
     first = within.partition(".")[0]
-    return PLACES.get(within) or PLACES.get(first) or (first if first in ORDER else "base")
+    return PLACES.get(within) or (first if first in ORDER else "base")
 
 
 def upward(graph: dict[str, set[str]]) -> list[str]:

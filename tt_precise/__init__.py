@@ -20,11 +20,11 @@ from tt_precise.runtime.lazy import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise import check, claims, golden
-    from tt_precise.integrate import Trajectory, integrate
+    from tt_precise.integration import Trajectory, integrate
     from tt_precise.runtime.errors import InputError
     from tt_precise.scene.body import TippeTop
     from tt_precise.scene.scene import Scene, load_scene
-    from tt_precise.sweep.table import table as sweep
+    from tt_precise.sweeps.table import sweep
 
 __all__ = [
     "InputError",
@@ -45,8 +45,9 @@ __getattr__, __dir__ = lazy_names(
     {
         "scene.body": ["TippeTop"],
         "runtime.errors": ["InputError"],
-        "integrate": ["Trajectory", "integrate"],
+        "integration": ["Trajectory", "integrate"],
         "scene.scene": ["Scene", "load_scene"],
+        "sweeps.table": ["sweep"],
     },
-    ["check", "claims", "golden", "sweep"],
+    ["check", "claims", "golden"],
 )

@@ -44,7 +44,7 @@ def scenes(_: str) -> Iterator[str]:
 
 def events(_: str) -> Iterator[str]:
     """The catalogue of events."""
-    from tt_precise.integrate.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
+    from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
 
     rows = [(f"`{name}`", event.meaning) for name, event in EVENTS.items()]
     rows.append((f"`{EXTREMUM}NAME`", f"extremum of a quantity, such as `{EXTREMUM}g_n`"))

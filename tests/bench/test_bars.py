@@ -14,7 +14,7 @@ from tt_precise.bench.bars import Bar
 from tt_precise.bench.estimates import right_throughout
 from tt_precise.bench.findings import met
 from tt_precise.bench.timing import Turn
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.scene.scene import load_scene
 
 

@@ -23,7 +23,7 @@ def test_a_spoiled_truth_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     from dataclasses import replace
     from fractions import Fraction
 
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
 
     one = estimates.sample(SAMPLE[0])
     body = replace(one.scene.body, mu=one.scene.body.mu * (1 + Fraction(1, 10**6)))

@@ -8,7 +8,7 @@ import pytest
 from tt_precise.bench import plan
 from tt_precise.bench.methods import Settings, method_named, methods, registered
 from tt_precise.bench.problem import golden_problem
-from tt_precise.integrate.precision import precision_named
+from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.errors import InputError
 
 DOUBLE = precision_named("double")

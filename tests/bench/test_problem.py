@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.bench.methods import Settings, method_named
 from tt_precise.bench.problem import GoldenProblem, golden_problem
-from tt_precise.integrate.precision import precision_named
+from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.errors import InputError
 
 DOUBLE, QUAD = precision_named("double"), precision_named("quad")

@@ -4,7 +4,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from tt_precise.bench import settings_table
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.scene.scene import load_scene
 
 

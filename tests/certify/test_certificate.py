@@ -26,7 +26,7 @@ from tt_precise.golden.proofs import ENCLOSURE, PROOF
 from tt_precise.golden.seal import NEEDED, record_proof
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.integrate import catalogue
+from tt_precise.integration import catalogue
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import parse_scene
 

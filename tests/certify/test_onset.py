@@ -17,7 +17,7 @@ from tt_precise.certify.balls import Balls
 from tt_precise.certify.jets import taylor
 from tt_precise.certify.onset import Exact, Onset, onset
 from tt_precise.certify.problem import body_of, form_of, problem_of
-from tt_precise.integrate.events import catalogue, event_named
+from tt_precise.integration.events import catalogue, event_named
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation

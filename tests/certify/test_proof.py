@@ -16,7 +16,7 @@ import tt_precise as tt
 import tt_precise.certify
 from tt_precise.certify import Enclosure, NotProved, Proof, problem_of, prove
 from tt_precise.golden import store
-from tt_precise.integrate import catalogue
+from tt_precise.integration import catalogue
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Inclination
 

@@ -20,8 +20,8 @@ from tt_precise.certify import NotProved, prove
 from tt_precise.certify.balls import Balls, ball, bounds
 from tt_precise.certify.checker import PowerSeries
 from tt_precise.certify.problem import BALLS
-from tt_precise.integrate import catalogue
-from tt_precise.integrate.events import event_named
+from tt_precise.integration import catalogue
+from tt_precise.integration.events import event_named
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Scalar

@@ -6,8 +6,8 @@ import re
 import pytest
 
 from tt_precise import cli
-from tt_precise.integrate import EVENTS, TERMINAL, Trajectory, catalogue, integrate
-from tt_precise.integrate.events import JOINING
+from tt_precise.integration import EVENTS, TERMINAL, Trajectory, catalogue, integrate
+from tt_precise.integration.events import JOINING
 
 SCHEMA = "tt_precise.events/1"
 

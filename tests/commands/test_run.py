@@ -13,7 +13,7 @@ import mpmath
 import pytest
 
 from tt_precise import cli
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.sweep import spot_check
+from tt_precise.sweeps import spot_check
 
 GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--recheck", "0"]
 

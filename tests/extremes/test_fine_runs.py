@@ -10,7 +10,7 @@ from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.extremes.sensitivity import NUDGE, VARIED, _nudged
 from tt_precise.extremes.singular_contact import NAMES, _at_both_zeros, blowing_up
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.scene.scene import Scene, load_scene
 
 SCENES = {

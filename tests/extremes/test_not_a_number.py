@@ -14,7 +14,7 @@ import pytest
 from tt_precise.extremes import horizons, pole_starts, sensitivity
 from tt_precise.extremes.case import NotFiniteError
 from tt_precise.extremes.pole_starts import start_at_a_pole
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 
 
 class Spoiled:

@@ -21,7 +21,7 @@ from tt_precise.golden.hashes import PROOF_KEY, SELF_HASH
 from tt_precise.golden.integrity import inspect
 from tt_precise.golden.store import FILES, MANIFEST
 from tt_precise.golden.workers import RunCache
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.scene.scene import load_scene, shipped
 
 LARGEST = 25e6  # bytes of all golden data together
@@ -139,7 +139,7 @@ def test_a_restart_from_the_initiation_goes_on_as_the_reference_does() -> None:
 @pytest.mark.golden
 def test_the_restart_is_the_reference_at_its_initiation() -> None:
     until = replace(load_scene("reference"), until=Fraction(13, 2))
-    from tt_precise.integrate.inversion import NEEDED
+    from tt_precise.integration.inversion import NEEDED
 
     trajectory = integrate(until, "mp", bits=200, events=NEEDED)
     context = trajectory.precision.context

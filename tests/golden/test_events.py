@@ -10,8 +10,8 @@ import pytest
 from tt_precise.golden.events import ROOT_ORDER, events_table, suspects
 from tt_precise.golden.runs import Task, columns, perform
 from tt_precise.golden.table import Table
-from tt_precise.integrate import catalogue, integrate
-from tt_precise.integrate.events import EVENTS
+from tt_precise.integration import catalogue, integrate
+from tt_precise.integration.events import EVENTS
 from tt_precise.scene.scene import Scene
 
 Shorten = Callable[[str, str], Scene]

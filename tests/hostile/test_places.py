@@ -142,7 +142,7 @@ MEMORY = """
 import pandas, resource, sys
 from dataclasses import replace
 from fractions import Fraction
-from tt_precise.integrate.streaming import Stream
+from tt_precise.integration.streaming import Stream
 from tt_precise.scene.scene import load_scene
 rows, peaks = 0, []
 for samples in (10**5, int(sys.argv[1])):

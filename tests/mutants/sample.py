@@ -38,7 +38,7 @@ from operators import Key, Mutant, keys, mutant  # type: ignore[import-not-found
 from reach import Reached, Recorder, Selected, instrument  # type: ignore[import-not-found]  # noqa: E402
 
 Task = TypeVar("Task")
-ROOMS = ("mechanics", "integrate", "exact", "golden", "check", "certify")
+ROOMS = ("mechanics", "integration", "exact", "golden", "check", "certify")
 SEED, SAMPLE, ENOUGH = 1, 200, 0.92
 # a mutant may loop for ever: so much processor time, beside three times that of its tests
 LIMIT_S = 15.0

@@ -2,8 +2,8 @@
 
 import pytest
 
-from tt_precise.integrate import integrate
-from tt_precise.integrate.precision import is_available
+from tt_precise.integration import integrate
+from tt_precise.integration.precision import is_available
 from tt_precise.report.evidence import SCENE, precision_runs, state_distance
 
 

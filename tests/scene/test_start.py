@@ -7,7 +7,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.scene.start import Inclination, Start

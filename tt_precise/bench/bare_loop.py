@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 
-from tt_precise.integrate.equations import Equations
-from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.system import numeric_options
+from tt_precise.integration.equations import Equations
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.system import numeric_options
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Scalar

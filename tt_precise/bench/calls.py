@@ -9,7 +9,7 @@ from tt_precise.bench.bare_loop import bare_loop
 from tt_precise.bench.estimates import right_throughout, truth_of
 from tt_precise.bench.random_scenes import gliding_scenes
 from tt_precise.bench.timing import Action, Turn, processor_time
-from tt_precise.integrate import Trajectory, catalogue, integrate
+from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.scene.scene import Scene, load_scene
 
 REFERENCE, ROLLING = "reference", "rolling"
@@ -83,8 +83,8 @@ def rolling_step() -> Sequence[Turn]:
 
 def sweep_rows() -> Sequence[Turn]:
     """A sweep in this process, beside as many bare loops, one for each row."""
-    from tt_precise.sweep import specification
-    from tt_precise.sweep.run import sweep
+    from tt_precise.sweeps import specification
+    from tt_precise.sweeps.run import sweep
 
     scene = load_scene(REFERENCE)
     bare = bare_loop(scene)

@@ -13,8 +13,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.bench.bare_loop import bare_batch
-from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.setup import Setup
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.mechanics.initial_state import InitialState

@@ -20,7 +20,7 @@ from tt_precise.runtime.untyped import Json
 if TYPE_CHECKING:
     import pandas
 
-    from tt_precise.integrate import Trajectory
+    from tt_precise.integration import Trajectory
     from tt_precise.scene.scene import Scene
 
 OUT = Path("reports/estimates.csv")
@@ -58,7 +58,7 @@ def row(one: Sample) -> dict[str, Json]:
 
     ``estimated`` and ``right`` are the least of all samples, and missing where it raised.
     """
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
 
     known = {
         "seed": one.seed,
@@ -84,7 +84,7 @@ def row(one: Sample) -> dict[str, Json]:
 
 def truth_of(trajectory: Trajectory) -> Trajectory:
     """The same scene in a finer arithmetic, without events."""
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
 
     own = trajectory.precision
     name, bits = TRUTH.get(own.name, ("mp", own.bits + BEYOND))

@@ -99,7 +99,7 @@ def faults() -> Iterator[Fault]:
 
 
 def _healthy(scene: Scene) -> Iterator[Fault]:
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
 
     yield Fault("healthy", "Newton form in double", "", lambda: _vectors(scene))
     yield Fault(
@@ -118,7 +118,7 @@ def _slippery(scene: Scene) -> Scene:
 
 
 def _vectors(scene: Scene) -> pandas.DataFrame:
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
 
     return integrate(scene).frame(*VECTORS)
 
@@ -206,7 +206,7 @@ def _runge_kutta(
 
 
 def _initial_state(scene: Scene) -> tuple[InitialState, Parameters, Units]:
-    from tt_precise.integrate.precision import precision_named
+    from tt_precise.integration.precision import precision_named
     from tt_precise.mechanics.initial_state import InitialState
     from tt_precise.scene.body import Units
 
@@ -229,7 +229,7 @@ def _table(times: Array, entries: Array, names: tuple[str, ...], units: Units) -
 
 
 def _spoiled_columns(scene: Scene) -> Iterator[Fault]:
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
 
     def euler(**columns: Column) -> Callable[[], pandas.DataFrame]:
         return lambda: integrate(scene).frame(*EULER).assign(**columns)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from tt_precise.bench.problem import GoldenProblem
-from tt_precise.integrate.precision import Precision
+from tt_precise.integration.precision import Precision
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.registry import Registry

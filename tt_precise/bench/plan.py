@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from tt_precise.integrate.precision import Precision, precision_named
+from tt_precise.integration.precision import Precision, precision_named
 
 SCENE = "reference"
 DECADES = tuple(float(f"1e-{n}") for n in range(3, 16))

@@ -12,8 +12,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from tt_precise.integrate.columns import VECTOR_COLUMNS
-from tt_precise.integrate.precision import Precision, precision_named
+from tt_precise.integration.columns import VECTOR_COLUMNS
+from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.mechanics.conserved import INTEGRALS, drift
 from tt_precise.mechanics.formulations import (
     STATE_DIMENSIONS,
@@ -84,7 +84,7 @@ class GoldenProblem:
         bits = self.truth_bits or GOLDEN_BITS
         precision = precision_named("mp", bits)
         if self.truth_bits:
-            from tt_precise.integrate import integrate
+            from tt_precise.integration import integrate
 
             rows = integrate(replace(self.scene, until=self.until), "mp", bits=bits).frame(
                 *VECTOR_COLUMNS, times=self.times, numbers="text"

@@ -14,7 +14,7 @@ from tt_precise.scene.scene import Inclination, Scene, Start
 
 def gliding_scenes(until_s: Fraction | int) -> Iterator[Scene]:
     """Gliding tops on a table that has to push all the way to ``until_s``; the same every time."""
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
 
     seed = 0
     while True:
@@ -56,8 +56,8 @@ def random_scene(draws: random.Random, name: str) -> Scene:
 
 def stands(scene: Scene) -> bool:
     """Whether the table has to push at the start."""
-    from tt_precise.integrate.contact import require_contact
-    from tt_precise.integrate.precision import precision_named
+    from tt_precise.integration.contact import require_contact
+    from tt_precise.integration.precision import precision_named
     from tt_precise.mechanics.initial_state import InitialState
 
     double = precision_named("double")

@@ -4,7 +4,7 @@ Every setting integrates every golden scene, and those cheaper than quad as many
 golden ones alone are harder than most. Recorded is how many digits are right in the worst entry at
 the worst time, and, on the reference scene, what the run costs beside double at full accuracy in
 the same minute. ``tt-precise tradeoff`` in its full form calls ``write``, which takes some
-minutes. Writes ``tt_precise/integrate/cost_table.csv``.
+minutes. Writes ``tt_precise/integration/cost_table.csv``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from tt_precise.runtime.untyped import Json
 if TYPE_CHECKING:
     import pandas
 
-    from tt_precise.integrate import Trajectory
+    from tt_precise.integration import Trajectory
     from tt_precise.scene.scene import Scene
 
 TOLERANCES = {
@@ -107,7 +107,7 @@ def outcomes(scene: Scene, *, golden: bool) -> Iterator[tuple[MeasuredSetting, P
     No Euler form where the scene starts at a pole, no several doubles where it comes in pieces.
     """
     from tt_precise.bench.estimates import right_throughout
-    from tt_precise.integrate.precision import DOUBLES
+    from tt_precise.integration.precision import DOUBLES
 
     found: dict[MeasuredSetting, Trajectory] = {}
     for setting in settings():
@@ -128,7 +128,7 @@ def outcomes(scene: Scene, *, golden: bool) -> Iterator[tuple[MeasuredSetting, P
 
 def integrated(scene: Scene, setting: MeasuredSetting, record: tuple[str, ...]) -> Trajectory:
     """The run that ``integrate(digits=...)`` makes of a setting: with its reference run."""
-    from tt_precise.integrate.once import integrate_once
+    from tt_precise.integration.once import integrate_once
 
     return integrate_once(
         scene, setting.precision, bits=None, formulation=setting.formulation, events=(),
@@ -145,7 +145,7 @@ def right_digits(trajectory: Trajectory) -> float:
     import numpy
 
     from tt_precise import golden
-    from tt_precise.integrate.accuracy import digits_over_rows
+    from tt_precise.integration.accuracy import digits_over_rows
 
     known = golden.load(trajectory.scene.name, "text")
     if known.manifest["status"] != trajectory.status:
@@ -179,9 +179,9 @@ def _float(value: Scalar) -> float:
 
 def _costs(found: dict[MeasuredSetting, Trajectory]) -> dict[MeasuredSetting, float]:
     """Processor time of the propagation alone, beside ``BASE``; best of rounds taken in turn."""
-    from tt_precise.integrate.paired import Beginning, can_be_paired, propagate_pair
-    from tt_precise.integrate.paired_in_doubles import pair_in_doubles, run_in_doubles
-    from tt_precise.integrate.propagate import propagate
+    from tt_precise.integration.paired import Beginning, can_be_paired, propagate_pair
+    from tt_precise.integration.paired_in_doubles import pair_in_doubles, run_in_doubles
+    from tt_precise.integration.propagate import propagate
 
     best = dict.fromkeys(found, math.inf)
     starts = {one: Beginning(run.start, run.precision, run.scene) for one, run in found.items()}
@@ -216,7 +216,7 @@ def _row(setting: MeasuredSetting, found: list[Performance]) -> dict[str, Json]:
 
 def write(progress: Progress = silent) -> pandas.DataFrame:
     """Measure, and write the table of the package."""
-    from tt_precise.integrate.cost_table import TABLE
+    from tt_precise.integration.cost_table import TABLE
     from tt_precise.runtime.files import atomic_write
 
     found = table(progress=progress)

@@ -21,7 +21,7 @@ from tt_precise.bench.calls import HORIZON_S
 from tt_precise.bench.estimates import right_throughout
 from tt_precise.bench.random_scenes import gliding_scenes
 from tt_precise.bench.timing import Action, processor_time, timed
-from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor import system

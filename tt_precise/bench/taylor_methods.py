@@ -11,10 +11,10 @@ from typing import Any
 from tt_precise.bench.bare_loop import bare_adaptive, bare_batch
 from tt_precise.bench.methods import Settings, Solve, SolverResult, registered
 from tt_precise.bench.problem import GoldenProblem
-from tt_precise.integrate.events import catalogue
-from tt_precise.integrate.paired import Lane
-from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.system import Integrator, build
+from tt_precise.integration.events import catalogue
+from tt_precise.integration.paired import Lane
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.system import Integrator, build
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.turning import TURNING
 from tt_precise.runtime.arithmetic import Array, Scalar
@@ -152,7 +152,7 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
 
     ``request`` is "tolerance", or "digits": then the tolerance says how many.
     """
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
 
     precision, names = settings.precision, problem.published.columns
     scene = replace(problem.scene, until=problem.until)

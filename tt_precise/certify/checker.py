@@ -20,7 +20,7 @@ from tt_precise.certify.balls import Balls, ball, series_length
 from tt_precise.certify.pieces import Refused
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.store import Stored
-from tt_precise.integrate.quadratures import extended_rates
+from tt_precise.integration.quadratures import extended_rates
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion

@@ -34,8 +34,8 @@ from tt_precise.golden.digits import DIGITS, scale_of
 from tt_precise.golden.runs import columns
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.tails import last_place
-from tt_precise.integrate.events import catalogue, event_named
-from tt_precise.integrate.quadratures import QUADRATURE_SCALE
+from tt_precise.integration.events import catalogue, event_named
+from tt_precise.integration.quadratures import QUADRATURE_SCALE
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent

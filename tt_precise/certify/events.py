@@ -12,7 +12,7 @@ from tt_precise.certify.interval_newton import Zero, zeros
 from tt_precise.certify.observed import Observer
 from tt_precise.certify.onset import onset
 from tt_precise.certify.verdict import NotProved
-from tt_precise.integrate.events import event_named
+from tt_precise.integration.events import event_named
 from tt_precise.scene.scene import Scene
 
 

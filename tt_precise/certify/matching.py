@@ -20,7 +20,7 @@ from tt_precise.golden.consensus import ORDER, SAME_TIME, exact_decimal
 from tt_precise.golden.runs import columns
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.integrate.events import catalogue
+from tt_precise.integration.events import catalogue
 
 LOST = "contact_lost"
 

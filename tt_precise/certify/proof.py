@@ -19,8 +19,8 @@ from tt_precise.certify.observed import columns_in_si, observed
 from tt_precise.certify.onset import onset
 from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
 from tt_precise.certify.verdict import NotProved
-from tt_precise.integrate.events import catalogue, event_named
-from tt_precise.integrate.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.integration.events import catalogue, event_named
+from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import QUANTITIES, jellett
 from tt_precise.runtime.arithmetic import Scalar

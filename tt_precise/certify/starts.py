@@ -35,7 +35,7 @@ from tt_precise.certify.verdict import NotProved
 from tt_precise.certify.vertical_spin import Reduced
 from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.manifest import scene_sha256
-from tt_precise.integrate.events import event_named
+from tt_precise.integration.events import event_named
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, jellett

@@ -37,7 +37,7 @@ def recomputed(
     InputError
         The solution ends before the first row.
     """
-    from tt_precise.integrate.precision import finer, precision_named
+    from tt_precise.integration.precision import finer, precision_named
 
     names = sorted({name for _, given in rows for name in given})
     scene = replace(scene, until=max(t for t, _ in rows), events=(), record=())
@@ -62,7 +62,7 @@ def recomputed(
 def _solution(
     scene: Scene, precision: str, names: list[str], rows: Sequence[Row], progress: Progress
 ) -> Table:
-    from tt_precise.integrate import integrate
+    from tt_precise.integration import integrate
     from tt_precise.scene.numerals import as_fraction
 
     trajectory = integrate(scene, precision, progress=progress)

@@ -26,7 +26,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 # whatever a verdict may rest on; the rows of section 2.2 have a fingerprint of their own
 CODE = (
     *SOURCES, "runtime/json_file.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py",
-    "claims/evidence", "claims/statements", "exact", "golden", "sweep",
+    "claims/evidence", "claims/statements", "exact", "golden", "sweeps",
 )  # fmt: skip
 SCENES = "scenes"
 

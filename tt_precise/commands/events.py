@@ -25,7 +25,7 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
     from tt_precise.commands.run import event_rows
-    from tt_precise.integrate import catalogue, integrate
+    from tt_precise.integration import catalogue, integrate
     from tt_precise.runtime.progress import progress_bar
     from tt_precise.scene.scene import load_scene
 
@@ -70,7 +70,7 @@ def command(scene: str | None, precision: str | None, only: str | None, as_json:
 
 
 def _catalogue(as_json: bool) -> int:
-    from tt_precise.integrate.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
+    from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
 
     if as_json:
         listed = {name: event.meaning for name, event in EVENTS.items()}

@@ -16,7 +16,7 @@ from tt_precise.runtime.terminal import say
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
-    from tt_precise.integrate import Trajectory
+    from tt_precise.integration import Trajectory
 
 SCHEMA = "tt_precise.run/1"
 UNFINISHED = 1
@@ -66,7 +66,7 @@ def command(
     """
     from dataclasses import replace
 
-    from tt_precise.integrate import catalogue, integrate
+    from tt_precise.integration import catalogue, integrate
     from tt_precise.runtime.progress import progress_bar
     from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import RECORDABLE, load_scene
@@ -209,8 +209,8 @@ def lines(trajectory: Trajectory) -> list[str]:
 
 def _require_columns(names: tuple[str, ...]) -> bool:
     """Refuse unknown columns; whether the pose is among them."""
-    from tt_precise.integrate.estimated import DIGITS, ERROR
-    from tt_precise.integrate.pose import POSE_COLUMNS
+    from tt_precise.integration.estimated import DIGITS, ERROR
+    from tt_precise.integration.pose import POSE_COLUMNS
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.mechanics.quantities import QUANTITIES
 

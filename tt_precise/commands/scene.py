@@ -169,7 +169,7 @@ def balance(scene: Scene) -> str:
 
 def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     """What is worth a second look."""
-    from tt_precise.integrate.precision import precision_named
+    from tt_precise.integration.precision import precision_named
     from tt_precise.mechanics.initial_state import InitialState
     from tt_precise.scene.start import LiftedStart
 

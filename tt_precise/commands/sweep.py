@@ -18,7 +18,7 @@ from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
-    from tt_precise.sweep import Specification
+    from tt_precise.sweeps import Specification
 
 SOME_FAILED = 1
 CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")  # of the spot check, in the summary
@@ -103,8 +103,8 @@ def run(
     Exit status 1 if rows are missing, because their chunk failed again and again, or if the spot
     check contradicts a row: another outcome, a time in one of the two only, or no result.
     """
-    from tt_precise.sweep import specification
-    from tt_precise.sweep.run import sweep
+    from tt_precise.sweeps import specification
+    from tt_precise.sweeps.run import sweep
 
     if is_sweep_file(scene):
         _refuse_what_the_file_says(scene)
@@ -165,8 +165,8 @@ def run(
 def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
     """Draw the rows of RESULT, a sweep's folder, Parquet or CSV file."""
     from tt_precise.runtime.plotting import save
-    from tt_precise.sweep.picture import curve, map_of
-    from tt_precise.sweep.rows_file import read_rows
+    from tt_precise.sweeps.picture import curve, map_of
+    from tt_precise.sweeps.rows_file import read_rows
 
     if colour and z:
         raise InputError("--colour: got --map too, expected one of the two")
@@ -247,7 +247,7 @@ def is_sweep_file(path: str) -> bool:
 
 
 def _read(path: str) -> Specification:
-    from tt_precise.sweep import read_specification
+    from tt_precise.sweeps import read_specification
 
     return read_specification(path)
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy
 
 from tt_precise.engines.job import DOUBLE, Friction, job
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.initial_state import InitialState

@@ -12,7 +12,7 @@ from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_starts import refused
 from tt_precise.extremes.tilt import tilt_error
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.body import TippeTop

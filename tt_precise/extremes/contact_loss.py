@@ -12,7 +12,7 @@ from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_starts import PRECISIONS, refused
 from tt_precise.extremes.tilt import exact_start
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Scene, load_scene
 

@@ -10,8 +10,8 @@ from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes.case import Observation, case, finite, together, within
 from tt_precise.extremes.tilt import tilt_error
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import integrate
-from tt_precise.integrate.precision import BITS
+from tt_precise.integration import integrate
+from tt_precise.integration.precision import BITS
 from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState

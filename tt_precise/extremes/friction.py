@@ -12,7 +12,7 @@ from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.extremes.tilt import tilt_error
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.rolling import constraint_force
 from tt_precise.runtime.arithmetic import Scalar

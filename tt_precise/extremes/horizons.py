@@ -12,12 +12,12 @@ from tt_precise.extremes.case import Observation, case, finite, same, together, 
 from tt_precise.extremes.periods import swing
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.precision import precision_named
-from tt_precise.integrate.setup import Setup
-from tt_precise.integrate.streaming import Stream
-from tt_precise.integrate.system import integrator
-from tt_precise.integrate.variational import sensitivity
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.streaming import Stream
+from tt_precise.integration.system import integrator
+from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene

@@ -14,8 +14,8 @@ from tt_precise.extremes.case import Observation, case, finite, same, together, 
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.variational import sensitivity
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, load_scene
@@ -38,7 +38,7 @@ WIDE = {name: FLAGS[name] for name in ("opt_level 0", "force_avx512")}
 VARIABLES = ("OMP_NUM_THREADS", "TBB_NUM_THREADS")
 ONE_RUN = """
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 print({name: x.hex() for name, x in integrate(varied(until="2")).state.values.items()})
 """
 
@@ -139,8 +139,8 @@ def lanes(lanes: int, moved: str = "0") -> Observation:
     """Vectors of the processor, which one lane alone (run as two) does not need."""
     from fractions import Fraction
 
-    from tt_precise.sweep import specification
-    from tt_precise.sweep.run import sweep
+    from tt_precise.sweeps import specification
+    from tt_precise.sweeps.run import sweep
 
     def rows(batch: int, shift: str) -> pandas.DataFrame:
         spins = [Fraction(spin) + Fraction(shift) for spin in range(150, 160)]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.integrate.precision import precision_named
+from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion

@@ -15,7 +15,7 @@ from tt_precise.extremes.case import Observation, case, finite, same, together, 
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.tilt import exact_start
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Scene

@@ -9,8 +9,8 @@ from tt_precise.extremes.case import Observation, case, finite, same, together, 
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.tilt import exact_start, tilt_error
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import integrate
-from tt_precise.integrate.precision import precision_named
+from tt_precise.integration import integrate
+from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.errors import InputError
 
 POLES = ("", "pi - ")

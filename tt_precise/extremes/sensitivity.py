@@ -11,8 +11,8 @@ from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.golden import load, scenes
-from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.variational import sensitivity
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
@@ -22,7 +22,7 @@ from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
-    from tt_precise.integrate.variational import Sensitivity
+    from tt_precise.integration.variational import Sensitivity
 
 EPS = 2.0**-52
 QUICK = ("reference", "contact-lost", "frictionless", "inverted", "kicked", "rocking")

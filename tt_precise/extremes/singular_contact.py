@@ -9,7 +9,7 @@ from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.toy import varied
-from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Scene
 

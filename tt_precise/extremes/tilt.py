@@ -9,8 +9,8 @@ from functools import cache
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.extremes import theory
 from tt_precise.extremes.case import finite
-from tt_precise.integrate import Trajectory
-from tt_precise.integrate.precision import precision_named
+from tt_precise.integration import Trajectory
+from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Scene

@@ -20,7 +20,7 @@ from tt_precise.golden.digits import (
 )
 from tt_precise.golden.runs import ENOUGH, TERMINAL_DIRECTION, Run
 from tt_precise.golden.table import Table
-from tt_precise.integrate.events import EVENTS, JOINING, TERMINAL
+from tt_precise.integration.events import EVENTS, JOINING, TERMINAL
 from tt_precise.scene.scene import Scene
 
 SAME_TIME = Decimal("1e-30")  # relative; events this close are one instant, listed by name

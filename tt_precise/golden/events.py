@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tt_precise.golden.table import Table
-from tt_precise.integrate.events import EVENTS, JOINING, not_alternating
+from tt_precise.integration.events import EVENTS, JOINING, not_alternating
 from tt_precise.runtime.arithmetic import Scalar
 
 if TYPE_CHECKING:
-    from tt_precise.integrate import Trajectory
+    from tt_precise.integration import Trajectory
 
 # Rounding splits a double root by about eps^(1/2), a triple one by eps^(1/3).
 ROOT_ORDER = 4

@@ -24,8 +24,8 @@ from tt_precise.golden.invariants import Constancy
 from tt_precise.golden.runs import Run
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
 from tt_precise.golden.table import Table
-from tt_precise.integrate.events import EVENTS as CATALOGUE
-from tt_precise.integrate.events import JOINING, TERMINAL
+from tt_precise.integration.events import EVENTS as CATALOGUE
+from tt_precise.integration.events import JOINING, TERMINAL
 from tt_precise.mechanics.columns import described
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene

@@ -11,8 +11,8 @@ from fractions import Fraction
 
 from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.table import Table
-from tt_precise.integrate import integrate
-from tt_precise.integrate.columns import VECTOR_COLUMNS
+from tt_precise.integration import integrate
+from tt_precise.integration.columns import VECTOR_COLUMNS
 from tt_precise.mechanics.pose import Pose
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import RECORDABLE, Scene

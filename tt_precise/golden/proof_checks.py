@@ -22,8 +22,8 @@ from tt_precise.golden.outward import Outward, pi
 from tt_precise.golden.proof_record import PROOF, SELF_HASH, Record
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.tails import last_place
-from tt_precise.integrate.events import catalogue
-from tt_precise.integrate.inversion import InversionTimes, Marks, Turns, from_marks
+from tt_precise.integration.events import catalogue
+from tt_precise.integration.inversion import InversionTimes, Marks, Turns, from_marks
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.untyped import Json

@@ -85,7 +85,7 @@ def tasks(scene: Scene, bits: tuple[int, int]) -> list[Task]:
 
 def columns(scene: Scene) -> tuple[str, ...]:
     """The columns of a golden trajectory: time, vectors, Euler angles, what the scene records."""
-    from tt_precise.integrate.columns import EULER_COLUMNS, LIFTED_COLUMNS, VECTOR_COLUMNS
+    from tt_precise.integration.columns import EULER_COLUMNS, LIFTED_COLUMNS, VECTOR_COLUMNS
 
     lifted = LIFTED_COLUMNS if scene.lifts else ()
     return ("t", *VECTOR_COLUMNS, *EULER_COLUMNS, *lifted, *scene.record)
@@ -94,7 +94,7 @@ def columns(scene: Scene) -> tuple[str, ...]:
 def perform(task: Task) -> Run:
     """Compute a task."""
     from tt_precise.golden.events import events_table, suspects
-    from tt_precise.integrate import catalogue, integrate
+    from tt_precise.integration import catalogue, integrate
 
     began = time.process_time()
     scene = task.scene

@@ -236,7 +236,7 @@ def _worst(stored: Stored, run: Run) -> WorstEntry | None:
 
 def _fine(stored: Stored, bits: int | None) -> Task:
     """The fresh computation: in ``FINE``, or, where that has too few bits, in ``mp``."""
-    from tt_precise.integrate.precision import BITS, is_available
+    from tt_precise.integration.precision import BITS, is_available
 
     # what comes in pieces is heyoka's alone
     ours = is_available(FINE) and not stored.scene.in_pieces

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 
-from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.columns import VECTOR_COLUMNS
-from tt_precise.integrate.precision import NAMES, is_available
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.columns import VECTOR_COLUMNS
+from tt_precise.integration.precision import NAMES, is_available
 from tt_precise.runtime.arithmetic import Scalar
 
 SCENE = "reference"

@@ -15,9 +15,9 @@ from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweep.run import sweep_pool
-from tt_precise.sweep.specification import Plan
-from tt_precise.sweep.starts import integrated, lambda_of_start
+from tt_precise.sweeps.run import sweep_pool
+from tt_precise.sweeps.specification import Plan
+from tt_precise.sweeps.starts import integrated, lambda_of_start
 
 if TYPE_CHECKING:
     import pandas

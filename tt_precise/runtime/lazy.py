@@ -1,4 +1,4 @@
-"""What a package offers: names that are imported when they are first used, and itself as a call.
+"""What a package offers: names that are imported when they are first used.
 
 heyoka, pandas, SymPy and matplotlib take a second to import, so ``import tt_precise`` and what only
 reads files do without them.
@@ -7,9 +7,7 @@ reads files do without them.
 from __future__ import annotations
 
 import importlib
-import sys
 from collections.abc import Callable, Mapping, Sequence
-from types import ModuleType
 from typing import Any
 
 
@@ -34,16 +32,3 @@ def lazy_names(
         return sorted({*vars(importlib.import_module(package)), *home_of, *modules})
 
     return find, names
-
-
-def make_callable(package: str, function: Callable[..., Any]) -> None:
-    """Let the ``package`` be called as the ``function`` of its name.
-
-    Importing a folder hides a function of the same name in the folder above, so ``tt.integrate`` is
-    the function, or the package, whichever was asked for first; both can be called.
-    """
-
-    class CallablePackage(ModuleType):
-        __call__ = staticmethod(function)
-
-    sys.modules[package].__class__ = CallablePackage

@@ -3,5 +3,5 @@
 # files and folders of the package; tests/test_structure.py compares them with the imports
 SOURCES = (
     "runtime/arithmetic.py", "runtime/mpfr.py", "runtime/toml.py",
-    "scene", "mechanics", "taylor", "integrate",
+    "scene", "mechanics", "taylor", "integration",
 )  # fmt: skip

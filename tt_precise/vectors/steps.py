@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from tt_precise.exact.arithmetic import agreed_digits, decimal
-from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.quantities import Motion

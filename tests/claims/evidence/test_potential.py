@@ -8,7 +8,7 @@ import pytest
 from tt_precise.claims import evidence
 from tt_precise.claims.evidence.potential import Swing, minima, minimum, swing
 from tt_precise.exact.arithmetic import own_context
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.quantities import effective_mass, effective_potential
 from tt_precise.scene.scene import load_scene

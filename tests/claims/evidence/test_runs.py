@@ -8,7 +8,7 @@ import pytest
 from tt_precise.claims import evidence
 from tt_precise.claims.evidence.backwards import past
 from tt_precise.claims.evidence.paper_odeint import paper_odeint, state_errors
-from tt_precise.integrate import integrate
+from tt_precise.integration import integrate
 from tt_precise.runtime.errors import InputError
 
 SHORT = evidence.variant(until="0.3")

@@ -7,8 +7,8 @@ import pytest
 
 from tt_precise.claims.evidence import section22_sweep
 from tt_precise.runtime.cache import fingerprint, unpacked
-from tt_precise.sweep.chunk import compute
-from tt_precise.sweep.specification import STARTS, Plan
+from tt_precise.sweeps.chunk import compute
+from tt_precise.sweeps.specification import STARTS, Plan
 
 FILE = Path(__file__).parents[3] / "reports" / section22_sweep.FILE
 

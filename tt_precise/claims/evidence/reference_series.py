@@ -22,7 +22,7 @@ from tt_precise.runtime.arithmetic import Array, Scalar
 if TYPE_CHECKING:
     import pandas
 
-    from tt_precise.integrate import Trajectory
+    from tt_precise.integration import Trajectory
 
 CLOSER = 16  # points that each closing-in compares
 GAUSS = 6  # nodes in each piece; a nutation of 37 ms has 16 pieces

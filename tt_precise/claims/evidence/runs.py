@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from tt_precise.claims.measured import Settled
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
-from tt_precise.integrate import Trajectory, catalogue, integrate
-from tt_precise.integrate.precision import is_available
+from tt_precise.integration import Trajectory, catalogue, integrate
+from tt_precise.integration.precision import is_available
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
@@ -55,7 +55,7 @@ def settled(value: Callable[[Trajectory], Scalar], scene: SceneLike = "reference
 @cache
 def rough() -> str:
     """The widest arithmetic that still takes milliseconds: double where nothing is wider."""
-    from tt_precise.integrate.precision import precision_named
+    from tt_precise.integration.precision import precision_named
     from tt_precise.runtime.errors import InputError
 
     try:

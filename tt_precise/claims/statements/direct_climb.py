@@ -13,8 +13,8 @@ from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import Settled, decimal
 from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import Finding, all_of, judged, readings, rounds_to, statement
-from tt_precise.integrate import Trajectory
-from tt_precise.integrate.precision import precision_named
+from tt_precise.integration import Trajectory
+from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.arithmetic import Scalar
 
 if TYPE_CHECKING:

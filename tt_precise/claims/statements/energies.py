@@ -13,7 +13,7 @@ from tt_precise.golden.proofs import Interval
 from tt_precise.runtime.arithmetic import Scalar
 
 if TYPE_CHECKING:
-    from tt_precise.integrate import Trajectory
+    from tt_precise.integration import Trajectory
 
 SECTION = "Sec. 2.3"
 AT_8_S, AT_0_S, THEORY = "0.005106", "0.002755", "1.8571"

@@ -11,7 +11,7 @@ from tt_precise.claims.evidence import SceneLike
 from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import Settled, decimal, fraction_of, measured_text
 from tt_precise.claims.verdicts import Finding, about, all_of, in_range, readings, statement
-from tt_precise.integrate import Trajectory
+from tt_precise.integration import Trajectory
 from tt_precise.runtime.arithmetic import Scalar
 
 SECTION = "Sec. 2.1"

@@ -14,7 +14,7 @@ from tt_precise.golden.proofs import Interval
 from tt_precise.runtime.arithmetic import Scalar
 
 if TYPE_CHECKING:
-    from tt_precise.integrate import Trajectory
+    from tt_precise.integration import Trajectory
 
 SECTION = "Sec. 2.1"
 DEFINITIONS = {"A": "A, signed perigee", "B": "B, algebraic", "C": "C, literal"}

@@ -18,7 +18,7 @@ from tt_precise.claims.verdicts import (
     readings,
     rounds_to,
 )
-from tt_precise.integrate import Trajectory
+from tt_precise.integration import Trajectory
 from tt_precise.scene.scene import load_scene
 
 START = "closed form in the start values"

@@ -13,8 +13,8 @@ from tt_precise.claims.evidence import reference_series as series
 from tt_precise.claims.measured import decimal
 from tt_precise.claims.statements.inversion_times import DEFINITIONS
 from tt_precise.claims.verdicts import Finding, all_of, judged, statement
-from tt_precise.integrate import Trajectory, integrate
-from tt_precise.integrate.inversion import NEEDED
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.inversion import NEEDED
 from tt_precise.scene.scene import Scene, load_scene
 
 SECTION = "Sec. 2.1"

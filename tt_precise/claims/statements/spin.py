@@ -22,7 +22,7 @@ from tt_precise.claims.verdicts import (
     statement,
     within,
 )
-from tt_precise.integrate import Trajectory
+from tt_precise.integration import Trajectory
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, dot

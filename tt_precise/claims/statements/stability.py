@@ -18,7 +18,7 @@ from tt_precise.claims.verdicts import (
     statement,
 )
 from tt_precise.exact.stability import INVERTED, UPRIGHT
-from tt_precise.integrate import Trajectory, integrate
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion

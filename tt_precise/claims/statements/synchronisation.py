@@ -24,7 +24,7 @@ from tt_precise.claims.verdicts import (
     readings,
     statement,
 )
-from tt_precise.integrate import Trajectory
+from tt_precise.integration import Trajectory
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.scene.scene import load_scene
 

@@ -11,7 +11,7 @@ from tt_precise.report import maps
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 from tt_precise.scene.scene import load_scene
-from tt_precise.sweep.picture import draw_map
+from tt_precise.sweeps.picture import draw_map
 
 if TYPE_CHECKING:
     import pandas

@@ -1,0 +1,353 @@
+"""Reading a trajectory: dense output, frames in every form of number, quadratures."""
+
+import copy
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy
+import pytest
+
+from tt_precise.integration import (
+    Trajectory,
+    dense_output,
+    integrate,
+    paired,
+    propagate,
+    solution,
+)
+from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import Scene
+
+QUADRATURES = ("phi", "psi", "x", "y")
+
+
+@pytest.fixture(scope="module")
+def recorded(half: Scene) -> Trajectory:
+    return integrate(half, record=QUADRATURES, options={"compact_mode": True})
+
+
+def test_dense_output_ends_in_the_end_state(double: Trajectory, half_quad: Trajectory) -> None:
+    for trajectory, end in ((double, "8"), (half_quad, "0.5")):
+        assert trajectory.at(end) == trajectory.state
+        assert trajectory.at(trajectory.t_end) == trajectory.state
+        assert trajectory.state.t == trajectory.t_end == Fraction(end)
+        just_before = trajectory.at(Fraction(end) - Fraction(1, 10**12))
+        for name, value in trajectory.state.values.items():
+            # the fastest entry changes by 1e-8 of itself in 1e-12 s
+            assert abs(just_before.values[name] - value) < 1e-7 * abs(value), name
+        assert just_before.kx != trajectory.state.kx
+
+
+def test_what_is_given_as_the_end_is_the_end(double: Trajectory, half_quad: Trajectory) -> None:
+    """A little behind it, as a printed end may lie; or before it by less than a double shows."""
+    behind = Fraction(1, 2) * (1 + Fraction(1, 10**16))
+    assert half_quad.at(behind) == half_quad.state
+    before = Fraction(8) - Fraction(1, 10**18)
+    assert double.at(before) == double.state
+    assert half_quad.at(Fraction(1, 2) - Fraction(1, 10**18)) != half_quad.state
+
+
+def test_dense_output_starts_with_the_start(half_quad: Trajectory) -> None:
+    start = half_quad.at(0)
+    context = half_quad.precision.context
+    assert abs(start.kx - context.sin(context.mpf("0.1"))) < 2.0**-113
+    assert abs(start.omega_3 / 155 - 1) < 4 * 2.0**-113
+    assert (start.vx, start.vy, start.theta_dot) == (0, 0, 0)
+
+
+def test_dense_output_is_the_solution_that_ends_there(half: Scene, half_quad: Trajectory) -> None:
+    """A step ends at 1/4 s here and nowhere near it there."""
+    ended = integrate(replace(half, until=Fraction(1, 4)), "quad")
+    passing = half_quad.at("0.25")
+    bound_eps = 1000  # of the largest of each kind: 30 steps, and the sensitivity to the start
+    for names in (("kx", "ky", "kz"), ("Lx", "Ly", "Lz"), ("vx", "vy")):
+        scale = max(abs(passing.values[name]) for name in names)
+        for name in names:
+            apart = abs(passing.values[name] - ended.state.values[name])
+            assert apart < bound_eps * 2.0**-112 * scale, name
+    assert half_quad.at("0.2500000000000000000000000001").kx != passing.kx
+
+
+@pytest.mark.parametrize("time", [-1, "-1e-30", "8.0000000001", 9, "1e300"])
+def test_nothing_is_extrapolated(double: Trajectory, time: Any) -> None:
+    for ask in (double.at, lambda t: double.frame("theta", times=[0, t])):
+        with pytest.raises(InputError, match=r"expected 0 to 8 s.*\(complete\); it is never extra"):
+            ask(time)
+
+
+def test_nothing_is_given_behind_an_early_end(rough: Scene) -> None:
+    lost = integrate(rough)
+    assert lost.at(lost.t_end) == lost.state
+    with pytest.raises(InputError, match=r"0\.65771882639144.* s.*\(contact_lost\)"):
+        lost.at("0.6577189")
+    frame = lost.frame()
+    assert frame["t"].iloc[-1] == lost.t_end
+    assert (frame["t"].diff().iloc[1:] > 0).all()
+    assert len(frame) == 67  # 0 to 0.65 every 0.01 s, and the end
+
+
+def test_a_printed_end_is_still_inside(rough: Scene) -> None:
+    lost = integrate(rough, "quad")
+    sixteen = lost.precision.context.nstr(lost.t_end, 17)
+    assert lost.at(sixteen).t <= lost.t_end
+
+
+@pytest.mark.parametrize(
+    ("time", "value"),
+    [
+        ("1/3", Fraction(1, 3)),
+        ("0.1", Fraction(1, 10)),
+        (0.1, Fraction(0.1)),
+        (3, Fraction(3)),
+        (numpy.int64(3), Fraction(3)),
+        (numpy.float64(0.1), Fraction(0.1)),
+        (numpy.float32(0.5), Fraction(1, 2)),
+        (numpy.longdouble("0.5") + numpy.longdouble(2.0**-62), Fraction(1, 2) + Fraction(1, 2**62)),
+        (Fraction(1, 7), Fraction(1, 7)),
+        (mpmath.mpf("-0.375"), Fraction(-3, 8)),
+    ],
+)
+def test_times_are_exact(time: Any, value: Fraction) -> None:
+    assert as_fraction(time) == value
+
+
+@pytest.mark.parametrize(
+    "time",
+    [
+        *(float("nan"), float("-inf"), numpy.longdouble("nan"), mpmath.nan, mpmath.inf),
+        *("nan", "0,1", "1/0", None, True, object(), [[1]]),
+    ],
+)
+def test_what_is_no_time_is_refused(double: Trajectory, time: Any) -> None:
+    with pytest.raises(InputError, match="t: got"):
+        double.at(time)
+
+
+def test_default_columns(double: Trajectory, recorded: Trajectory, half: Scene) -> None:
+    assert list(double.frame(times=[0])) == ["t", *VECTOR_COLUMNS, *EULER_COLUMNS]
+    assert list(recorded.frame(times=[0])) == ["t", *VECTOR_COLUMNS, *EULER_COLUMNS, *QUADRATURES]
+    angles = integrate(half, "extended", formulation="euler")
+    assert list(angles.frame(times=[0])) == ["t", *EULER_COLUMNS]
+    with pytest.raises(InputError, match="column: got 'kx'"):
+        angles.frame("kx")
+    assert not hasattr(angles.state, "kx")
+
+
+def test_samples_are_the_scenes(double: Trajectory, reference: Scene) -> None:
+    frame = double.frame("theta")
+    assert len(frame) == 801
+    assert list(frame["t"]) == [float(t) for t in reference.sample_times]
+
+
+def test_both_ways_of_reading_doubles_agree(double: Trajectory) -> None:
+    """All times at once in NumPy, or one by one in mpmath."""
+    times = [Fraction(k, 7) for k in range(0, 56, 5)]
+    names = [*VECTOR_COLUMNS, *EULER_COLUMNS, "E", "g_n", "lambda"]
+    at_once, text = (double.frame(*names, times=times, numbers=form) for form in ("native", "text"))
+    for name in names:
+        one_by_one = text[name].astype(float).to_numpy()
+        assert text[name].map(len).max() <= 24
+        scale = abs(at_once[name]).max()
+        # the same interpolation; 16 eps for evaluating a formula in another order
+        apart = abs(at_once[name].to_numpy() - one_by_one).max()
+        assert apart <= 16 * 2.0**-52 * scale, name
+
+
+def test_forms_of_numbers(half_quad: Trajectory) -> None:
+    native, floats, text = (
+        half_quad.frame("theta", times=["0.1", "0.3"], numbers=form)
+        for form in ("native", "float", "text")
+    )
+    assert native["theta"].dtype == object
+    assert floats["theta"].dtype == numpy.float64
+    number = half_quad.precision.number
+    context = half_quad.precision.context
+    for exact, rounded, printed in zip(
+        native["theta"], floats["theta"], text["theta"], strict=True
+    ):
+        assert float(exact) == rounded
+        assert number(context.mpf(printed)) == number(exact)
+    assert text["t"].tolist() == ["1.0e-1", "3.0e-1"]
+
+
+def test_one_wrong_digit_of_the_text_shows(half_quad: Trajectory) -> None:
+    printed = half_quad.state.as_text()
+    context = half_quad.precision.context
+    name, text = "kz", printed["kz"] or ""
+    mantissa, _, exponent = text.partition("e")
+    place = 32  # so many digits in front of it, and the point; quad holds 34
+    wrong = mantissa[:place] + str((int(mantissa[place]) + 1) % 10) + mantissa[place + 1 :]
+    values = {key: context.mpf(value) for key, value in printed.items() if value}
+    norm = sum(values[k] ** 2 for k in ("kx", "ky", "kz"))
+    values[name] = context.mpf(f"{wrong}e{exponent}")
+    spoiled = sum(values[k] ** 2 for k in ("kx", "ky", "kz"))
+    assert abs(norm - 1) < 10 * half_quad.precision.eps
+    assert abs(spoiled - 1) > 10 * half_quad.precision.eps
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_undefined_values_are_missing_and_no_zeros(precision: str) -> None:
+    upright = integrate("upright", precision)
+    assert upright.state.theta == 0
+    assert upright.state.phi_dot is None
+    assert upright.state.as_text()["phi_dot"] is None
+    frame = upright.frame("theta", "phi_dot", "omega_3", times=[0, 1], numbers="float")
+    assert frame["phi_dot"].isna().all()
+    assert not frame[["theta", "omega_3"]].isna().any(axis=None)
+
+
+def test_unknown_columns_are_refused(double: Trajectory) -> None:
+    with pytest.raises(InputError, match=r"column: got 'phi', expected one of: kx, .* g_n,"):
+        double.frame("phi")  # known, but not recorded
+
+
+def test_azimuth_recorded_is_azimuth_seen(recorded: Trajectory) -> None:
+    """phi, integrated from phi_dot, against the direction of the axis."""
+    frame = recorded.frame("phi", "kx", "ky", "phi_dot", times=[Fraction(k, 50) for k in range(26)])
+    seen = numpy.arctan2(frame["ky"], frame["kx"])
+    turns = (frame["phi"] - seen) / (2 * numpy.pi)
+    assert (abs(turns - turns.round()) < 1e-13).all()  # 70 steps of phi up to 0.6 rad
+    assert max(abs(frame["phi"])) > 0.5
+
+
+def test_quadratures_are_the_integrals_of_their_rates(recorded: Trajectory) -> None:
+    from scipy.integrate import cumulative_simpson
+
+    step = 1 / 20_000
+    frame = recorded.frame(
+        "psi", "x", "y", "psi_dot", "s_dot_x", "s_dot_y",
+        times=[Fraction(k, 20_000) for k in range(10_001)],
+    )  # fmt: skip
+    for name, rate in (("psi", "psi_dot"), ("x", "s_dot_x"), ("y", "s_dot_y")):
+        integral = cumulative_simpson(frame[rate].to_numpy(), dx=step, initial=0)
+        scale = abs(frame[name]).max()
+        # Simpson's rule at 50 microseconds; the rates oscillate with about 200 rad/s
+        assert (abs(frame[name] - integral) < 1e-9 * scale).all(), name
+        assert abs(frame[name].iloc[-1]) > 1e-6
+
+
+def test_euler_angles_with_their_azimuth_give_the_vectors(
+    half: Scene, half_quad: Trajectory
+) -> None:
+    angles = integrate(half, "extended", formulation="euler", record=("phi",))
+    for name in VECTOR_COLUMNS:
+        scale = max(abs(half_quad.state.values[k]) for k in VECTOR_COLUMNS if k[0] == name[0])
+        apart = abs(angles.state.values[name] - half_quad.state.values[name])
+        assert apart < 1e-15 * scale, name  # 140 steps of eps 1.1e-19, sensitivity 100
+
+
+def test_track_in_euler_form_records_the_azimuth_it_needs(half: Scene) -> None:
+    track = integrate(
+        replace(half, until=Fraction(1, 10)), "extended", formulation="euler", record=("x",)
+    )
+    assert track.setup.record == ("phi", "x")
+
+
+def test_a_repetition_that_differs_is_not_hidden(
+    half: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trajectory = integrate(half)
+    original: Callable[..., Any] = dense_output.propagate
+
+    def unreliable(*args: Any, **keywords: Any) -> Any:
+        propagation = original(*args, **keywords)
+        return replace(
+            propagation, state=(propagation.state[0] * (1 + 2.0**-52), *propagation.state[1:])
+        )
+
+    monkeypatch.setattr(dense_output, "propagate", unreliable)
+    with pytest.raises(RuntimeError, match="another result when it was repeated"):
+        trajectory.at("0.1")
+
+
+def test_states_can_be_copied(double: Trajectory) -> None:
+    assert copy.copy(double.state) == double.state
+    assert copy.deepcopy(double.state).theta == double.state.theta
+    with pytest.raises(AttributeError, match="phi"):
+        _ = double.state.phi
+
+
+@pytest.mark.parametrize("precision", ["double", "extended"])
+def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
+    half: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same bits, whether the series of all steps are stored or of some steps at a time."""
+    whole = integrate(half, precision)
+    expected = [whole.frame(numbers="text").to_csv(), whole.frame().to_csv(), whole.at("0.2")]
+    assert whole._dense_output._pieces is not None
+    monkeypatch.setattr(dense_output, "MOST_BYTES", 10_000)
+    monkeypatch.setitem(propagate.STEPS_IN_A_PIECE, precision, 10)
+    done: list[float] = []
+    long = integrate(half, precision)
+    found = [
+        long.frame(numbers="text", progress=done.append).to_csv(), long.frame().to_csv(),
+        long.at("0.2"),
+    ]  # fmt: skip
+    assert long._dense_output._pieces is None
+    assert found == expected
+    assert len(done) > 5
+    assert done[-1] == 1
+
+
+def has_series(run: Trajectory) -> bool:
+    return run._dense_output._pieces is not None
+
+
+@pytest.mark.parametrize("events", [(), ("theta_min",)])
+def test_samples_taken_on_the_way_are_those_of_the_series(half: Scene, events: Any) -> None:
+    run = integrate(half, events=events)
+    taken = run.frame("kx", "E", "theta")
+    assert not has_series(run)
+    # one time less, and all are read from the series
+    read = run.frame("kx", "E", "theta", times=run.sample_times[:-1])
+    assert has_series(run)
+    assert taken[:-1].equals(read)
+    assert taken["kx"].iloc[-1] == run.state.kx
+    other = integrate(half, tolerance=1e-6)
+    assert not other.frame("kx", "E", "theta")[:-1].equals(read)
+
+
+def test_samples_of_a_run_that_ends_early_are_read_from_the_series() -> None:
+    run = integrate("contact-lost")
+    assert run._dense_output.propagation.samples is None
+    frame = run.frame("kx", "theta")
+    assert frame["t"].iloc[-1] == run.t_end
+    assert frame["kx"].iloc[-1] == run.state.kx
+
+
+def test_not_more_samples_are_kept_than_are_worth_it(
+    half: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = integrate(half).frame("kx")
+    monkeypatch.setattr(paired, "MOST_SAMPLES", 10)
+    solution.beginning.cache_clear()
+    run = integrate(half)
+    assert run._dense_output.propagation.samples is None
+    assert run.frame("kx").equals(expected)
+    solution.beginning.cache_clear()
+
+
+def test_dense_output_stored_at_once_is_that_of_a_repetition(
+    half: Scene,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bit for bit, between samples and at them; and without repeating anything."""
+    times = ["0", "0.01", "0.123456789", "0.3", "0.5"]
+    later = integrate(half, events=("extremum:nu_x",))
+    expected = later.frame("theta", "nu_x", times=times)
+
+    def never(*_: object) -> None:
+        raise AssertionError("integrated again")
+
+    monkeypatch.setattr(dense_output.DenseOutput, "_again", never)
+    run = integrate(half, events=("extremum:nu_x",), dense=True)
+    assert run.frame("theta", "nu_x", times=times).equals(expected)
+    assert run.frame("theta").equals(later.frame("theta"))
+    assert run.events.equals(later.events)
+    with pytest.raises(AssertionError, match="integrated again"):
+        integrate(half, events=("extremum:nu_x",)).frame("theta", times=times)

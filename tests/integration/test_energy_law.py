@@ -1,0 +1,163 @@
+"""The bars in double: lambda is constant, and the energy falls by the power of the law alone.
+
+The power is integrated by Gauss' rule over bisected intervals, inside each piece. Where pieces
+join the top loses nothing; where a damped table lets go it is still pressed in, and what it has
+stored then is lost to the top.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tt_precise.golden import store
+from tt_precise.integration import Trajectory
+from tt_precise.scene.scene import Scene, load_scene
+
+NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(12)
+WIDEST_S, DEEPEST = 2e-3, 40  # intervals to begin with, and how often one is halved
+JELLETT, ENERGY = 1e-14, 1e-13
+CHEAP = ("coulomb-gliding", "coulomb-small-top", "elastic-linear", "flight")
+Power = Callable[[Any], Any]
+
+
+def integral(power: Power, begin: float, end: float, tolerance: float) -> float:
+    count = max(1, math.ceil((end - begin) / WIDEST_S))
+    edges = numpy.linspace(begin, end, count + 1)
+
+    def over(low: Any, high: Any) -> Any:
+        half = (high - low)[:, None] / 2
+        x = low[:, None] + half * (1 + NODES)
+        return (half * power(x.ravel()).reshape(x.shape)) @ WEIGHTS
+
+    low, high, parts = edges[:-1], edges[1:], []
+    whole = over(low, high)
+    for _ in range(DEEPEST):
+        middle = (low + high) / 2
+        left, right = over(low, middle), over(middle, high)
+        done = abs(left + right - whole) <= tolerance
+        parts += (left + right)[done].tolist()
+        if done.all():
+            return math.fsum(parts)
+        low, high, whole = (
+            numpy.concatenate((first[~done], last[~done]))
+            for first, last in ((low, middle), (middle, high), (left, right))
+        )
+    raise AssertionError(f"no convergence at {low[0]} s")
+
+
+class Law:
+    """What a scene's friction and its table do to the energy, from their definitions."""
+
+    def __init__(self, scene: Scene, model: str):
+        body = scene.body
+        self.mu, self.law = float(body.mu), body.law if model in ("gliding", "contact") else ""
+        self.epsilon = float(getattr(body, "epsilon", 0))
+        self.spring = getattr(body, "spring", "") if model == "contact" else ""
+        self.stiffness, self.damping = (
+            float(getattr(body, name, 0)) for name in ("stiffness", "damping")
+        )
+        self.order = 1.0 if self.spring == "linear" else 1.5
+
+    def power(self, rows: Any) -> Any:
+        speed = numpy.hypot(rows["vx"], rows["vy"])
+        found = 0 * speed
+        if self.law == "viscous":
+            found = -self.mu * rows["g_n"] * speed**2
+        elif self.law:
+            away = numpy.hypot(speed, self.epsilon)
+            found = -self.mu * rows["g_n"] * speed**2 / numpy.where(away > 0, away, 1)
+        if self.spring:
+            depth = numpy.maximum(-rows["height"], 0)
+            factor = self.stiffness * depth**1.5 if self.spring == "hunt-crossley" else 1
+            found = found - self.damping * factor * rows["rise"] ** 2
+        return found.to_numpy(float)
+
+    def stored(self, height: float) -> float:
+        if not self.spring:
+            return 0.0
+        return self.stiffness * max(-height, 0.0) ** (self.order + 1) / (self.order + 1)
+
+
+def imbalance(run: Trajectory, scene: Scene) -> float:
+    """The worst change of energy that the laws of ``scene`` do not explain, over E(0).
+
+    Of a piece, of a joint between two, and of the whole motion.
+    """
+    lifted = ("height", "rise") if scene.lifts else ()
+    unit = float(run.frame("E", times=[Fraction(0)])["E"].iloc[0])
+    found, explained, before = [], 0.0, unit
+    for piece in run.pieces:
+        law = Law(scene, piece.model)
+
+        def power(times: Any, law: Law = law) -> Any:
+            exact = [Fraction(t) for t in times.tolist()]
+            return law.power(run.frame("vx", "vy", "g_n", *lifted, times=exact))
+
+        # a row at a bound is of the earlier piece
+        after = Fraction(piece.begin) + (Fraction(1, 10**15) if piece.begin else 0)
+        ends = run.frame("E", *lifted, times=[after, Fraction(piece.end)]).to_dict("records")
+        first, last = (float(row["E"]) for row in ends)
+        held, left = (law.stored(float(row.get("height", 0))) for row in ends)
+        work = integral(power, float(piece.begin), float(piece.end), 1e-16 * unit) + held - left
+        found += [abs(last - first - work) / unit, abs(first - before) / unit]
+        before, explained = last, explained + work
+    end = float(run.frame("E", times=[Fraction(run.t_end)])["E"].iloc[0])
+    return max(*found, abs(end - unit - explained) / unit)
+
+
+def measured(name: str) -> tuple[float, float]:
+    scene = load_scene(name)
+    run = tt.integrate(scene, events=(), record=())
+    return float(run.drift["jellett"]), imbalance(run, scene)
+
+
+@pytest.mark.parametrize("name", CHEAP)
+def test_bars_of_each_kind_of_law(name: str) -> None:
+    jellett, energy = measured(name)
+    assert (jellett <= JELLETT, energy <= ENERGY) == (True, True), (jellett, energy)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", store.scenes())
+def test_bars_of_every_golden_scene(name: str) -> None:
+    jellett, energy = measured(name)
+    print(f"{name}: jellett {jellett:.1e}, energy {energy:.1e}")
+    assert (jellett <= JELLETT, energy <= ENERGY) == (True, True), (jellett, energy)
+
+
+@pytest.mark.parametrize(
+    ("name", "entries"),
+    [
+        ("coulomb-gliding", {"mu": "0.05000000001"}),
+        ("elastic-linear", {"damping": "0.200000001"}),
+        ("elastic-linear", {"stiffness": "1000.000001"}),
+    ],
+)
+def test_another_law_does_not_explain_the_loss(name: str, entries: dict[str, str]) -> None:
+    scene = load_scene(name)
+    run = tt.integrate(scene, events=(), record=())
+    assert imbalance(run, scene.varied(**entries)) > ENERGY
+
+
+@pytest.mark.parametrize(
+    ("name", "lost"),
+    [
+        ("elastic-linear", 4),
+        pytest.param("coulomb-stick-slip", 2, marks=pytest.mark.slow),
+        pytest.param("elastic-hunt-crossley", 0, marks=pytest.mark.slow),
+    ],
+)
+def test_a_piece_that_is_lost_is_missed(name: str, lost: int) -> None:
+    scene = load_scene(name)
+    run = tt.integrate(scene, events=(), record=())
+    others = (*run.pieces[:lost], *run.pieces[lost + 1 :])
+    part: Any = SimpleNamespace(frame=run.frame, pieces=others, t_end=run.t_end)
+    assert imbalance(part, scene) > ENERGY

@@ -1,0 +1,270 @@
+"""Events: complete, in the right places, with the states that belong to them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy
+import pandas
+import pytest
+
+from tt_precise.integration import Trajectory, catalogue, events, integrate
+from tt_precise.integration.events import EVENTS, EXTREMUM, ZERO, event_named
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
+
+ALL = catalogue("gliding")
+
+
+def spin_along_axis(row: Any) -> Any:
+    return row.Lx * row.kx + row.Ly * row.ky + row.Lz * row.kz
+
+
+# What each event means, in the columns of a trajectory and not with the event's function:
+# the sign changes there, and to which sign when the event's direction is +1.
+MEANINGS: dict[str, tuple[Callable[[Any], Any], int]] = {
+    "theta_min": (lambda row: row.theta_dot, -1),
+    "theta_max": (lambda row: row.theta_dot, -1),
+    "phi_dot_zero": (lambda row: row.phi_dot, +1),
+    "nu_x_zero": (lambda row: row.nu_x, +1),
+    "nu_y_zero": (lambda row: row.nu_y, +1),
+    "nu_crossing": (lambda row: row.nu_y - row.nu_x, +1),
+    "equator": (lambda row: row.kz, +1),
+    "omega_3_zero": (lambda row: row.omega_3, +1),
+    "Lk_equals_Lz": (lambda row: spin_along_axis(row) - row.Lz, +1),
+    "Lk_equals_minus_Lz": (lambda row: spin_along_axis(row) + row.Lz, +1),
+}
+
+
+def misplaced(trajectory: Trajectory, events: pandas.DataFrame, reach: Any) -> list[str]:
+    """Events around which what they mean does not change its sign as it should within reach."""
+    sides = [trajectory.frame(times=[t + side * reach for t in events["t"]]) for side in (-1, 1)]
+    before, after = (list(frame.itertuples()) for frame in sides)
+    wrong = []
+    for left, event, right in zip(before, events.to_dict("records"), after, strict=True):
+        value, sense = MEANINGS[event["name"]]
+        sign = sense * event["direction"]
+        if not sign * value(left) < 0 < sign * value(right):
+            wrong.append(f"{event['name']} at {float(event['t']):.6f} s")
+    return wrong
+
+
+def test_times_agree_between_double_and_quad(double: Trajectory, quad: Trajectory) -> None:
+    assert list(double.events["name"]) == list(quad.events["name"])
+    assert list(double.events["direction"]) == list(quad.events["direction"])
+    apart = [
+        abs(mpmath.mpf(a) - b) for a, b in zip(double.events["t"], quad.events["t"], strict=True)
+    ]
+    assert max(apart) < 1e-12  # s; the bar. Measured: 2e-14
+    assert max(apart) > 0
+
+
+def test_every_event_lies_where_its_meaning_says(quad: Trajectory) -> None:
+    events = pandas.concat([rows.iloc[::9] for _, rows in quad.events.groupby("name")])
+    assert set(events["name"]) == set(ALL) == set(EVENTS)
+    reach = quad.precision.context.mpf("1e-28")  # s; the last digit of 8 s is 1e-33
+    assert misplaced(quad, events, reach) == []
+    late = events.assign(t=events["t"] + 3 * reach)
+    assert len(misplaced(quad, late, reach)) == len(events)
+
+
+def test_the_state_is_that_of_the_event_and_not_of_the_step(quad: Trajectory) -> None:
+    events = quad.events.iloc[::40]
+    dense = quad.frame(times=events["t"])
+    for name in ("kx", "ky", "kz", "theta_dot", "omega_3", "nu_x", "nu_y"):
+        scale = max(abs(value) for value in events[name])
+        apart = max(abs(a - b) for a, b in zip(events[name], dense[name], strict=True))
+        # times are rounded to quad; nothing changes faster than 1e4 of its scale in a second
+        assert apart < 1e4 * 8 * 2.0**-112 * scale, name
+
+
+@pytest.fixture(scope="module")
+def samples(double: Trajectory) -> pandas.DataFrame:
+    """Every 0.4 ms; two events of a kind are 0.53 ms apart or more."""
+    rates = ("theta_dot", "phi_dot", "nu_x", "nu_y", "omega_3")
+    vectors = ("Lx", "Ly", "Lz", "kx", "ky", "kz")
+    frame = double.frame(*rates, *vectors, times=[Fraction(i, 2500) for i in range(20_001)])
+    spin = spin_along_axis(frame)
+    crossing = frame["nu_y"] - frame["nu_x"]
+    return frame.assign(crossing=crossing, aligned=spin - frame["Lz"], opposed=spin + frame["Lz"])
+
+
+@pytest.mark.parametrize(
+    ("column", "names"),
+    [
+        ("theta_dot", ("theta_min", "theta_max")),
+        ("phi_dot", ("phi_dot_zero",)),
+        ("nu_x", ("nu_x_zero",)),
+        ("nu_y", ("nu_y_zero",)),
+        ("crossing", ("nu_crossing",)),
+        ("kz", ("equator",)),
+        ("omega_3", ("omega_3_zero",)),
+        ("aligned", ("Lk_equals_Lz",)),
+        ("opposed", ("Lk_equals_minus_Lz",)),
+    ],
+)
+def test_none_is_missing(
+    samples: pandas.DataFrame, double: Trajectory, column: str, names: Any
+) -> None:
+    values = samples[column].to_numpy()[1:]
+    changes = int(numpy.count_nonzero(values[1:] * values[:-1] < 0))
+    assert changes == double.events["name"].isin(names).sum() > 0
+
+
+def test_turning_points_are_what_their_names_say(double: Trajectory) -> None:
+    events = double.events
+    aside = 1e-4  # s; turning points are 6.9 ms apart or more
+    for name, sign in (("theta_min", 1), ("theta_max", -1)):
+        here = events[events["name"] == name]
+        here = here[(here["t"] > aside) & (here["t"] < 8 - aside)]
+        for side in (-aside, aside):
+            there = double.frame("theta", times=here["t"] + side)["theta"].to_numpy()
+            assert (sign * (there - here["theta"].to_numpy()) > 0).all()
+
+
+def test_the_start_is_no_event(
+    double: Trajectory, reference: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """theta_dot, phi_dot and the gliding velocity all start at zero."""
+    assert double.events["t"].min() > 0.01
+    monkeypatch.setattr("tt_precise.integration.propagate.vanishes", lambda *_: False)
+    careless = integrate(replace(reference, until=Fraction(1, 10)), events=ALL)
+    early = careless.events[careless.events["t"] < 0.01]
+    assert {"theta_max", "nu_x_zero"} <= set(early["name"])
+
+
+def test_an_event_soon_after_the_start_is_recorded(reference: Scene) -> None:
+    start = replace(reference.start, theta_dot=Fraction(1, 1000))
+    events = integrate(replace(reference, start=start, until=Fraction(1, 100)), events=ALL).events
+    first = events[events["name"] == "theta_max"]["t"].iloc[0]
+    assert 0 < first < 1e-4
+
+
+def test_an_event_at_the_horizon_is_in_or_out(quad: Trajectory, reference: Scene) -> None:
+    crossing = quad.events[quad.events["name"] == "equator"]["t"].iloc[0]
+    at = Fraction(mpmath.nstr(crossing, 30))
+    for aside, count in ((Fraction(1, 10**12), 1), (Fraction(-1, 10**12), 0)):
+        short = integrate(replace(reference, until=at + aside), events=ALL)
+        assert (short.events["name"] == "equator").sum() == count
+        assert (short.events["t"] <= short.t_end).all()
+
+
+@pytest.mark.parametrize("scene", ["upright", "inverted"])
+def test_what_vanishes_all_the_time_is_no_event(scene: str) -> None:
+    assert integrate(scene, events=ALL).events.empty
+
+
+def test_a_fall_through_the_pole_is_a_minimum_of_theta(toppling: Scene) -> None:
+    falling = replace(toppling, until=Fraction(15, 100))
+    vectors = integrate(falling, events=ALL)
+    angles = integrate(falling, "extended", formulation="euler")
+    assert angles.status == "pole"
+    # the direction of tilt turns round at the pole, and the gliding velocity with it
+    assert set(vectors.events["name"]) == {"theta_min", "nu_x_zero", "nu_crossing"}
+    # a few eps of 0.09 s in double
+    assert max(abs(vectors.events["t"] - float(angles.t_end))) < 4 * 2.0**-53
+    assert max(vectors.events["theta"]) < 1e-14
+
+
+def test_extrema_of_any_quantity(half: Scene) -> None:
+    names = ("extremum:g_n", "extremum:E_pot", "extremum:phi_dot")
+    found = integrate(half, "extended", events=names)
+    aside = found.precision.context.mpf("1e-6")
+    for name in names:
+        rows = found.events[found.events["name"] == name]
+        assert len(rows) > 3
+        quantity = name.removeprefix(EXTREMUM)
+        here, left, right = (
+            found.frame(quantity, times=rows["t"] + side)[quantity].to_numpy()
+            for side in (0, -aside, aside)
+        )
+        rising = rows["direction"].to_numpy()
+        assert (rising * (left - here) > 0).all()
+        assert (rising * (right - here) > 0).all()
+
+
+def test_zeros_of_any_quantity(half: Scene) -> None:
+    same = {"zero:nu_y": "nu_y_zero", "zero:omega_3": "omega_3_zero", "zero:tau_x": ""}
+    found = integrate(half, events=(*same, "nu_y_zero", "omega_3_zero")).events
+    for name, other in same.items():
+        times = found["t"][found["name"] == name].to_numpy(dtype=float)
+        expected = found["t"][found["name"] == other].to_numpy(dtype=float)
+        if other:
+            # the same zero of another function: a few eps of 4 s apart
+            assert numpy.abs(times - expected).max(initial=0) < 1e-13
+            assert len(times) == len(expected)
+    rows = found[found["name"] == "zero:tau_x"]
+    assert len(rows) > 2
+    run = integrate(half)
+    before, after = (
+        run.frame("tau_x", times=rows["t"] + side)["tau_x"].to_numpy() for side in (-1e-6, 1e-6)
+    )
+    rising = rows["direction"].to_numpy()
+    assert (rising * before < 0).all()
+    assert (rising * after > 0).all()
+
+
+def test_a_missing_event_is_suspected(double: Trajectory) -> None:
+    assert double.suspect_events == ()
+    for lost in ("theta_max", "nu_x_zero", "phi_dot_zero"):
+        events = double.events
+        position = events.index[events["name"] == lost][20]
+        incomplete = Trajectory.__new__(Trajectory)
+        incomplete.__dict__.update(double.__dict__)
+        incomplete.__dict__.pop("suspect_events")
+        incomplete.__dict__["events"] = events.drop(index=position)
+        named = "turning points" if lost == "theta_max" else lost
+        assert incomplete.suspect_events == (named,)
+
+
+def test_events_that_were_not_asked_for_are_not_there(half: Scene) -> None:
+    assert integrate(half).events.empty
+    scene_asks = replace(half, events=ALL)
+    assert not integrate(scene_asks).events.empty
+    assert integrate(scene_asks, events=()).events.empty
+
+
+def test_rolling_scenes_have_no_gliding_events() -> None:
+    assert set(ALL) - set(catalogue("rolling")) == {"nu_x_zero", "nu_y_zero", "nu_crossing"}
+    with pytest.raises(InputError, match="no gliding event"):
+        integrate("rolling", events=("nu_x_zero",))
+
+
+@pytest.mark.parametrize(
+    "name", [*("perigee", "g_n", "extremum:nothing", "zero:nothing", ""), EXTREMUM, ZERO]
+)
+def test_unknown_names_are_refused(name: str) -> None:
+    with pytest.raises(InputError, match="expected one of: theta_min"):
+        integrate("reference", events=(name,))
+
+
+def test_every_quantity_can_have_extrema() -> None:
+    assert load_scene("reference").model == "gliding"
+    for name in QUANTITIES:
+        assert event_named(f"{EXTREMUM}{name}", "gliding").meaning.startswith(f"extremum of {name}")
+
+
+def exactly(a: int, b: int, *L: int) -> tuple[NewtonState, Fraction]:
+    """A state with an exactly rational unit axis, and L.k."""
+    n = Fraction(1 + a * a + b * b)
+    k = (2 * a / n, 2 * b / n, (1 - a * a - b * b) / n)
+    state = NewtonState(*k, *map(Fraction, (*L, 0, 0)))
+    return state, sum((x * y for x, y in zip(k, L, strict=True)), Fraction(0))
+
+
+@pytest.mark.parametrize("numbers", [(2, -3, 5, 7, -11), (-1, 4, 3, -2, 6), (5, 1, -4, 9, 2)])
+def test_functions_are_what_they_stand_for_in_exact_numbers(numbers: tuple[int, ...]) -> None:
+    """Lz - cos theta L.k, and (L.k - sign Lz)(1 + sign cos theta), for k.k = 1."""
+    state, along = exactly(*numbers)
+    q = Motion(load_scene("reference").body, state, None)
+    assert events.precession(q) == state.Lz - state.kz * along
+    for sign in (1, -1):
+        expected = (along - sign * state.Lz) * (1 + sign * state.kz)
+        assert events.alignment(q, sign) == expected != 0
+    still = state._replace(Lx=3 * state.kx, Ly=3 * state.ky, Lz=3 * state.kz)
+    assert events.precession(Motion(q.body, still, None)) == 0  # a spin about the axis alone
+    assert events.axis_fall(Motion(q.body, still, None)) == 0

@@ -1,0 +1,111 @@
+"""Scenes with dry friction: two formulations, integrals, limits, and what refuses them."""
+
+from fractions import Fraction
+from typing import Any
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, parse_scene
+
+TEXT = """
+model = "gliding"
+[body]
+m = "0.02"
+R = "0.02"
+alpha = "0.3"
+I1 = "131/350"
+I3 = "2/5"
+g = "9.82"
+{mu}
+[friction]
+{friction}
+[start]
+theta = "0.3"
+omega_3 = "155"
+nu_y = "0.92"
+[run]
+until = "0.1"
+"""
+
+
+def dry(friction: str, mu: str = "", **changes: Any) -> Scene:
+    return parse_scene(TEXT.format(friction=friction, mu=mu), "dry", "dry.toml").varied(**changes)
+
+
+def regularised(epsilon: str, **changes: Any) -> Scene:
+    return dry(f'law = "regularised"\nmu = "0.05"\nepsilon = "{epsilon}"', **changes)
+
+
+COULOMB = 'law = "coulomb"\nmu = "0.05"'
+
+
+def final(scene: Scene) -> Any:
+    trajectory = tt.integrate(scene, events=(), record=())
+    assert trajectory.status == "complete"
+    state = trajectory.state
+    return numpy.array(
+        [float(getattr(state, name)) for name in ("theta", "theta_dot", "nu_x", "nu_y")]
+    )
+
+
+@pytest.mark.parametrize("law", [COULOMB, 'law = "regularised"\nmu = "0.05"\nepsilon = "0.01"'])
+def test_two_formulations_agree_and_the_laws_of_conservation_hold(law: str) -> None:
+    scene = dry(law)
+    newton, euler = (
+        tt.integrate(scene, formulation=form, options={"compact_mode": True})  # compiles faster
+        for form in ("newton", "euler")
+    )
+    frame = newton.frame()
+    for name in ("theta", "phi_dot", "omega_3", "nu_x", "nu_y"):
+        # double, 0.1 s, precession of tens of rad: about 100 eps of the largest
+        assert frame[name].to_numpy() == pytest.approx(euler.frame()[name].to_numpy(), rel=1e-11)
+    assert float(newton.drift["jellett"]) < 1e-14
+    found = tt.check.conservation(frame, scene)
+    assert found.passed
+    assert {one.name for one in found.checks if one.verdict == "pass"} >= {"jellett", "energy"}
+
+
+def test_another_mu_is_caught() -> None:
+    frame = tt.integrate(dry(COULOMB)).frame()
+    found = tt.check.conservation(frame, dry(COULOMB).varied(mu="0.0501"))
+    assert {one.name for one in found.failures} >= {"energy_balance"}
+    assert not tt.check.conservation(frame, regularised("0.1")).passed
+
+
+def test_viscous_in_the_block_is_the_viscous_law() -> None:
+    plain = TEXT.format(friction="", mu='mu = "0.3"').replace("[friction]\n", "")
+    one = tt.integrate(parse_scene(plain, "plain", "plain.toml"))
+    other = tt.integrate(dry('law = "viscous"\nmu = "0.3"'))
+    assert one.frame().equals(other.frame())
+
+
+def test_epsilon_to_zero_is_coulomb_at_order_2_while_the_top_glides() -> None:
+    # 1/sqrt(v^2 + epsilon^2) = 1/v - epsilon^2/(2 v^3) + ...
+    limit = final(dry(COULOMB))
+    widths = numpy.array([0.02, 0.01, 0.005])
+    errors = [numpy.abs(final(regularised(str(w))) - limit).max() for w in widths]
+    orders = numpy.log2(numpy.array(errors[:-1]) / errors[1:])
+    assert orders == pytest.approx([2, 2], abs=0.1)
+
+
+def test_scene_files() -> None:
+    scene = regularised("1e-3")
+    assert scene.body.law == "regularised"
+    assert scene.varied(epsilon="1e-2").body != scene.body
+    assert scene.perturbed(mu="1e-9").body.mu == Fraction(5, 100) * (1 + Fraction("1e-9"))
+    with pytest.raises(InputError, match=r"body\.mu: got it beside a table \[friction\]"):
+        dry(COULOMB, mu='mu = "0.3"')
+    with pytest.raises(InputError, match=r"dry\.toml: friction\.law: got 'ice'"):
+        dry('law = "ice"')
+
+
+def test_what_cannot_take_the_law_says_so() -> None:
+    from tt_precise.sweeps.specification import Specification
+
+    with pytest.raises(InputError, match="dry: got coulomb friction, expected the viscous law"):
+        Specification(dry(COULOMB))
+    with pytest.raises(InputError, match="extremum:g_n with coulomb friction"):
+        tt.integrate(dry(COULOMB), events=("extremum:g_n",))

@@ -1,0 +1,160 @@
+"""Pictures of a trajectory, still and moving, and what a notebook shows."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.animation import ELEVATION, _Picture, _seen, _towards, sampled
+from tt_precise.runtime import plotting
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene
+
+
+@pytest.fixture(scope="module")
+def short(half: Scene) -> Trajectory:
+    return integrate(half, events=("theta_min", "theta_max"))
+
+
+def test_the_overview(short: Trajectory) -> None:
+    drawn = short.plot()
+    theta, energies, force, drift = drawn.axes
+    assert theta.get_ylabel() == r"$\theta$ / rad"
+    assert [line.get_label() for line in energies.lines] == [
+        "$E$", "$E_{rot}$", "$E_{trans}$", "$E_{pot}$",
+    ]  # fmt: skip
+    assert force.get_ylabel() == "$g_n$ / N"
+    assert drift.get_yscale() == "log"
+    assert {line.get_label() for line in drift.lines} == {"jellett", "axis norm"}
+    values = np.asarray(theta.lines[0].get_ydata(), dtype=float)
+    assert values[0] == pytest.approx(0.1)
+    ticks = {str(line.get_label()) for line in theta.lines[1:]}
+    counts = short.events["name"].value_counts()
+    assert ticks == {f"{count} x {name}" for name, count in counts.items()}
+
+
+def test_columns_of_ones_choice(short: Trajectory) -> None:
+    drawn = short.plot("g_n", "phi_dot")
+    assert [axes.get_ylabel() for axes in drawn.axes] == ["$g_n$ / N", r"$\dot\varphi$ / rad/s"]
+    with pytest.raises(InputError, match="column: got 'lean'"):
+        short.plot("lean")
+
+
+def test_a_run_that_ended_early_says_so(rough: Scene) -> None:
+    assert "contact_lost" in integrate(rough).plot("theta").axes[0].get_title("left")
+
+
+def test_a_notebook_shows_it(short: Trajectory) -> None:
+    assert short.plot("theta")._repr_svg_().rstrip().endswith("</svg>")  # type: ignore[attr-defined]
+
+
+def test_html_of_a_trajectory_and_a_scene(short: Trajectory) -> None:
+    shown = short._repr_html_()
+    for text in ("reference", "complete", "theta_dot", short.state.as_text()["theta"], "theta_min"):
+        assert text in shown
+    scene = short.scene._repr_html_()
+    for text in ("Reference solution", "body.alpha", "3/10", "start.omega_3", "155"):
+        assert text in scene
+
+
+def test_html_is_escaped(half: Scene) -> None:
+    from dataclasses import replace
+
+    assert "<b>" not in replace(half, title="<b>bold</b>")._repr_html_()
+
+
+def test_a_gif_has_its_frames(short: Trajectory, tmp_path: Path) -> None:
+    done: list[float] = []
+    made = short.animate(tmp_path / "top.gif", seconds=0.3, fps=10, progress=done.append)
+    with Image.open(made) as picture:
+        assert getattr(picture, "n_frames", 1) == 3
+        first = picture.convert("RGB").copy()
+        picture.seek(2)
+        assert picture.convert("RGB").tobytes() != first.tobytes()
+    assert done[-1] == 1
+
+
+def test_words_and_panels_stand_inside_the_picture(short: Trajectory) -> None:
+    drawn = plotting.new_figure(6.0, 3.9)
+    drawn.set_layout_engine("none")
+    _Picture(drawn, sampled(short, 0.0, 0.1, 2), "a title").show(0)
+    for axes in drawn.axes:
+        box = axes.get_position()
+        assert 0 <= box.x0 < box.x1 <= 1
+        assert 0 <= box.y0 < box.y1 <= 1
+    for words in drawn.texts:
+        box = words.get_window_extent()
+        assert 0 < box.x0 < box.x1 < drawn.bbox.x1
+        assert 0 < box.y0 < box.y1 < drawn.bbox.y1
+
+
+def test_html_holds_everything(short: Trajectory, tmp_path: Path) -> None:
+    text = short.animate(tmp_path / "top.html", seconds=0.2, fps=10, end=0.1).read_text("utf-8")
+    assert text.count("data:image/png;base64") == 2
+    assert not list(tmp_path.glob("*_frames"))
+
+
+def test_what_is_nearer_to_the_eye_hides_what_is_behind() -> None:
+    """Seen along +Y and a little down: to the eye there is no way across or up the picture."""
+    toward = np.array([[0.0], [-np.cos(ELEVATION)], [np.sin(ELEVATION)]])
+    assert _towards(toward) == pytest.approx([1])
+    assert np.ravel(_seen(toward)) == pytest.approx([0, 0])
+
+
+def test_the_track_is_below_the_centre_of_the_sphere(short: Trajectory) -> None:
+    """Where the contact point is, by integrating v_A - omega x a, the velocity of the place."""
+    frames = sampled(short, 0.0, 0.5, 5)
+    assert frames.track[0, :2] == pytest.approx([0.3 * np.sin(0.1), 0.0], abs=1e-12)
+    assert frames.theta == pytest.approx(np.arccos(frames.turn[:, 2, 2]), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "said"),
+    [
+        ("top.avi", {}, r"expected a name that ends in \.gif, \.html, \.mp4"),
+        ("top.gif", {"begin": 0.4, "end": 0.1}, "expected a span within 0 to 0.5 s"),
+        ("top.gif", {"end": 9.0}, "expected a span within 0 to 0.5 s"),
+        ("top.gif", {"fps": 0}, "got 12 s with 0 frames in each, expected both above 0"),
+        ("top.gif", {"seconds": -1.0}, "got -1 s with 20 frames in each, expected both above 0"),
+    ],
+)
+def test_what_cannot_be_animated(
+    short: Trajectory, tmp_path: Path, name: str, options: dict[str, float], said: str
+) -> None:
+    with pytest.raises(InputError, match=said):
+        short.animate(tmp_path / name, **options)  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
+
+
+def test_no_mp4_without_ffmpeg(
+    short: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from matplotlib.animation import FFMpegWriter
+
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", lambda: False)
+    with pytest.raises(InputError, match="needs ffmpeg"):
+        short.animate(tmp_path / "top.mp4")
+
+
+def test_equal_runs_make_equal_pictures(half: Scene) -> None:
+    first, second = (plotting.svg_text(integrate(half).plot("theta")) for _ in range(2))
+    assert first == second
+
+
+def test_estimated_errors_are_columns_and_can_be_drawn(half: Scene) -> None:
+    run = integrate(half, digits=5)
+    frame, errors = run.frame("theta", "error:theta", "digits"), run.error_over_time("theta")
+    assert list(frame.columns) == ["t", "theta", "error:theta", "digits"]
+    assert (frame["error:theta"] == errors["theta"]).all()
+    assert (frame["digits"] == errors["digits"]).all()
+    text = run.table("error:theta", numbers="text")
+    assert [float(x) for x in text["error:theta"]] == list(errors["theta"])
+    angle, digits = run.plot("error:theta", "digits").axes
+    assert (angle.get_yscale(), angle.get_ylabel()) == ("log", r"error of $\theta$ / rad")
+    assert digits.get_ylabel() == "digits / 1"
+    with pytest.raises(InputError, match="expected the samples'"):
+        run.frame("error:theta", times=["0.1"])
+    with pytest.raises(InputError, match="column: got 'nothing'"):
+        run.frame("error:nothing")

@@ -1,0 +1,104 @@
+"""The pose of a trajectory: its own rates, the checks of rigid bodies, and the poles."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tt_precise.check import conservation
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.mechanics.pose import Pose
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene
+
+
+def test_the_columns_and_their_order(double: Trajectory) -> None:
+    first = double.frame(pose=True, times=["0.1"])
+    last = double.frame("theta", "pose:xyzw", times=["0.1"])
+    assert list(first) == ["t", *Pose._fields]
+    assert list(last)[:6] == ["t", "theta", "qx", "qy", "qz", "qw"]
+    assert set(last) == {"theta", *first}
+    assert all(first[name][0] == last[name][0] for name in first)
+
+
+def test_it_passes_as_the_rigid_body_of_an_engine(double: Trajectory) -> None:
+    """The whole way, both poles nearly met: k, L and v_A of the pose are the scene's."""
+    frame = double.frame(pose=True)
+    found = conservation(frame, "reference", digits=9)
+    assert found.passed, str(found)
+    assert found.columns == "rigid body"
+    wrong = frame.rename(columns={"qw": "qx", "qx": "qw"})
+    assert not conservation(wrong, "reference").passed
+
+
+def test_it_turns_as_fast_as_the_angular_velocity_says(half_quad: Trajectory) -> None:
+    """2 q' = (0, omega) q, by differences of fourth order, in quad: phi and psi count as well."""
+    h = 2.0**-18
+    around = [0.25 + n * h for n in (-2, -1, 0, 1, 2)]
+    table = half_quad.frame(pose=True, times=around)
+    q = [np.array([row[name] for name in ("qw", "qx", "qy", "qz")]) for row in rows(table)]
+    rate = (q[0] - 8 * q[1] + 8 * q[3] - q[4]) / (12 * h)
+    w, x, y, z = q[2]
+    here = rows(table)[2]
+    a, b, c = (here[name] for name in ("wx", "wy", "wz"))
+    product = np.array(
+        [
+            -a * x - b * y - c * z,
+            a * w + b * z - c * y,
+            b * w + c * x - a * z,
+            c * w + a * y - b * x,
+        ]
+    )
+    bound = 1e-9  # h^4 (155/2)^5/30 is 4e-14, and 1e5 times less for a wrong sign would show
+    assert max(abs(2 * rate - product)) < bound
+    assert max(abs(2 * rate + product)) > 1
+    moved = [float(v) for v in (table["x"][3] - table["x"][1], table["y"][3] - table["y"][1])]
+    assert moved == pytest.approx([2 * h * float(here[n]) for n in ("vcx", "vcy")], rel=1e-5)
+
+
+def rows(table: Any) -> list[Any]:
+    return table.to_dict("records")
+
+
+def test_in_double_and_in_quad_alike(half: Scene, half_quad: Trajectory) -> None:
+    coarse = integrate(half).frame(pose=True, times=["0.5"])
+    fine = half_quad.frame(pose=True, times=["0.5"])
+    for name in Pose._fields:
+        assert abs(float(fine[name][0]) - coarse[name][0]) < 1e-12
+
+
+def test_what_was_recorded_is_used_and_else_integrated_once(half: Scene) -> None:
+    recorded = integrate(half, record=("phi", "psi", "x", "y"))
+    assert recorded.with_quadratures is recorded
+    bare = integrate(half)
+    assert bare.with_quadratures is bare.with_quadratures is not bare
+    assert bare.with_quadratures.state.theta == pytest.approx(bare.state.theta, abs=1e-14)
+
+
+def test_euler_form_too(half: Scene, half_quad: Trajectory) -> None:
+    quick = {"compact_mode": True}  # compiles in a tenth of the time
+    table = integrate(half, formulation="euler", options=quick).frame(pose=True, times=["0.5"])
+    other = half_quad.frame(pose=True, times=["0.5"], numbers="float")
+    assert np.abs(table.to_numpy() - other.to_numpy()).max() < 1e-11
+
+
+def test_no_pose_where_the_axis_is_exactly_vertical(toppling: Scene) -> None:
+    for scene in ("upright", toppling):
+        with pytest.raises(InputError, match="an axis that is exactly vertical at some time"):
+            integrate(scene).frame(pose=True)
+
+
+def test_the_pose_of_a_run_that_ends_before_its_quadratures_do() -> None:
+    """Contact is lost, in the run that records them, 7e-8 s before."""
+    run = integrate("contact-lost", tolerance=1e-6)
+    table = run.frame(pose=True)
+    assert run.with_quadratures.t_end < run.t_end == table["t"].iloc[-1]
+    whole = run.with_quadratures
+    assert table["qw"].iloc[-1] == whole.frame("qw", times=[whole.t_end])["qw"].iloc[0]
+
+
+def test_errors_of_a_pose_need_its_quadratures(half: Scene) -> None:
+    with pytest.raises(InputError, match="got qw of a run without phi, psi, x, y, expected them"):
+        integrate(half).frame("error:qw")
+    recorded = integrate(half, record=("phi", "psi", "x", "y"))
+    assert 0 < recorded.frame("error:qw")["error:qw"].max() < 1e-9

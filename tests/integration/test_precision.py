@@ -1,0 +1,142 @@
+"""Precisions: numbers pass exactly in and out of heyoka's types."""
+
+import sys
+from fractions import Fraction
+from typing import Any
+
+import numpy
+import pytest
+
+from tt_precise.integration.precision import Precision, finer, precision_named
+from tt_precise.runtime.errors import InputError
+
+PRECISIONS = [
+    precision_named("double"),
+    precision_named("extended"),
+    precision_named("quad"),
+    precision_named("mp", 54),
+    precision_named("mp", 200),
+    precision_named("mp", 1001),
+]
+# decimal exponents: inside the range of double, at its ends, and beyond, where there is a beyond
+EXPONENTS = {"double": (-300, -5, 0, 300), "mp": (-5000, -308, 0, 308, 5000)}
+WIDE = (-4900, -4000, -330, -308, -300, -30, 0, 30, 308, 310, 4000, 4900)
+CASES = [(p, exponent) for p in PRECISIONS for exponent in EXPONENTS.get(p.name, WIDE)]
+
+each = pytest.mark.parametrize("precision", PRECISIONS, ids=lambda p: f"{p.name}{p.bits}")
+
+
+def nearest(value: Fraction, bits: int) -> Fraction:
+    """The nearest number with so many bits, in integers alone."""
+    exponent = abs(value.numerator).bit_length() - value.denominator.bit_length() - bits
+    for power in (exponent, exponent + 1, exponent + 2):
+        mantissa = round(value / Fraction(2) ** power)
+        if abs(mantissa).bit_length() <= bits:
+            return mantissa * Fraction(2) ** power
+    raise AssertionError(value)
+
+
+def fraction(number: Any) -> Fraction:
+    sign, mantissa, power, _ = number._mpf_
+    return (-1) ** sign * int(mantissa) * Fraction(2) ** power
+
+
+@pytest.mark.parametrize(
+    ("precision", "exponent"), CASES, ids=lambda v: f"{v.name}{v.bits}" if hasattr(v, "bits") else v
+)
+@pytest.mark.parametrize("mantissa", ["1/3", "-9.82", "1.2345678901234567890123456789"])
+def test_a_number_is_rounded_once_on_its_way_in_and_never_on_its_way_out(
+    precision: Precision, exponent: int, mantissa: str
+) -> None:
+    exact = Fraction(mantissa) * Fraction(10) ** exponent
+    number = precision.number(precision.exact(exact))
+    out = precision.guarded(number)
+    assert fraction(out) == nearest(exact, precision.bits)
+    assert precision.number(out) == number
+    assert precision.number(precision.context.mpf(precision.text(out))) == number
+
+
+@each
+def test_control_the_last_bit_is_not_lost(precision: Precision) -> None:
+    one = precision.context.mpf(1)
+    above = precision.number(one + precision.eps)
+    assert precision.guarded(above) == one + precision.eps
+    assert precision.guarded(above) != one
+    assert precision.number(one + precision.eps / 4) == precision.number(one)
+    assert precision.text(precision.guarded(above)) != precision.text(one)
+
+
+def test_a_float_on_the_way_would_be_seen() -> None:
+    quad = precision_named("quad")
+    gravity = quad.guarded(quad.number(quad.exact(Fraction("9.82"))))
+    assert abs(fraction(gravity) - Fraction("9.82")) <= Fraction("9.82") * Fraction(2) ** -113
+    assert abs(Fraction(9.82) - Fraction("9.82")) > 10**-16
+
+
+@each
+@pytest.mark.parametrize("special", ["nan", "inf", "-inf"])
+def test_numbers_that_are_not_finite_stay_so(precision: Precision, special: str) -> None:
+    kind = precision.fp_type
+    number = kind(special, precision.bits) if precision.name == "mp" else kind(special)
+    out = precision.guarded(number)
+    assert precision.context.isnan(out) if special == "nan" else out == float(special)
+
+
+@each
+def test_zero(precision: Precision) -> None:
+    assert precision.guarded(precision.number(precision.context.mpf(0))) == 0
+
+
+@each
+def test_finer_has_at_least_three_more_digits(precision: Precision) -> None:
+    assert finer(precision).eps < precision.eps / 1000
+
+
+@pytest.mark.parametrize(
+    ("name", "bits", "expected"),
+    [
+        ("octuple", None, "expected one of: double, extended, double-double, quad"),
+        ("quad", 200, "expected bits only with mp"),
+        ("mp", 53, "expected 54 to 20000"),
+        ("mp", 20_001, "expected 54 to 20000"),
+    ],
+)
+def test_refuses(name: str, bits: int | None, expected: str) -> None:
+    with pytest.raises(InputError, match=expected):
+        precision_named(name, bits)
+
+
+def test_extended_is_refused_where_it_is_not_wider(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tt_precise.integration.precision._has_80_bit_floats", lambda: False)
+    with pytest.raises(InputError, match="expected quad"):
+        precision_named("extended")
+    assert finer(precision_named("double")).name == "quad"
+
+
+@each
+@pytest.mark.parametrize("text", ["1/3", "-2/7", "154.3", "1e-30", "-1e20"])
+def test_the_other_side_is_the_next_number_beyond_the_exact_one(
+    precision: Precision, text: str
+) -> None:
+    exact = precision.exact(Fraction(text))
+    rounded = precision.guarded(precision.number(exact))
+    other = precision.other_side(exact)
+    if rounded == exact:
+        assert other == exact
+    else:
+        assert min(rounded, other) < exact < max(rounded, other)
+        assert precision.guarded(precision.number(other)) == other
+        assert 0 < abs(other - rounded) <= precision.eps * abs(exact)
+
+
+def test_what_is_exact_has_no_other_side() -> None:
+    precision = precision_named("double")
+    for value in (0, 1, -3, 0.1):
+        assert precision.other_side(precision.context.mpf(value)) == value
+
+
+def test_bits_are_those_of_the_arithmetic() -> None:
+    """IEEE 754's binary64 and binary128, x87's extended; sums of two and of three binary64."""
+    assert precision_named("double").bits == sys.float_info.mant_dig == 53
+    assert precision_named("extended").bits == numpy.finfo(numpy.longdouble).nmant + 1
+    assert precision_named("quad").bits == 113

@@ -1,0 +1,348 @@
+"""``integrate``: how runs end, that they repeat, and what is refused."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy
+import pytest
+
+from tt_precise.integration import Trajectory, integrate, system
+from tt_precise.integration import propagate as propagation
+from tt_precise.integration.idle import Idle
+from tt_precise.mechanics import newton
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.vectors import subtracted
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Inclination, Scene, Start, load_scene, shipped
+
+
+@pytest.fixture
+def no_idle(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No integrators from before, and none left behind that were compiled under a patch."""
+    monkeypatch.setattr(system, "_idle", Idle(system.build))
+
+
+def with_mu(scene: Scene, mu: str) -> Scene:
+    return replace(scene, body=replace(scene.body, mu=mu))
+
+
+def dimensionless(trajectory: Trajectory) -> NewtonState:
+    mass, length, time = trajectory.start.units
+    unit = {"k": 1, "L": mass * length**2 / time, "v": length / time}
+    context = trajectory.precision.context
+    return NewtonState(
+        *(context.mpf(trajectory.state.values[n]) / unit[n[0]] for n in NewtonState._fields)
+    )
+
+
+def assert_never_nan(trajectory: Trajectory) -> None:
+    """Nothing that leaves it is NaN or infinite, and nothing lies beyond its end."""
+    assert math.isfinite(trajectory.t_end)
+    assert all(value is None or abs(value) < math.inf for value in trajectory.state.values.values())
+    for numbers in ("native", "float", "text"):
+        frame = trajectory.frame("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy", numbers=numbers)
+        assert numpy.isfinite(frame.astype(float).to_numpy()).all()
+        assert float(frame["t"].iloc[-1]) <= float(trajectory.t_end)
+    assert all(drift < math.inf for drift in trajectory.drift.values())
+    if trajectory.precision.name != "quad":  # the reference run of quad takes seconds
+        assert all(error >= 0 for error in trajectory.error_estimate.values())
+
+
+def test_double_agrees_with_quad_on_the_reference_scene(
+    double: Trajectory, quad: Trajectory
+) -> None:
+    assert (double.status, quad.status) == ("complete", "complete")
+    assert double.t_end == quad.t_end == 8
+    pairs = zip(dimensionless(double), dimensionless(quad), strict=True)
+    apart = [abs(mpmath.mpf(a) - b) for a, b in pairs]
+    assert max(apart) < 1e-13  # the bar, absolute, dimensionless. Measured: 1e-14
+    assert max(apart) > 0
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_a_run_repeats_bit_by_bit(half: Scene, precision: str) -> None:
+    first, second = integrate(half, precision), integrate(half, precision)
+    assert first is not second
+    assert first.state == second.state
+    assert (first.steps, first.t_end) == (second.steps, second.t_end)
+    other = integrate(replace(half, until=half.until + Fraction(1, 10**13)), precision)
+    assert other.state.values != first.state.values
+
+
+def test_a_fresh_compilation_changes_no_bit(
+    half: Scene, monkeypatch: pytest.MonkeyPatch, no_idle: None
+) -> None:
+    first = integrate(half, "quad")
+    monkeypatch.setattr(system, "_idle", Idle(system.build))
+    assert integrate(half, "quad").state == first.state
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_contact_lost(rough: Scene, precision: str) -> None:
+    lost = integrate(rough, precision)
+    assert lost.status == "contact_lost"
+    assert abs(lost.t_end - Fraction("0.6577188")) < 5e-8
+    assert_never_nan(lost)
+    end = lost.precision.context.mpf(lost.t_end)
+    times = [end * (1 - lost.precision.context.mpf(10) ** -k) for k in (1, 3, 6, 9)]
+    frame = lost.frame("g_n", times=[0, *times, lost.t_end], numbers="float")
+    weight = 0.02 * 9.82
+    assert (frame["g_n"].iloc[:-1] > 0).all()
+    assert abs(frame["g_n"].iloc[-1]) < 1000 * float(lost.precision.eps) * weight
+    assert "contact_lost" in repr(lost)
+
+
+def test_contact_is_lost_at_one_time_in_every_arithmetic_and_form(rough: Scene) -> None:
+    fine = integrate(rough, "quad")
+    exact = fine.precision.context.mpf
+    ends = [
+        (integrate(rough, "double"), 2.0**-52),
+        (integrate(rough, "extended"), 2.0**-63),
+        (integrate(rough, "extended", formulation="euler"), 2.0**-63),
+    ]
+    for coarse, eps in ends:
+        assert coarse.status == "contact_lost"
+        assert abs(exact(coarse.t_end) - fine.t_end) < 100 * eps
+
+
+def test_the_model_ends_before_g_n_is_negative_and_not_after(rough: Scene) -> None:
+    lost = integrate(rough)
+    just_before = replace(rough, until=Fraction(lost.t_end) - Fraction(1, 10**12))
+    just_after = replace(rough, until=Fraction(lost.t_end) + Fraction(1, 10**12))
+    assert integrate(just_before).status == "complete"
+    assert integrate(just_after).status == "contact_lost"
+
+
+def test_singular_contact_behind_lost_contact(
+    rough: Scene, monkeypatch: pytest.MonkeyPatch, no_idle: None
+) -> None:
+    """On a table that pulls too (g_n < 0) the denominator of g_n reaches 0: a blow-up."""
+    original: Callable[..., dict[str, Any]] = system.terminal_functions
+
+    def sticky(*args: Any) -> dict[str, Any]:
+        functions = original(*args)
+        del functions["contact_lost"]
+        return functions
+
+    monkeypatch.setattr(system, "terminal_functions", sticky)
+    end = integrate(rough, "extended")
+    assert end.status == "singular_contact"
+    assert end.error_estimate["t_end"] < 1e-15
+    assert_never_nan(end)
+    numerator, denominator = newton.contact_terms(end.start.body, dimensionless(end))
+    assert numerator < 0 < denominator < 2e-6 * end.start.body.I1
+
+
+def test_a_top_on_the_table_moves_away_from_singular_contact(reference: Scene) -> None:
+    """While g_n > 0 its denominator grows without bound where it is small, so it never vanishes.
+
+    Of the state only v enters the denominator and feels g_n at once, and the denominator is
+    affine in v: its change by the forced part of v_dot is what it gains per unit of g_n.
+    """
+    body = reference.body.numbers(float)
+    random = numpy.random.default_rng(20260708)
+    for _ in range(50):
+        singular = singular_state(body, random.uniform(0.05, 3.1), *random.normal(size=4))
+        assert abs(newton.contact_terms(body, singular)[1]) < 1e-9 * body.I1
+        force = newton.force_per_normal(body, singular)
+        with_one, with_none = (
+            newton.contact_acceleration(body, singular, one) for one in (force, (0, 0, 0))
+        )
+        forced = subtracted(with_one, with_none)
+        pushed = singular._replace(vx=singular.vx + forced[0], vy=singular.vy + forced[1])
+        assert newton.contact_terms(body, pushed)[1] > 0
+
+
+def singular_state(
+    body: Parameters, theta: float, nu_y: float, Lx: float, Ly: float, Lz: float
+) -> NewtonState:
+    """A state whose nu_x makes the denominator of g_n vanish."""
+    still = NewtonState(math.sin(theta), 0, math.cos(theta), Lx, Ly, Lz, 0, nu_y)
+    with_none, with_one = (
+        newton.contact_terms(body, still._replace(vx=vx))[1] for vx in (0.0, 1.0)
+    )
+    return still._replace(vx=with_none / (with_none - with_one))
+
+
+def test_a_start_beside_singular_contact_is_integrated(reference: Scene) -> None:
+    scene = with_mu(reference, "3")
+    nu_x = singular_state(scene.body.numbers(float), 0.8, 0.0, 0.0, 0.0, 0.0).vx * (1 - 1e-7)
+    start = Start(Inclination.parse("0.8"), omega_3=Fraction(100), nu_x=Fraction(nu_x))
+    beside = integrate(replace(scene, start=start, until=Fraction(1, 50)))
+    denominator = newton.contact_terms(beside.start.body, beside.start.vectors)[1]
+    assert 0 < denominator < 1e-6 * beside.start.body.I1
+    assert beside.status == "complete"
+
+
+@pytest.mark.parametrize("precision", ["extended", "quad"])
+def test_pole(toppling: Scene, precision: str) -> None:
+    fallen = integrate(toppling, precision, formulation="euler")
+    assert fallen.status == "pole"
+    assert abs(fallen.t_end - Fraction("0.09470405")) < 5e-9
+    assert abs(fallen.state.theta) < 100 * fallen.precision.eps
+    assert all(math.isfinite(value) for value in fallen.state.values.values())
+    # the vectors go through the same point unharmed
+    vectors = integrate(toppling, precision)
+    assert vectors.status == "complete"
+    assert abs(vectors.at(fallen.t_end).theta) < 100 * fallen.precision.eps
+    left, right = (vectors.at(fallen.t_end * (1 + side)).kx for side in (-1e-9, 1e-9))
+    assert right < 0 < left
+
+
+@pytest.mark.parametrize("precision", ["double", "extended", "quad"])
+def test_a_hopeless_start_fails_loudly(reference: Scene, precision: str) -> None:
+    failed = integrate(with_mu(reference, "1e300"), precision)
+    assert failed.status == "failed"
+    assert "failed" in repr(failed)
+    assert failed.t_end == 0
+    assert failed.steps == 0
+    assert failed.frame()["t"].tolist() == [0]
+    assert_never_nan(failed)
+    with pytest.raises(InputError, match="failed"):
+        failed.at("0.001")
+
+
+def test_a_failure_under_way_ends_at_the_last_good_step(
+    reference: Scene,
+    double: Trajectory,
+    spoiled_rates: Callable[[str, Any], None],
+) -> None:
+    """Equations that know no square root of cos theta < 0."""
+    spoiled_rates(
+        "newton",
+        lambda state, rates: rates._replace(kx=rates.kx * (state.kz**0.5 / state.kz**0.5)),
+    )
+    failed = integrate(reference, options={"compact_mode": True})
+    equator = float(double.inversion.equator)
+    assert failed.status == "failed"
+    assert abs(failed.t_end - equator) < 0.02  # a step is some 5 ms
+    assert failed.frame("kz", numbers="float")["kz"].iloc[-1] == pytest.approx(failed.state.kz)
+    assert numpy.isfinite(failed.frame().to_numpy()).all()
+
+
+def test_a_run_that_cannot_arrive_is_given_up(
+    reference: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "extended", 40)
+    stuck = integrate(with_mu(reference, "1e100"), "extended")
+    assert stuck.status == "failed"
+    assert 0 < stuck.t_end < 1e-90
+    assert_never_nan(stuck)
+    honest = integrate(replace(reference, until=Fraction(1, 2)), "extended")
+    assert honest.status == "complete"
+    assert honest.steps > 40
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_a_horizon_of_zero_is_the_start(reference: Scene, precision: str) -> None:
+    still = integrate(replace(reference, until=Fraction(0)), precision)
+    assert (still.status, still.t_end, still.steps) == ("complete", 0, 0)
+    assert still.at(0) == still.state
+    assert still.state.theta_dot == 0
+    assert len(still.frame()) == 1
+    assert still.events.empty
+    assert_never_nan(still)
+
+
+@pytest.mark.parametrize("scene", shipped())
+def test_every_shipped_scene_can_be_integrated(scene: str) -> None:
+    loaded = load_scene(scene)
+    short = replace(loaded, until=min(loaded.until, Fraction(1, 10)))
+    trajectory = integrate(short, "extended", events=(), record=())
+    assert trajectory.status in ("complete", "contact_lost", "landed")
+    frame = trajectory.frame("kx", "Lz", "vx", "g_n", "lambda", numbers="float")
+    assert numpy.isfinite(frame.to_numpy()).all()
+    assert (frame["g_n"] > -1e-12).all()
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_progress_rises_to_one(half: Scene, precision: str) -> None:
+    reported: list[float] = []
+    integrate(half, precision, progress=reported.append)
+    assert reported == sorted(reported)
+    assert 0 < reported[0] <= reported[-1] == 1
+
+
+def test_progress_is_reported_between_pieces(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = integrate(half)
+    monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "double", 10)
+    reported: list[float] = []
+    pieces = integrate(half, progress=reported.append)
+    assert len(reported) > 5
+    assert pieces.state == whole.state
+    assert pieces.steps == whole.steps
+    assert pieces.at("0.3") == whole.at("0.3")
+    assert pieces.frame("kx", "E").equals(whole.frame("kx", "E"))
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_an_interrupted_run_ends_at_once_and_harms_no_later_one(
+    half: Scene, precision: str
+) -> None:
+    before = integrate(half, precision)
+
+    def interrupt(fraction: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        integrate(half, precision, progress=interrupt)
+    assert integrate(half, precision).state == before.state
+
+
+def test_what_a_scene_can_be(tmp_path: Path) -> None:
+    scene = load_scene("upright")
+    file = tmp_path / "mine.toml"
+    file.write_text(scene.text, "utf-8")
+    states = [integrate(form).state for form in ("upright", scene, str(file))]
+    assert states[0] == states[1] == states[2]
+
+
+@pytest.mark.parametrize(
+    ("scene", "arguments", "message"),
+    [
+        ("no-such-scene", {}, "expected a path to a .toml file or one of: .*reference"),
+        ("reference", {"precision": "single"}, "expected one of: double"),
+        ("reference", {"precision": "quad", "bits": 200}, "only with mp"),
+        ("reference", {"bits": 200}, "only with mp"),
+        ("reference", {"formulation": "lagrange"}, "expected one of: newton, euler"),
+        ("reference", {"tolerance": -1e-9}, "tolerance: got -1e-09, expected 0"),
+        ("reference", {"tolerance": float("nan")}, "tolerance: got nan"),
+        ("reference", {"record": ("theta",)}, "expected one of: phi, psi, x, y"),
+        ("upright", {"record": ("psi",)}, "from a pole"),
+        (
+            "upright",
+            {"formulation": "euler"},
+            "theta = 0 is a pole, .* expected formulation newton",
+        ),
+        ("inverted", {"formulation": "euler"}, "theta = pi is a pole"),
+        ("reference", {"digits": 10, "precision": "quad"}, "expected one of digits and precision"),
+        ("reference", {"digits": 10, "bits": 100}, "expected one of digits and precision"),
+    ],
+)
+def test_refusals(scene: str, arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        integrate(scene, **arguments)
+
+
+def test_a_tolerance_beyond_the_arithmetic_is_refused(half: Scene) -> None:
+    """1e-300 would take order 346, and hours."""
+    for tolerance in (1e-300, 1e-17, -1.0, 1.0, math.nan):
+        with pytest.raises(InputError, match=r"expected 0 .* of double, or a number from 1\.4e-17"):
+            integrate(half, tolerance=tolerance)
+    assert integrate(half, "quad", tolerance=1e-18).status == "complete"
+
+
+def test_more_events_than_memory_should_hold_are_refused(
+    half: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(system, "MOST_EVENTS", 10)
+    quick = {"compact_mode": True}  # compiles faster
+    assert len(integrate(half, events=("equator",), options=quick).events) == 0
+    with pytest.raises(InputError, match="events: got more than 10, expected fewer: ask for a"):
+        integrate(half, events=("theta_min", "theta_max", "phi_dot_zero"), options=quick)

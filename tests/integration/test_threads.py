@@ -1,0 +1,103 @@
+"""Trajectories that several threads read from, and that go to other processes."""
+
+import multiprocessing
+import operator
+import pickle
+import pickletools
+import threading
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from typing import Any
+
+import pytest
+
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.scene.scene import Scene
+
+THREADS = 4
+
+
+class MeetingBehind:
+    """A dense output whose evaluations, in as many threads as there are, end at the same time."""
+
+    def __init__(self, output: Any, barrier: threading.Barrier):
+        self.output, self.barrier, self.bounds = output, barrier, output.bounds
+
+    def __call__(self, time: Any) -> Any:
+        found = self.output(time)
+        try:
+            self.barrier.wait(timeout=0.1)
+        except threading.BrokenBarrierError:  # one at a time: nobody else gets here
+            self.barrier.reset()
+        return found
+
+
+def together(work: Callable[[int], Any]) -> list[Any]:
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(work, range(THREADS)))
+
+
+@pytest.mark.parametrize("precision", ["double", "extended"])
+def test_reading_in_threads_gives_what_one_thread_reads(half: Scene, precision: str) -> None:
+    """heyoka's dense output returns a buffer that its next evaluation overwrites."""
+    times = [f"0.{n + 1}" for n in range(THREADS)]
+    alone = [integrate(half, precision).at(t) for t in times]
+    trajectory = integrate(half, precision)
+    trajectory.at("0.05")
+    barrier = threading.Barrier(THREADS)
+    output = trajectory._dense_output
+    output._pieces = tuple(MeetingBehind(one, barrier) for one in output._pieces or ())
+    assert together(lambda n: trajectory.at(times[n])) == alone
+
+
+def test_everything_can_be_asked_for_by_threads_at_once(half: Scene) -> None:
+    """What is cached is computed by whoever comes first, or twice; no answer depends on that."""
+    asked = ["events", "drift", "digits", "inversion", "suspect_events"]
+    trajectory, alone = integrate(half), integrate(half)
+    barrier = threading.Barrier(THREADS)
+
+    def ask(number: int) -> list[str]:
+        barrier.wait()
+        order = [*asked[number:], *asked[:number]]
+        found = {name: repr(getattr(trajectory, name)) for name in order}
+        found["frame"] = trajectory.frame("theta", "g_n").to_csv()
+        return [found[name] for name in (*asked, "frame")]
+
+    expected = [repr(getattr(alone, name)) for name in asked]
+    expected.append(alone.frame("theta", "g_n").to_csv())
+    assert together(ask) == [expected] * THREADS
+
+
+def test_each_thread_computes_in_a_context_of_its_own(double: Trajectory) -> None:
+    barrier = threading.Barrier(THREADS)  # or one thread could serve two
+    contexts = together(lambda _: (barrier.wait(), double.precision.context)[1])
+    assert len({id(context) for context in contexts}) == THREADS
+
+
+def test_a_trajectory_goes_to_another_process(half: Scene) -> None:
+    trajectory = integrate(half, events=("equator",), options={"compact_mode": True})
+    spawned = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=spawned) as pool:
+        assert pool.submit(operator.attrgetter("state"), trajectory).result() == trajectory.state
+        assert pool.submit(operator.methodcaller("at", "0.3"), trajectory).result() == (
+            trajectory.at("0.3")
+        )
+
+
+def test_a_pickle_holds_names_and_exact_numbers_only(half: Scene) -> None:
+    """No machine code, as heyoka's own pickles do, and nothing that grows with the steps."""
+    trajectory = integrate(half, "quad")
+    trajectory.at("0.3")
+    text = pickle.dumps(trajectory)
+    assert len(text) < 5000
+    opened = {str(arg).split(" ")[0] for _, arg, _ in pickletools.genops(text) if arg is not None}
+    assert not any("heyoka" in name for name in opened)
+    twin = pickle.loads(text)
+    assert twin.state == trajectory.state
+    assert twin.setup == trajectory.setup
+
+
+def test_a_reference_run_is_pickled_with_its_rounding(half: Scene) -> None:
+    coarse = integrate(half, tolerance=1e-8, options={"compact_mode": True})
+    for run in coarse.reference_runs:
+        assert pickle.loads(pickle.dumps(run)).start == run.start

@@ -1,0 +1,199 @@
+"""Trajectories: what must be conserved is, what must agree does, and spoiled equations show."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy
+import pytest
+
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.mechanics.conserved import conserved
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
+
+NEWTON = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
+EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+Spoiler = Callable[[str, Callable[[Any, Any], Any]], None]
+
+
+def digits_between(one: Trajectory, other: Trajectory) -> float:
+    """Significant digits in which the Euler states at the end agree, at the worst entry."""
+    context = one.precision.context
+    found = []
+    for name in EULER:
+        a, b = (context.mpf(t.state.values[name]) for t in (one, other))
+        found.append(
+            float(-context.log10(abs(a - b) / abs(b))) if a != b else one.precision.decimals
+        )
+    return min(found)
+
+
+def test_lambda_holds_in_double(double: Trajectory) -> None:
+    assert 0 < double.drift["jellett"] < 1e-14  # the bar, relative, at 8 s
+    assert double.drift["axis_norm"] < 1e-14
+
+
+def test_lambda_holds_in_quad(quad: Trajectory) -> None:
+    assert 0 < quad.drift["jellett"] < quad.precision.context.mpf("1e-32")  # the bar, at 8 s
+
+
+def test_lambda_holds_in_200_bits(half: Scene) -> None:
+    drift = integrate(half, "mp").drift["jellett"]
+    assert 0 < drift < 1e-58  # to half a second; the bar for 8 s is 1e-56
+
+
+@pytest.mark.slow
+def test_lambda_holds_in_200_bits_to_the_end(reference: Scene) -> None:
+    assert 0 < integrate(reference, "mp").drift["jellett"] < 1e-56  # the bar
+
+
+def test_newton_and_euler_agree(half: Scene, half_quad: Trajectory) -> None:
+    angles = integrate(half, "quad", formulation="euler")
+    assert digits_between(angles, half_quad) > 28
+
+
+@pytest.mark.slow
+def test_newton_and_euler_agree_to_the_end(reference: Scene, quad: Trajectory) -> None:
+    angles = integrate(reference, "quad", formulation="euler")
+    assert digits_between(angles, quad) > 28  # the bar
+
+
+@pytest.mark.parametrize("scene", ["rolling", "frictionless", "phi-dot-195", "upright", "inverted"])
+def test_everything_that_a_scene_conserves_holds(scene: str) -> None:
+    trajectory = integrate(scene, "extended")
+    assert trajectory.status == "complete"
+    top = trajectory.scene
+    names = {integral.name for integral in conserved(top.model, top.body)}
+    assert set(trajectory.drift) == names >= {"jellett", "axis_norm"}
+    for name, drift in trajectory.drift.items():
+        # 1,400 steps of eps 1.1e-19, at random
+        assert drift < 100 * trajectory.precision.eps, name
+
+
+@pytest.mark.parametrize("scene", ["rolling", "frictionless"])
+def test_both_formulations_conserve_and_agree(scene: str) -> None:
+    short = replace(load_scene(scene), until=Fraction(1, 2))
+    vectors, angles = (
+        integrate(short, "extended", formulation=form) for form in ("newton", "euler")
+    )
+    assert max(angles.drift.values()) < 100 * angles.precision.eps
+    assert set(vectors.drift) - set(angles.drift) <= {"axis_norm", "momentum_x", "momentum_y"}
+    for name in EULER:
+        scale = abs(vectors.frame(name, numbers="float")[name]).max()
+        apart = abs(vectors.state.values[name] - angles.state.values[name])
+        assert apart < 1e-15 * scale or apart == 0, name
+
+
+def test_energy_falls_by_what_friction_takes(double: Trajectory) -> None:
+    """Not conserved, but balanced: E(t) against the integral of its rate."""
+    from scipy.integrate import cumulative_simpson
+
+    frame = double.frame("E", "E_dot", times=[Fraction(k, 2000) for k in range(16_001)])
+    lost = cumulative_simpson(frame["E_dot"].to_numpy(), dx=1 / 2000, initial=0)
+    energy = frame["E"].to_numpy()
+    assert (numpy.diff(energy) < 0).all()
+    assert abs(energy - energy[0] - lost).max() < 1e-6 * energy[0]  # Simpson's error at 0.5 ms
+    spoiled = energy - energy[0] - (1 + 1e-5) * lost
+    assert abs(spoiled).max() > 1e-6 * energy[0]
+    assert energy[0] > 2 * energy[-1]
+
+
+SPOILED = {
+    "torque": lambda state, rates: rates._replace(Lx=rates.Lx * (1 + 1e-10)),
+    "axis": lambda state, rates: rates._replace(kz=rates.kz * (1 + 1e-10)),
+    "friction": lambda state, rates: rates._replace(s_dot_x=rates.s_dot_x * (1 + 1e-10)),
+}
+
+
+@pytest.mark.parametrize("term", SPOILED)
+def test_a_term_off_by_1e_10_shows(
+    half: Scene, half_quad: Trajectory, spoiled_rates: Spoiler, term: str
+) -> None:
+    options = {"compact_mode": True}
+    honest = integrate(half, options=options)
+    spoiled_rates("newton", SPOILED[term])
+    wrong = integrate(half, options=options)
+    assert digits_between(honest, half_quad) > 11
+    assert digits_between(wrong, half_quad) < 11
+    if term == "friction":
+        # L does not feel how v came about: lambda alone would not have noticed
+        assert wrong.drift["jellett"] < 1e-14
+    else:
+        # 85 steps round by less than an eps each, at random
+        assert honest.drift["jellett"] < 10 * 2.0**-52
+        assert wrong.drift["jellett"] > 5 * 10 * 2.0**-52
+
+
+def test_a_term_of_the_euler_form_off_by_1e_27_shows(
+    half: Scene, half_quad: Trajectory, spoiled_rates: Spoiler
+) -> None:
+    """What the comparison in quad must catch: 1 + 2^-90 is no float, but two terms are."""
+    spoiled_rates(
+        "euler",
+        lambda state, rates: rates._replace(phi_dot=rates.phi_dot + rates.phi_dot * 2.0**-90),
+    )
+    wrong = integrate(half, "quad", formulation="euler")
+    assert 20 < digits_between(wrong, half_quad) < 28
+
+
+def test_a_wrong_constant_conserves_just_as_well_but_does_not_agree(
+    half: Scene, half_quad: Trajectory
+) -> None:
+    body = half.body
+    wrong = replace(half, body=replace(body, alpha=body.alpha * (1 + Fraction(1, 10**25))))
+    trajectory = integrate(wrong, "quad")
+    assert trajectory.drift["jellett"] < 1e-32
+    assert digits_between(trajectory, half_quad) < 27
+
+
+def test_drift_is_computed_finer_than_the_numbers_are(double: Trajectory) -> None:
+    """In double the evaluation alone would err by some eps at each sample."""
+    at_start = double.drift_over_time()["jellett"]
+    assert len(at_start) == 801
+    assert at_start[0] < 2.0**-52
+    assert max(at_start) == double.drift["jellett"]
+    assert all(drift == 0 or drift > 2.0**-110 for drift in at_start)
+
+
+def test_drift_counts_the_state_at_the_end(half: Scene, spoiled_rates: Spoiler) -> None:
+    spoiled_rates("newton", SPOILED["torque"])
+    once = replace(half, sample_every=Fraction(1))
+    wrong = integrate(once, options={"compact_mode": True})
+    assert list(wrong.sample_times) == [0, Fraction(1, 2)]
+    assert wrong.drift["jellett"] > 1e-14
+
+
+def test_what_a_trajectory_says_of_itself(double: Trajectory, rough: Scene) -> None:
+    assert repr(double).startswith(
+        "<Trajectory of reference: complete, t_end = 8.0 s, double, newt"
+    )
+    assert (double.precision.name, double.formulation, double.order) == ("double", "newton", 21)
+    assert 1000 < double.steps < 2000
+    assert isinstance(double.state.theta, float)
+    assert double.dimension("g_n").unit == "kg m/s^2"
+    lost = integrate(rough)
+    assert float(lost.sample_times[-1]) == lost.t_end
+
+
+def test_event_table_has_the_columns_of_the_trajectory(double: Trajectory) -> None:
+    assert list(double.events) == ["name", "t", "direction", *NEWTON, *EULER]
+    assert double.events["t"].is_monotonic_increasing
+    assert set(double.events["direction"]) == {-1, 1}
+
+
+def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> None:
+    times = [0, 0.25, 0.5]
+    for trajectory, kind in ((double, float), (half_quad, object)):
+        several = trajectory.at(numpy.array(times))
+        assert several.theta.shape == several.t.shape == (3,)
+        assert several.theta.dtype == kind
+        for one, name in itertools.product(range(3), ("t", "theta", "vx")):
+            assert getattr(several, name)[one] == getattr(trajectory.at(times[one]), name)
+        assert several.as_text()["kz"] == [trajectory.at(t).as_text()["kz"] for t in times]
+    with pytest.raises(InputError, match=r"t: got 9 s, expected 0 to 8 s"):
+        double.at([1, 9])
+    with pytest.raises(InputError, match="t: got 'now'"):
+        double.at(["now"])

@@ -1,0 +1,229 @@
+"""Rows: against the scalar integration, and independent of their neighbours."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tt_precise.integration.inversion import NEEDED
+from tt_precise.mechanics.conserved import INTEGRALS
+from tt_precise.scene.scene import Inclination
+from tt_precise.sweeps import specification, step_buffer
+from tt_precise.sweeps.chunk import compute
+from tt_precise.sweeps.columns import TIMES, check_names
+from tt_precise.sweeps.samples import blocks
+from tt_precise.sweeps.specification import Specification
+
+# reference time unit 0.045 s; events are found to some eps of the time and of the state, which
+# grows by 1e5 along the way: 8 s * 2e-16 * 1e3
+CLOSE = 2e-12
+MIXED = {"phi_dot": "-60:200", "theta_dot": "-5:5", "theta": "0.01:0.4", "mu": "0.1:1"}
+
+
+def values_of(spec: Specification) -> numpy.ndarray:
+    return numpy.concatenate([some for _, some in blocks(spec, 4096, set())])
+
+
+def same(first: dict[str, Any], second: dict[str, Any]) -> bool:
+    return list(first) == list(second) and all(
+        list(first[name]) == list(second[name])
+        if name == "outcome"
+        else numpy.array_equal(first[name], second[name], equal_nan=True)
+        for name in first
+    )
+
+
+def picked(rows: dict[str, Any], order: Any) -> dict[str, Any]:
+    return {name: numpy.asarray(column)[order] for name, column in rows.items()}
+
+
+@pytest.fixture(scope="module")
+def mixed() -> tuple[Specification, numpy.ndarray, dict[str, Any]]:
+    spec = specification("reference", box=MIXED, samples=32, seed=4)
+    values = values_of(spec)
+    return spec, values, compute(spec.plan, values, 8)
+
+
+def test_rows_equal_the_scalar_integration() -> None:
+    spec = specification("reference", vary={"phi_dot": "-10,0,50,195"})
+    values = values_of(spec)
+    rows = compute(spec.plan, values, 8)
+    for row, (phi_dot,) in enumerate(values.tolist()):
+        run = tt.integrate(
+            spec.plan.scene_of({"phi_dot": phi_dot}), events=(*NEEDED, "extremum:g_n")
+        )
+        for name in TIMES:
+            climb = getattr(run.inversion, name[-1])
+            expected = getattr(climb, name[:-2])
+            assert rows[name][row] == pytest.approx(expected, rel=0, abs=CLOSE)
+        turns = run.events[run.events["name"] == "extremum:g_n"]
+        least = run.frame("g_n", times=[0, *turns["t"], run.t_end])["g_n"].min()
+        assert rows["min_g_n"][row] == pytest.approx(least, rel=0, abs=CLOSE)
+        assert rows["outcome"][row] == "inverts"
+        assert rows["t_stop"][row] == 8
+
+
+def test_smallest_force_is_not_sampled() -> None:
+    spec = specification("reference", vary={"phi_dot": "0"})
+    (least,) = compute(spec.plan, values_of(spec), 8)["min_g_n"]
+    run = tt.integrate("reference")
+    rough = run.frame("g_n", times=[f"{n}/1000" for n in range(8001)])
+    near = int(rough["g_n"].to_numpy().argmin())
+    times = [f"{1000 * near + n}/1000000" for n in range(-1000, 1001)]
+    fine = run.frame("g_n", times=times)["g_n"].min()
+    coarse = run.frame("g_n", times=[f"{n}/20" for n in range(161)])["g_n"].min()
+    assert least <= fine
+    assert fine - least < 1e-9  # curvature 1e3 N/s^2, and a sample within 5e-7 s of the minimum
+    assert coarse - least > 1e-3
+
+
+@pytest.mark.slow
+def test_extrema_of_other_quantities() -> None:
+    record = ("max_nu_y", "min_nu_y", "max_theta", "start_E", "end_omega_3", "lambda_ratio")
+    spec = specification("reference", until="1", vary={"phi_dot": "20"}, record=record)
+    rows = compute(spec.plan, values_of(spec), 8)
+    run = tt.integrate(spec.plan.scene_of({"phi_dot": 20.0}))
+    fine = run.frame("nu_y", "theta", times=[f"{n}/20000" for n in range(20001)])
+    assert 0 <= rows["max_nu_y"][0] - fine["nu_y"].max() < 1e-6
+    assert 0 <= fine["nu_y"].min() - rows["min_nu_y"][0] < 1e-6
+    assert 0 <= rows["max_theta"][0] - fine["theta"].max() < 1e-6
+    ends = run.frame("E", "omega_3", times=[0, 1])
+    assert rows["start_E"][0] == pytest.approx(ends["E"].iloc[0], rel=1e-14)
+    assert rows["end_omega_3"][0] == pytest.approx(ends["omega_3"].iloc[1], rel=1e-12)
+    assert 1.9 < rows["lambda_ratio"][0] < 2.1
+
+
+def test_rows_do_not_depend_on_order_or_company(
+    mixed: tuple[Specification, numpy.ndarray, dict[str, Any]],
+) -> None:
+    spec, values, rows = mixed
+    assert len(set(rows["outcome"])) >= 2  # lanes end at different times, for different reasons
+    order = numpy.random.default_rng(1).permutation(len(values))
+    assert same(compute(spec.plan, values[order], 8), picked(rows, order))
+    pieces = [compute(spec.plan, values[n : n + 5], 8) for n in range(0, len(values), 5)]
+    joined = {
+        name: numpy.concatenate([numpy.asarray(piece[name]) for piece in pieces]) for name in rows
+    }
+    assert same(joined, rows)
+    # and the comparison can fail: another start is another row
+    assert not same(compute(spec.plan, values + 1e-9, 8), rows)
+
+
+def test_a_lane_that_loses_contact_leaves_the_others_alone() -> None:
+    spec = specification("reference", until="2", vary={"phi_dot": "0,1,2,3,4,5,6,7"})
+    values = values_of(spec)
+    alone = compute(spec.plan, values, 8)
+    spoiled = values.copy()
+    spoiled[3] = -200.0
+    rows = compute(spec.plan, spoiled, 8)
+    assert rows["outcome"][3] == "contact_lost"
+    assert 0 < rows["t_stop"][3] < 2
+    assert rows["min_g_n"][3] == 0
+    others = [0, 1, 2, 4, 5, 6, 7]
+    assert same(picked(rows, others), picked(alone, others))
+
+
+def test_bilateral_goes_on_where_contact_is_lost() -> None:
+    spec = specification("reference", vary={"phi_dot": "-200"}, contact="bilateral")
+    rows = compute(spec.plan, values_of(spec), 8)
+    assert list(rows["outcome"]) == ["inverts"]
+    assert rows["min_g_n"][0] < -0.1
+    assert rows["t_stop"][0] == 8
+
+
+def test_starts_without_contact_are_rows_too() -> None:
+    # centripetal: I1 theta_dot^2 alpha beats gravity at the inverted pole
+    spec = specification("reference", until="1", vary={"theta": "0.1,3", "theta_dot": "0,400"})
+    rows = compute(spec.plan, values_of(spec), 8)
+    assert rows["outcome"][3] == "contact_lost"
+    assert rows["t_stop"][3] == 0
+    assert rows["steps"][3] == 0
+    assert rows["min_g_n"][3] < 0
+
+
+def test_a_top_that_spins_the_other_way_is_its_mirror_image() -> None:
+    spec = specification("reference", vary={"omega_3": "155,-155"})
+    rows = compute(spec.plan, values_of(spec), 8)
+    for name in TIMES:
+        assert rows[name][1] == pytest.approx(rows[name][0], rel=0, abs=CLOSE)
+    assert list(rows["outcome"]) == ["inverts", "inverts"]
+
+
+def test_parameters_are_varied_in_the_units_of_the_scene() -> None:
+    spec = specification("reference", until="1", vary={"R": "0.02,0.03", "I1": "0.38"})
+    values = values_of(spec)
+    rows = compute(spec.plan, values, 8)
+    for row, (radius, inertia) in enumerate(values.tolist()):
+        run = tt.integrate(
+            spec.plan.scene_of({"R": radius, "I1": inertia}), events=("extremum:g_n",)
+        )
+        least = run.frame("g_n", times=[0, *run.events["t"], run.t_end])["g_n"].min()
+        assert rows["min_g_n"][row] == pytest.approx(least, rel=1e-12)
+
+
+def test_drift_is_small_and_that_of_another_lambda_is_not() -> None:
+    spec = specification("reference", vary={"phi_dot": "0,90"})
+    rows = compute(spec.plan, values_of(spec), 8)
+    assert (rows["jellett_drift"] < 100 * 2.0**-52).all()  # 1,400 steps, measured 15 eps
+    assert "jellett" in INTEGRALS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("batch", [1, 4, 16])
+def test_batch_sizes_agree_bit_for_bit(
+    batch: int, mixed: tuple[Specification, numpy.ndarray, dict[str, Any]]
+) -> None:
+    spec, values, rows = mixed
+    assert same(compute(spec.plan, values, batch), rows)
+
+
+def test_rolling_scenes_can_be_swept() -> None:
+    spec = specification("rolling", until="1", vary={"phi_dot": "0,10"})
+    rows = compute(spec.plan, values_of(spec), 8)
+    assert set(rows["outcome"]) <= {"does_not_invert", "contact_lost"}
+    for row, phi_dot in enumerate((0, 10)):
+        run = tt.integrate(spec.plan.scene_of({"phi_dot": phi_dot}), events=("extremum:g_n",))
+        least = run.frame("g_n", times=[0, *run.events["t"], run.t_end])["g_n"].min()
+        assert rows["min_g_n"][row] == pytest.approx(least, rel=1e-12)
+
+
+def test_a_periodic_motion_keeps_few_steps_and_none_that_matters(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """On ice every nutation is as low as the one before; all rows are as if all were stored."""
+    spec = specification("frictionless", until="3", vary={"phi_dot": "0:20:9"})
+    values = values_of(spec)
+    rows = compute(spec.plan, values, 8)
+    monkeypatch.setattr(step_buffer, "MOST_LOWEST", 9)
+    assert same(compute(spec.plan, values, 8), rows)
+    for row, (phi_dot,) in enumerate(values.tolist()):
+        run = tt.integrate(spec.plan.scene_of({"phi_dot": phi_dot}), events=("extremum:g_n",))
+        least = run.frame("g_n", times=[0, *run.events["t"], run.t_end])["g_n"].min()
+        assert rows["min_g_n"][row] == pytest.approx(least, rel=1e-12)
+
+
+def test_poles_are_starts_like_others() -> None:
+    spec = replace(specification("upright", until="1", vary={"omega_3": "100,155"}))
+    rows = compute(spec.plan, values_of(spec), 8)
+    assert list(rows["outcome"]) == ["does_not_invert"] * 2
+    assert rows["min_g_n"] == pytest.approx([0.02 * 9.82] * 2, rel=1e-14)
+    assert all(math.isnan(value) for value in rows["t_init_A"])
+
+
+def test_tilts_of_any_size_are_integrated_as_alone() -> None:
+    """Beside the pole the steps are bounded, in each lane for itself."""
+    spec = specification("reference", vary={"theta": "1e-9,1e-20,0.1"})
+    rows = compute(spec.plan, values_of(spec), 8)
+    for row, theta in enumerate(("1e-9", "1e-20", "0.1")):
+        scene = tt.load_scene("reference")
+        start = replace(scene.start, theta=Inclination.parse(theta))
+        alone = tt.integrate(replace(scene, start=start))
+        assert rows["t_stop"][row] == alone.t_end == 8
+        assert abs(rows["steps"][row] / alone.steps - 1) < 0.05
+
+
+def test_every_column_asked_for_exists() -> None:
+    check_names(("climb_A", "t_equator", "max_nu_y"), "gliding")

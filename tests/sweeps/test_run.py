@@ -1,0 +1,226 @@
+"""Sweeps as a whole: on disk, interrupted, resumed, damaged, checked in finer arithmetic."""
+
+import json
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import numpy
+import pandas
+import pytest
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
+from tt_precise.sweeps import read_rows, specification, spot_check, sweep
+from tt_precise.sweeps import run as running
+from tt_precise.sweeps.columns import FIXED
+from tt_precise.sweeps.samples import blocks
+from tt_precise.sweeps.specification import Specification
+from tt_precise.sweeps.spot_check import differences, drawn
+
+SPEC = specification("reference", until="0.5", vary={"phi_dot": "-20:20:41"})
+CHUNK = 8  # six chunks
+
+
+class Stopping(Executor):
+    """Runs tasks at once, and is interrupted at the ``last``."""
+
+    def __init__(self, last: int):
+        self.left = last
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if not self.left:
+            raise KeyboardInterrupt
+        self.left -= 1
+        future: Future[Any] = Future()
+        future.set_result(fn(*args))
+        return future
+
+
+@pytest.fixture(scope="module")
+def whole() -> pandas.DataFrame:
+    return sweep(SPEC, one_in=0).rows
+
+
+def test_columns_and_summary(whole: pandas.DataFrame) -> None:
+    assert list(whole.columns) == ["index", "phi_dot", *FIXED]
+    assert list(whole["index"]) == list(range(41))
+    found = sweep(SPEC, one_in=0, chunk=5).summary
+    assert found["schema"] == "tt_precise.sweep/1"
+    assert found["rows"] == found["expected"] == 41
+    assert sum(found["outcomes"].values()) == 41
+    assert found["columns"]["phi_dot"] == {"min": -20, "max": 20, "mean": 0, "missing": 0}
+    assert found["columns"]["t_end_A"]["missing"] == 41
+    assert found["how"]["rows_computed"] == 41
+    json.dumps(found)
+
+
+def test_an_interrupted_sweep_is_resumed(tmp_path: Path, whole: pandas.DataFrame) -> None:
+    out = tmp_path / "sweep"
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            sweep(SPEC, out=out, chunk=CHUNK, executor=Stopping(3), one_in=0)
+    written = len((out / "ledger.jsonl").read_text("utf-8").splitlines())
+    assert 2 <= written < 6
+    done = sweep(SPEC, out=out, one_in=0)  # the size of the chunks is known
+    assert done.summary["how"]["chunks_found"] == written
+    assert done.summary["how"]["rows_computed"] == 41 - CHUNK * written
+    pandas.testing.assert_frame_equal(read_rows(out), whole, check_exact=True)
+    assert not (out / "chunks").exists()
+    again = sweep(SPEC, out=out, one_in=0)
+    assert again.summary["how"]["rows_computed"] == 0
+    pandas.testing.assert_frame_equal(again.rows, whole, check_exact=True)
+
+
+def test_what_does_not_fit_its_checksum_is_computed_again(
+    tmp_path: Path, whole: pandas.DataFrame
+) -> None:
+    out = tmp_path / "sweep"
+    with pytest.raises(KeyboardInterrupt):
+        sweep(SPEC, out=out, chunk=CHUNK, executor=Stopping(5), one_in=0)
+    chunks = sorted((out / "chunks").iterdir())
+    content = bytearray(chunks[0].read_bytes())
+    content[len(content) // 2] ^= 1
+    chunks[0].write_bytes(content)  # a bit flipped
+    chunks[1].unlink()
+    with (out / "ledger.jsonl").open("a", encoding="utf-8") as ledger:
+        ledger.write('{"chunk": 5, "ro')  # the power went here
+    (out / "chunks" / "00000005.parquet").write_bytes(b"half a file")
+    done = sweep(SPEC, out=out, one_in=0)
+    assert done.summary["how"]["chunks_found"] == len(chunks) - 2
+    pandas.testing.assert_frame_equal(done.rows, whole, check_exact=True)
+
+
+def test_another_sweep_is_refused(tmp_path: Path) -> None:
+    out = tmp_path / "sweep"
+    sweep(SPEC, out=out, chunk=CHUNK, one_in=0)
+    other = specification("reference", until="0.6", vary={"phi_dot": "-20:20:41"})
+    with pytest.raises(InputError, match="another sweep"):
+        sweep(other, out=out, one_in=0)
+    with pytest.raises(InputError, match="chunk"):
+        sweep(SPEC, out=out, chunk=CHUNK + 1, one_in=0)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine", "utf-8")
+    with pytest.raises(InputError, match="not empty"):
+        sweep(SPEC, out=tmp_path / "full", one_in=0)
+
+
+def test_a_chunk_that_fails_is_quarantined_and_tried_by_the_next_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whole: pandas.DataFrame
+) -> None:
+    right = running.written_chunk_task
+
+    def spoiled(*arguments: Any) -> Any:
+        if arguments[4] == 2:
+            raise RuntimeError("cosmic ray")
+        return right(*arguments)
+
+    monkeypatch.setattr(running, "written_chunk_task", spoiled)
+    out = tmp_path / "sweep"
+    found = sweep(SPEC, out=out, chunk=CHUNK, one_in=0).summary
+    assert found["quarantined"] == [
+        {"chunk": 2, "first": 16, "rows": 8, "error": "RuntimeError: cosmic ray"}
+    ]
+    assert found["rows"] == 33
+    monkeypatch.undo()
+    done = sweep(SPEC, out=out, one_in=0)
+    assert not done.summary["quarantined"]
+    pandas.testing.assert_frame_equal(done.rows, whole, check_exact=True)
+
+
+def test_a_worker_of_another_version_is_refused() -> None:
+    (values,) = (v for _, v in blocks(SPEC, 100, set()))
+    with pytest.raises(InputError, match="worker"):
+        running.chunk_task(SPEC.plan, "0.0.0", values, 8)
+
+
+def test_one_row_of_each_thousand_is_drawn() -> None:
+    rows = list(drawn(10_500, seed=1))
+    assert [row // 1000 for row in rows] == list(range(11))
+    assert rows[-1] < 10_500
+    assert rows == list(drawn(10_500, seed=1)) != list(drawn(10_500, seed=2))
+    assert not list(drawn(100, seed=1, one_in=0))
+
+
+def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> None:
+    spec = specification("reference", until="0.2", vary={"phi_dot": "90,95,100"})
+    found = sweep(spec, one_in=1).summary["recheck"]
+    assert found["rows"] == 3
+    assert not found["other_outcome"]
+    assert not found["only_in_one"]
+    assert not found["errors"]
+    largest = {name: found["value"] for name, found in found["largest_difference"].items()}
+    # g_n of size 0.2 N over 40 steps: some eps of it, which the stiff force enlarges tenfold
+    assert largest["min_g_n"] < 1e3 * 0.2 * 2.0**-52
+    right = spot_check.recomputed
+    monkeypatch.setattr(
+        spot_check,
+        "recomputed",
+        lambda scene, record: {
+            **right(scene, record), "min_g_n": 0.1, "t_init_A": 0.5, "outcome": "inverts",
+        },
+    )  # fmt: skip
+    spoiled = sweep(spec, one_in=3).summary["recheck"]
+    assert spoiled["largest_difference"]["min_g_n"]["value"] > 1e-3
+    assert spoiled["other_outcome"]
+    assert spoiled["only_in_one"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("row", [{}, {"mu": "3", "until": "1"}, {"phi_dot": "195"}])
+def test_the_spot_check_finds_what_quad_finds(
+    row: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, record = load_scene("reference").varied(**row), ("max_phi_dot", "start_E", "end_g_n")
+    found = spot_check.recomputed(scene, record)
+    monkeypatch.setattr(spot_check, "FINE", "quad")
+    # the same doubles; only g_n where contact is lost, which is zero, is another rounding error
+    assert max(differences(found, spot_check.recomputed(scene, record)).values()) < 1e-30
+
+
+def test_what_several_doubles_lack_is_done_in_quad() -> None:
+    scene = load_scene("reference").varied(until="0.001")
+    for event, precision in (("theta_min", "double-double"), ("zero:theta", "quad")):
+        assert spot_check._integrated(scene, (event,)).precision.name == precision
+    thrown = load_scene("reference").varied(phi_dot="400")
+    assert spot_check.recomputed(thrown, ())["outcome"] == "contact_lost"
+
+
+def test_long_sweeps_have_more_lanes_and_the_same_rows(
+    monkeypatch: pytest.MonkeyPatch, whole: pandas.DataFrame
+) -> None:
+    monkeypatch.setattr("heyoka.recommended_simd_size", lambda: 2)  # compiles faster
+    for many, lanes in ((42, 4), (41, 8), (20, 8)):
+        monkeypatch.setattr(running, "MANY_ROWS", many)
+        found = sweep(SPEC, one_in=0)
+        assert found.summary["how"]["batch"] == lanes
+        assert found.rows.equals(whole)
+    shared = {"executor": Stopping(9), "size": 2}
+    assert sweep(SPEC, one_in=0, **shared).summary["how"]["batch"] == 8  # type: ignore[arg-type]
+    monkeypatch.setattr(running, "MANY_ROWS", 21)
+    shared = {"executor": Stopping(9), "size": 2}
+    assert sweep(SPEC, one_in=0, **shared).summary["how"]["batch"] == 4  # type: ignore[arg-type]
+
+
+def test_differences_tell_missing_values() -> None:
+    row = {"outcome": "inverts", "t_init_A": 1.0, "t_end_A": numpy.nan, "t_end_B": 2.0}
+    fine = {"outcome": "inverts", "t_init_A": 1.25, "t_end_A": None, "t_end_B": None}
+    assert differences(row, fine) == {"t_init_A": 0.25, "t_end_A": 0.0, "t_end_B": numpy.inf}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [({"batch": 0}, "batch"), ({"chunk": 0}, "chunk"), ({"one_in": -1}, "one_in")],
+)
+def test_refuses(arguments: dict[str, int], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        sweep(SPEC, **arguments)  # type: ignore[arg-type]
+
+
+def test_specification_can_travel_to_a_worker() -> None:
+    import pickle
+
+    assert pickle.loads(pickle.dumps(SPEC.plan)) == SPEC.plan
+    assert isinstance(SPEC, Specification)
+    assert len(pickle.dumps(SPEC.plan)) < 20_000

@@ -1,0 +1,209 @@
+"""Specifications: what is refused, and which rows they number."""
+
+import math
+from fractions import Fraction
+from pathlib import Path
+
+import numpy
+import pytest
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
+from tt_precise.sweeps import read_specification, specification
+from tt_precise.sweeps.samples import blocks
+from tt_precise.sweeps.specification import Axis, Range
+
+TOML = """
+scene = "reference"
+until = "2"
+record = ["climb_A", "max_nu_y"]
+contact = "bilateral"
+[vary]
+theta = "0.1,0.2"
+[box]
+phi_dot = "-1:1"
+[sampling]
+samples = 8
+sampler = "latin"
+seed = 5
+"""
+
+
+def values_of(spec: object, size: int, skip: set[int] | None = None) -> dict[int, numpy.ndarray]:
+    return dict(blocks(spec, size, skip or set()))  # type: ignore[arg-type]
+
+
+def test_axis_has_both_ends_and_exact_values() -> None:
+    axis = Axis.parse("phi_dot", "-200:200:801")
+    assert len(axis.values) == 801
+    assert axis.values[0] == -200
+    assert axis.values[-1] == 200
+    assert axis.values[1] == Fraction(-399, 2)
+    assert Axis.parse("theta", "0.05,1/3").values == (Fraction(1, 20), Fraction(1, 3))
+
+
+@pytest.mark.parametrize(
+    ("vary", "box", "samples", "message"),
+    [
+        ({"phi": "1,2"}, {}, 0, "expected one of: theta"),
+        ({"phi_dot": "1:2"}, {}, 0, "first:last:count"),
+        ({"phi_dot": "1:2:1"}, {}, 0, "first:last:count"),
+        ({"phi_dot": "1,nan"}, {}, 0, "exact number"),
+        ({"alpha": "0.1,1.5"}, {}, 0, "alpha"),
+        ({"theta": "0.1,4"}, {}, 0, "theta"),
+        ({"I3": "0.4,0.8"}, {}, 0, "I3"),
+        ({}, {"mu": "1:0"}, 4, "lower end first"),
+        ({}, {"mu": "-1:1"}, 4, "mu"),
+        ({}, {"mu": "0:1"}, 0, "both or neither"),
+        ({}, {}, 4, "both or neither"),
+        ({"mu": "1,2"}, {"mu": "0:1"}, 4, "each name once"),
+    ],
+)
+def test_refuses(vary: dict[str, str], box: dict[str, str], samples: int, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        specification("reference", vary=vary, box=box, samples=samples)
+
+
+@pytest.mark.parametrize("name", ["min_g_n", "max_nothing", "g_n", "climb_D"])
+def test_refuses_columns(name: str) -> None:
+    with pytest.raises(InputError, match="record"):
+        specification("reference", vary={"mu": "1,2"}, record=(name,))
+
+
+def test_grid_runs_the_last_axis_fastest() -> None:
+    spec = specification("reference", vary={"theta": "0.1,0.2", "mu": "1,2,3"})
+    found = numpy.concatenate(list(values_of(spec, 4).values()))
+    expected = [[t, m] for t in (0.1, 0.2) for m in (1, 2, 3)]
+    assert found.tolist() == expected
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "latin"])
+@pytest.mark.parametrize("vary", [{}, {"theta": "0.1,0.2"}])
+def test_rows_do_not_depend_on_blocks(sampler: str, vary: dict[str, str]) -> None:
+    spec = specification(
+        "reference",
+        vary=vary,
+        box={"mu": "0:1", "nu_x": "-1:1"},
+        samples=50,
+        sampler=sampler,
+        seed=3,
+    )
+    whole = numpy.concatenate(list(values_of(spec, 1000).values()))
+    assert whole.shape == (spec.rows, len(spec.names))
+    for size in (1, 7, 16):
+        pieces = numpy.concatenate(list(values_of(spec, size).values()))
+        assert (pieces == whole).all()
+    # what is skipped because it was done before moves nothing
+    rest = values_of(spec, 7, {0, 1, 3})
+    assert set(rest) == set(range(-(-spec.rows // 7))) - {0, 1, 3}
+    assert all((some == whole[7 * n : 7 * n + 7]).all() for n, some in rest.items())
+
+
+def test_seed_changes_the_samples() -> None:
+    first, second = (
+        values_of(specification("reference", box={"mu": "0:1"}, samples=8, seed=seed), 8)[0]
+        for seed in (1, 2)
+    )
+    assert not (first == second).any()
+
+
+def test_samples_lie_in_the_box() -> None:
+    spec = specification("reference", box={"mu": "0.2:0.3"}, samples=64)
+    (found,) = values_of(spec, 64).values()
+    assert found.min() >= 0.2
+    assert found.max() <= 0.3
+
+
+def test_scene_of_a_row_holds_its_numbers_exactly() -> None:
+    spec = specification("reference", vary={"theta": "0.1", "I3": "0.41", "m": "0.03"})
+    scene = spec.plan.scene_of({"theta": 0.1, "I3": 0.41, "m": 0.03})
+    assert scene.start.theta.offset == Fraction(0.1)
+    body = scene.body
+    assert body.m == Fraction(0.03)
+    scale = body.m * body.R**2
+    assert body.I3 / scale == Fraction(0.41)
+    assert body.I1 / scale == Fraction(131, 350)  # its ratio stays
+
+
+def test_fingerprint_knows_every_difference() -> None:
+    base = {"vary": {"mu": "1,2"}}
+    variants = [
+        base,
+        {"vary": {"mu": "1,3"}},
+        base | {"until": "3"},
+        base | {"contact": "bilateral"},
+        base | {"record": ("climb_A",)},
+        {"box": {"mu": "1:2"}, "samples": 4},
+        {"box": {"mu": "1:2"}, "samples": 4, "seed": 1},
+        {"box": {"mu": "1:2"}, "samples": 4, "sampler": "latin"},
+    ]
+    found = {specification("reference", **one).fingerprint for one in variants}  # type: ignore[arg-type]
+    assert len(found) == len(variants)
+
+
+def test_reads_toml(tmp_path: Path) -> None:
+    path = tmp_path / "sweep.toml"
+    path.write_text(TOML, "utf-8")
+    spec = read_specification(path)
+    assert spec.rows == 16
+    assert spec.names == ("theta", "phi_dot")
+    assert spec.scene.until == 2
+    assert (spec.sampler, spec.seed, spec.contact) == ("latin", 5, "bilateral")
+    assert spec.record == ("climb_A", "max_nu_y")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("[vary]", "[varied]", "unknown key varied"),
+        ('"0.1,0.2"', "1", "expected text"),
+        ("samples = 8", 'samples = "8"', "whole number"),
+        ("seed = 5", "sed = 5", "sampling.sed"),
+        ('"bilateral"', '"both"', "unilateral or bilateral"),
+        ('scene = "reference"', "", "scene"),
+        ("[box]", "[box", "TOML"),
+    ],
+)
+def test_refuses_toml(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "sweep.toml"
+    path.write_text(TOML.replace(old, new), "utf-8")
+    with pytest.raises(InputError, match=message) as refused:
+        read_specification(path)
+    assert str(path) in str(refused.value)
+
+
+def test_interval_is_exact() -> None:
+    assert Range.parse("mu", "1/3:0.5") == Range("mu", Fraction(1, 3), Fraction(1, 2))
+
+
+def test_psi_dot_is_swept_like_any_start_value() -> None:
+    from tt_precise.sweeps.chunk import compute
+
+    spec = specification("reference", vary={"psi_dot": "150,155", "phi_dot": "0,10"}, until="0.3")
+    assert spec.plan.derived
+    rows = [
+        dict(zip(spec.names, row, strict=True)) for _, one in blocks(spec, 9, set()) for row in one
+    ]
+    starts = [spec.plan.scene_of(row).start for row in rows]
+    assert [float(one.omega_3) for one in starts[::2]] == [150, 155]
+    assert float(starts[3].omega_3) == pytest.approx(155 + 10 * math.cos(0.1), abs=1e-12)
+    values = numpy.array([[row[name] for name in spec.names] for row in rows])
+    found = compute(spec.plan, values, 4)
+    plain = specification("reference", vary={"omega_3": "150,155"}, until="0.3")
+    same = compute(plain.plan, numpy.array([[150.0], [155.0]]), 4)
+    assert found["min_g_n"][::2].tolist() == same["min_g_n"].tolist()
+
+
+def test_a_sweep_of_a_start_by_psi_dot_keeps_it(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    text = load_scene("reference").text.replace("omega_3", "psi_dot")
+    file.write_text(text, "utf-8")
+    spec = specification(str(file), vary={"phi_dot": "0,10"})
+    assert spec.plan.scene_of({"phi_dot": 10.0}).start.omega_3 > 164
+    assert spec.description()["given"]["psi_dot"] == "155"
+    assert "given" not in specification("reference", vary={"phi_dot": "0,10"}).description()
+
+
+def test_moments_in_si_are_refused_in_a_sweep_too() -> None:
+    with pytest.raises(InputError, match=r"body\.I1: got .* in units of m R\^2"):
+        specification("reference", vary={"I1": "2.9e-6,3e-6", "I3": "3.1e-6,3.2e-6"})

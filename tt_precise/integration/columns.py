@@ -1,0 +1,213 @@
+"""``Columns``: from dimensionless rows of a state to named columns and states in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from tt_precise.integration.pose import POSE_NAMES, pose_of
+from tt_precise.integration.pose import dimension as pose_dimension
+from tt_precise.integration.precision import Precision
+from tt_precise.integration.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
+from tt_precise.integration.setup import Setup
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import Dimension
+
+VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
+LIFTED_COLUMNS = ("height", "rise")  # of the lowest point, which is else on the table
+EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+
+Row = tuple[Scalar, ...]
+"""The state in the order of its formulation's columns, and the quadratures (scaled) behind it."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
+
+    Names are those of the trajectory file: kx ... vy, theta ... nu_y, and what was recorded. For
+    several times each entry is an array.
+    """
+
+    t: Scalar
+    values: dict[str, Scalar]
+    precision: Precision
+
+    @classmethod
+    def joined(cls, states: Sequence[State], precision: Precision) -> State:
+        """Several states as one: float64 arrays in double, with NaN where undefined."""
+        import numpy
+
+        kind, none = (float, numpy.nan) if precision.name == "double" else (object, None)
+
+        def column(values: list[Scalar]) -> Array:
+            return numpy.array([none if v is None else v for v in values], dtype=kind)
+
+        names = states[0].values if states else ()
+        return cls(
+            column([state.t for state in states]),
+            {name: column([state.values[name] for state in states]) for name in names},
+            precision,
+        )
+
+    def __getattr__(self, name: str) -> Scalar:
+        try:
+            # through __dict__, which is empty while a copy is being made
+            return self.__dict__["values"][name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def as_text(self) -> dict[str, Json]:
+        """Every value in decimals, enough to recover the working precision; lists of arrays."""
+        return {name: self._text(value) for name, value in self.values.items()}
+
+    def _text(self, value: Scalar) -> Json:
+        if hasattr(value, "__len__"):
+            return [self._text(one) for one in value]
+        if value is None or value != value:
+            return None
+        return self.precision.text(self.precision.context.mpf(value))
+
+
+class Columns:
+    """What can be asked of the rows of one run: its columns, and every quantity.
+
+    Rows are dimensionless: guarded mpmath numbers, or arrays over time, one an entry.
+    """
+
+    def __init__(self, setup: Setup, start: InitialState):
+        self.form, self.record, self.precision = setup.formulation, setup.record, setup.precision
+        self.start, self.lifts = start, setup.lifts
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Default columns: vectors where the azimuth is known, Euler state, quadratures."""
+        lifted = LIFTED_COLUMNS if self.lifts else ()
+        vectors = VECTOR_COLUMNS if self.has_azimuth else ()
+        return (*vectors, *EULER_COLUMNS, *lifted, *self.record)
+
+    @property
+    def has_azimuth(self) -> bool:
+        """Whether the direction in which the axis is tilted is known, and not only Euler rates."""
+        return self.form.coordinates == "newton" or "phi" in self.record
+
+    def dimension(self, name: str) -> Dimension:
+        """The dimension of a column; refuses unknown names."""
+        if name in QUANTITIES:
+            return QUANTITIES[name].dimension
+        if name in self.names:
+            return STATE_DIMENSIONS[name]
+        if name in POSE_NAMES:
+            return pose_dimension(name)
+        raise InputError(
+            f"column: got {name[:60]!r}, expected one of: "
+            + ", ".join(dict.fromkeys([*self.names, *QUANTITIES]))
+        )
+
+    def motion(self, row: Row) -> Motion:
+        """The ``Motion`` of a row."""
+        return motion(self.form, self.record, self.start.body, row, self.precision.context)
+
+    def of_rows(self, names: Sequence[str], rows: Sequence[Row]) -> dict[str, list[Scalar | None]]:
+        """Named columns (SI) of ``rows``; None where a quantity is undefined."""
+        if not rows:
+            return {name: [] for name in names}
+        wide, alone = self.precision.wide, len(rows) == 1
+        with wide.precision():
+            # one row by itself costs less than arrays of one
+            number = (lambda column: wide.number(column[0])) if alone else wide.array
+            entries = tuple(map(number, zip(*rows, strict=True)))
+            found = self.of_arrays(names, entries, wide.number, wide)
+            return {
+                name: list(map(wide.back, [values] if alone else values))
+                for name, values in found.items()
+            }
+
+    def of_arrays(
+        self,
+        names: Sequence[str],
+        entries: tuple[Array, ...],
+        number: Callable[[Scalar], Scalar] = float,
+        fn: Functions = None,
+    ) -> dict[str, Array]:
+        """The same from an array for each entry, an array for each column; NaN where undefined.
+
+        ``number`` makes the arrays' numbers of guarded ones: ``float``, ``long_double``, or that of
+        ``mpfr``. ``fn`` are the arrays' functions, NumPy's if none are given. Entries may be single
+        numbers of that arithmetic, too, and so are the columns then.
+        """
+        import numpy
+
+        q = self.array_motion(entries, number, fn)
+        several, columns = hasattr(entries[0], "__len__"), {}
+        with numpy.errstate(all="ignore"):
+            for name in names:
+                factor = self._factor(self.dimension(name), number)
+                values = self._entry(name, entries, q) * factor
+                if several and not hasattr(values, "__len__"):
+                    values = values * numpy.ones(len(entries[0]))  # one number for all rows
+                columns[name] = values
+        return columns
+
+    def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:
+        start = self.start
+        return start.once((dimension, number), lambda: number(start.units.of_dimension(dimension)))
+
+    def array_motion(
+        self,
+        entries: tuple[Array, ...],
+        number: Callable[[Scalar], Scalar],
+        fn: Functions = None,
+    ) -> Motion:
+        """The ``Motion`` of rows that are given as an array for each entry."""
+        import numpy
+
+        body = self.start.once(("body", number), lambda: self.start.body.map(number))
+        return motion(self.form, self.record, body, entries, fn or numpy)
+
+    def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
+        """The ``State`` (SI) of each row, at guarded dimensionless times."""
+        columns = self.of_rows(self.names, rows)
+        unit, leaving = self.start.units.time, self.leaving
+        return [
+            State(
+                leaving(time * unit),
+                dict(zip(columns, map(leaving, row), strict=True)),
+                self.precision,
+            )
+            for time, row in zip(times, zip(*columns.values(), strict=True), strict=True)
+        ]
+
+    def leaving(self, value: Scalar | None) -> Scalar | None:
+        """A number as users get it: a float in double, else the guarded mpmath number."""
+        return float(value) if self.precision.name == "double" and value is not None else value
+
+    def _entry(self, name: str, row: tuple[Scalar, ...], q: Motion) -> Scalar:
+        if name in self.record:
+            return self._recorded(row)[name]
+        if name in LIFTED_COLUMNS:
+            return getattr(q.state, name, 0 * q.state.kz)
+        if name in VECTOR_COLUMNS:
+            return getattr(q.state, name)
+        if name in POSE_NAMES:
+            lacking = [one for one in QUADRATURES if one not in self.record]
+            if lacking:
+                raise InputError(
+                    f"column: got {name} of a run without {', '.join(lacking)}, expected them "
+                    "among its record"
+                )
+            if "pose" not in q.__dict__:
+                q.__dict__["pose"] = pose_of(q, self._recorded(row))
+            return getattr(q.__dict__["pose"], name)
+        return QUANTITIES[name].evaluate(q)
+
+    def _recorded(self, row: tuple[Scalar, ...]) -> dict[str, Scalar]:
+        values = row[len(self.form.columns) :]
+        return {
+            name: value * QUADRATURE_SCALE for name, value in zip(self.record, values, strict=True)
+        }

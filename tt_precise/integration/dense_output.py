@@ -1,0 +1,339 @@
+"""``DenseOutput``: the rows of one propagation at any time, from the Taylor series of its steps.
+
+heyoka evaluates the series of a step in a buffer that its next evaluation overwrites, so one
+thread at a time evaluates, and what is returned is a copy.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from functools import cached_property
+
+from tt_precise.integration.columns import Row
+from tt_precise.integration.propagate import ARRIVED, Pieces, Propagation, propagate
+from tt_precise.integration.quadratures import extended_rates
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.times import SampleTimes, Times
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.untyped import ContinuousOutput
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.numerals import as_fraction, to_mpmath
+from tt_precise.taylor.numbers import MOST_PARTS
+
+TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
+MOST_BYTES = 400_000_000  # of the series of all steps of one run
+
+
+class StoredPieces:
+    """The pieces of a propagation, unless they become too large to be stored."""
+
+    def __init__(self, setup: Setup):
+        number = {"double": 8, "mp": setup.precision.bits // 8 + 40, "triple-double": 24}.get(
+            setup.precision.name, 16
+        )
+        entries = len(setup.formulation.columns) + len(setup.record)
+        order = setup.precision.bits * 0.35 + 2  # about, of the finest tolerance
+        self._bytes_of_a_step = number * entries * order
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all pieces."""
+        self._pieces: list[ContinuousOutput] = []
+        self._bytes = 0.0
+
+    def append(self, output: ContinuousOutput) -> None:
+        """Store one more piece."""
+        self._bytes += output.n_steps * self._bytes_of_a_step
+        self._pieces = [*self._pieces, output] if self._bytes <= MOST_BYTES else []
+
+    @property
+    def pieces(self) -> tuple[ContinuousOutput, ...] | None:
+        """The pieces, one behind the other; None where they were too large."""
+        return tuple(self._pieces) if self._bytes <= MOST_BYTES else None
+
+
+class DenseOutput:
+    """Rows over the time of a propagation, dimensionless: in guarded numbers or in double.
+
+    The series of all steps are made by a second propagation when they are first needed, and stored;
+    those of a run that is too long for that (``MOST_BYTES``) are made again for every call, and
+    read piece by piece. The states at ``samples`` were taken on the way, to the same bits, and need
+    no second propagation. May be used by several threads at once.
+    """
+
+    def __init__(
+        self,
+        setup: Setup,
+        start: InitialState,
+        propagation: Propagation,
+        pieces: tuple[ContinuousOutput, ...] | None = None,
+        again: Callable[[Pieces, Progress | None], Propagation] | None = None,
+        samples: SampleTimes | None = None,
+    ):
+        self.setup, self.start, self.propagation = setup, start, propagation
+        self.precision = setup.precision
+        self._pieces, self._too_long = pieces, False
+        self._samples = samples
+        self._lock = threading.RLock()
+        self._propagate = again or self._propagate_alone
+
+    @property
+    def stored(self) -> bool:
+        """Whether the series of all steps are there."""
+        return self._pieces is not None
+
+    def in_parts(self, times: Array) -> Array:
+        """States of a stored run in several doubles at rising times, both in parts.
+
+        Axes (time, part, entry).
+        """
+        import numpy
+
+        assert self._pieces is not None
+        ends = [float(piece.bounds[1]) for piece in self._pieces[:-1]]
+        first = numpy.searchsorted(times[:, 0], ends, side="right")
+        parts = zip(self._pieces, numpy.split(times, first), strict=True)
+        return numpy.concatenate([piece.at(part) for piece, part in parts])
+
+    @cached_property
+    def end_time(self) -> Scalar:
+        """Dimensionless end of the solution: the exact horizon where it was reached."""
+        if self.propagation.status in ARRIVED:
+            return self.start.until
+        return self._reached
+
+    @cached_property
+    def end(self) -> Scalar:
+        """The end of the solution in s."""
+        return self.end_time * self.start.units.time
+
+    @cached_property
+    def start_row(self) -> Row:
+        """The row at t = 0, not rounded to heyoka's precision: v = 0 there is exactly 0."""
+        return self.start.first_row(self.setup.formulation, self.setup.record)
+
+    @cached_property
+    def end_row(self) -> Row:
+        """The row at ``end_time``."""
+        if not self.end_time:
+            return self.start_row
+        row = tuple(map(self.precision.guarded, self.propagation.state))
+        return self._moved(row, self.end_time - self._reached)
+
+    @cached_property
+    def _reached(self) -> Scalar:
+        return sum(map(self.precision.guarded, (self.propagation.time, self.propagation.time_low)))
+
+    def dimensionless_time(self, t: Scalar) -> Scalar:
+        """A time in s as a guarded dimensionless one.
+
+        Raises
+        ------
+        InputError
+            It lies outside the trajectory.
+        """
+        wanted = as_fraction(t)
+        time = to_mpmath(wanted, self.precision.context)
+        if wanted < 0 or time > self._latest:
+            raise InputError(
+                f"t: got {float(wanted):.17g} s, expected 0 to {float(self.end):.17g} s, where the "
+                f"trajectory ends ({self.propagation.status}); it is never extrapolated"
+            )
+        if time >= self.end or self._as_given(time) == self._as_given(self.end):
+            return self.end_time
+        return time / self.start.units.time
+
+    @cached_property
+    def _latest(self) -> Scalar:
+        return self.end * (1 + to_mpmath(TIME_TOLERANCE, self.precision.context))
+
+    def _as_given(self, time: Scalar) -> Scalar:
+        return float(time) if self.precision.name == "double" else time
+
+    def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
+        """Rows at guarded dimensionless ``times``, in guarded numbers."""
+        number, guarded = self.precision.number, self.precision.guarded
+        rows: dict[int, Row] = {}
+        inner: dict[int, ContinuousOutput] = {}
+        for place, time in enumerate(times):
+            if not time or time == self.end_time:
+                rows[place] = self.end_row if time else self.start_row
+            else:
+                inner[place] = number(time)
+
+        def read(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
+            for place, rounded in inner.items():
+                if (low is None or low < rounded) and (high is None or rounded <= high):
+                    row = tuple(map(guarded, output(rounded)))
+                    rows[place] = self._moved(row, times[place] - guarded(rounded))
+
+        if inner:
+            self._read(read, progress)
+        return [rows[place] for place in range(len(times))]
+
+    def wide_arrays(self, seconds: Array, progress: Progress | None = None) -> tuple[Array, ...]:
+        """The rows of any run at ``seconds``, an array for each entry; both of wide numbers.
+
+        To the same bits as ``rows``, which reads those of several doubles one by one.
+        """
+        import numpy
+
+        wide, parts = self.precision.wide, self.precision.doubles
+        size = len(self.setup.formulation.columns) + len(self.setup.record)
+        if not len(seconds):
+            return tuple(seconds for _ in range(size))
+        if not (parts and self.stored):
+            inner = [self.dimensionless_time(wide.back(t)) for t in seconds]
+            rows = self.rows(inner, progress)
+            return tuple(map(wide.array, zip(*rows, strict=True)))
+        for time in {min(seconds), max(seconds)}:
+            self.dimensionless_time(wide.back(time))
+        times = wide.in_parts(seconds / wide.number(self.start.units.time), MOST_PARTS)
+        at_start, at_end = seconds == 0, seconds >= wide.number(self.end)
+        order = numpy.argsort(times[:, 0], kind="stable")
+        states = numpy.empty((len(times), parts, size))
+        states[order] = self.in_parts(times[order])
+        entries = tuple(wide.of_parts(states[:, :, entry]) for entry in range(size))
+        for entry, first, last in zip(entries, self.start_row, self.end_row, strict=True):
+            entry[at_start], entry[at_end] = wide.number(first), wide.number(last)
+        return entries
+
+    def times(self, times: Sequence[Fraction]) -> Times:
+        """Exact times in s for ``arrays``; those within ``TIME_TOLERANCE`` of the end are the end.
+
+        Raises
+        ------
+        InputError
+            One lies outside the trajectory.
+        """
+        import numpy
+
+        samples = self._samples
+        if samples and self.propagation.status in ARRIVED and times == samples.exact:
+            return samples.doubles
+        seconds, rounded, delay = Times.of(times, self.start.units.time)
+        for place in {int(seconds.argmin()), int(seconds.argmax())} if len(times) else ():
+            self.dimensionless_time(times[place])
+        end = float(self.end_time)
+        at_end = seconds >= float(self.end)
+        return Times(
+            seconds,
+            numpy.where(at_end, end, rounded),
+            numpy.where(at_end, float(self.end_time - end), delay),
+        )
+
+    def arrays(
+        self,
+        times: Times,
+        number: Callable[[Scalar], Scalar] = float,
+        progress: Progress | None = None,
+    ) -> tuple[Array, ...]:
+        """The rows of a run in double or extended at all ``times``: an array for each entry.
+
+        ``number`` makes the arrays' numbers of guarded ones: ``float``, or ``long_double``, in
+        which an entry keeps what a delay of less than an ulp of time adds to it.
+        """
+        import numpy
+
+        state, rounded = self.propagation.state, times.rounded
+        given = self.precision.fp_type  # double, or extended's long double
+        kind = type(number(self.precision.context.mpf(0)))
+        entries = [numpy.full(len(rounded), x, dtype=kind) for x in state]
+        taken = self.propagation.samples
+
+        def read(output: ContinuousOutput, low: Scalar, high: Scalar) -> None:
+            chosen = numpy.ones(len(rounded), dtype=bool) if low is None else rounded > low
+            if high is not None:
+                chosen &= rounded <= high
+            for entry, values in zip(entries, output(rounded[chosen].astype(given)).T, strict=True):
+                entry[chosen] = values
+
+        if taken is not None and self._samples and times is self._samples.doubles:
+            for entry, values in zip(entries, taken.T, strict=True):
+                entry[1:] = values
+        else:
+            self._read(read, progress)
+        start = self.start.once(number, lambda: self.start.map(number))
+        row = start.first_row(self.setup.formulation, self.setup.record)
+        for entry, value in zip(entries, row, strict=True):
+            entry[rounded == 0] = value
+        return moved_arrays(self.setup, self.start.body.map(float), tuple(entries), times.delay)
+
+    def _read(
+        self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], progress: Progress | None
+    ) -> None:
+        """Call ``read`` with each piece, and with the times behind and up to which it is wanted.
+
+        None stands for all earlier and for all later times.
+        """
+        if not self.propagation.steps:  # a horizon of zero
+            return
+        with self._lock:
+            if self._pieces is None and not self._too_long:
+                stored = StoredPieces(self.setup)
+                self._again(stored, progress)
+                self._pieces, self._too_long = stored.pieces, stored.pieces is None
+            reader = _Reader(read, self.propagation.time)
+            if self._pieces is None:
+                self._again(reader, progress)
+            else:
+                for piece in self._pieces:
+                    reader.append(piece)
+
+    def _again(self, pieces: Pieces, progress: Progress | None) -> None:
+        again = self._propagate(pieces, progress)
+        if again.state != self.propagation.state:
+            raise RuntimeError("the same integration gave another result when it was repeated")
+
+    def _propagate_alone(self, pieces: Pieces, progress: Progress | None) -> Propagation:
+        until = self.propagation.time if self.propagation.status == "failed" else None
+        return propagate(self.setup, self.start, until=until, dense=pieces, progress=progress)
+
+    def _moved(self, row: Row, delay: Scalar) -> Row:
+        # heyoka takes times rounded to its precision, which costs up to t eps of state at late
+        # times; one Euler step over the rounding (about 1e-14) gives that back
+        if not delay:
+            return row
+        setup = self.setup
+        rates = extended_rates(
+            setup.formulation, setup.record, self.start.body, row, self.precision.context
+        )
+        return tuple(x + rate * delay for x, rate in zip(row, rates, strict=True))
+
+
+class _Reader:
+    """Pieces that are read one behind the other, and not stored."""
+
+    def __init__(self, read: Callable[[ContinuousOutput, Scalar, Scalar], None], end: Scalar):
+        self._read, self._end = read, end
+        self.clear()
+
+    def clear(self) -> None:
+        self._low: Scalar = None
+
+    def append(self, output: ContinuousOutput) -> None:
+        high = output.bounds[1]
+        self._read(output, self._low, high if high < self._end else None)
+        self._low = high
+
+
+def moved_arrays(
+    setup: Setup, body: Parameters, entries: tuple[Array, ...], delay: Array
+) -> tuple[Array, ...]:
+    """Entries at rounded times, as they are a ``delay`` of less than an ulp of time later.
+
+    ``body`` is the dimensionless one in double, in which the rates are fine enough for that.
+    """
+    import numpy
+
+    doubles = tuple(entry.astype(float, copy=False) for entry in entries)
+    with numpy.errstate(all="ignore"):
+        rates = extended_rates(setup.formulation, setup.record, body, doubles, numpy)
+        moved = [x + rate * delay for x, rate in zip(entries, rates, strict=True)]
+    # at a pole the rates of phi and psi are undefined; there the entry stands as it is
+    return tuple(numpy.where(numpy.isfinite(m), m, x) for m, x in zip(moved, entries, strict=True))

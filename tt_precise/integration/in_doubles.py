@@ -1,0 +1,213 @@
+"""One propagation in double-double or triple-double: ``propagate``, with ``taylor`` for heyoka.
+
+Steps, series, events and ends are its own; equations, event functions and what ends a model are
+the ones that heyoka is given.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+from tt_precise.integration.events import EXTREMUM, event_named
+from tt_precise.integration.precision import Precision
+from tt_precise.integration.propagate import (
+    FIRST_STEP,
+    Pieces,
+    Propagation,
+    Status,
+    left_the_table,
+    without_start,
+)
+from tt_precise.integration.quadratures import extended_rates, motion
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.step_limit import longest_step
+from tt_precise.integration.system import MOST_EVENTS, Hit, full_tolerance, terminal_functions
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.taylor.crossings import SignChange, Watch
+from tt_precise.taylor.numbers import moments, number, numbers_of
+from tt_precise.taylor.system import StepBlock, System, order_of
+
+
+class _Compiled(NamedTuple):
+    """A system whose outputs are the functions called ``terminal``, then those of the events."""
+
+    system: System
+    terminal: tuple[str, ...]
+
+
+@lru_cache(maxsize=32)
+def _compiled(setup: Setup) -> _Compiled:
+    form, record = setup.formulation, setup.record
+    terminal: dict[str, Scalar] = {}
+
+    def define(
+        entries: tuple[Scalar, ...], parameters: Sequence[Scalar], fn: Functions
+    ) -> tuple[list[Scalar], list[tuple[Scalar, bool]]]:
+        body = form.body(parameters)
+        q = motion(form, record, body, entries, fn)
+        terminal.update(terminal_functions(form, q, entries[0]))
+        outputs = [(function, False) for function in terminal.values()]
+        for name in setup.events:
+            event = event_named(name, form.model)
+            outputs.append((event.function(q), name.startswith(EXTREMUM) and not event.slope))
+        return extended_rates(form, record, body, entries, fn), outputs
+
+    entries = len(form.columns) + len(record)
+    system = System(setup.precision.doubles, entries, len(form.parameters), define)
+    return _Compiled(system, tuple(terminal))
+
+
+class ReadPiece:
+    """Some steps, read as heyoka's dense output is: ``bounds``, ``n_steps``, states at times."""
+
+    def __init__(self, piece: StepBlock, high: Scalar, size: int, fn: Functions):
+        self._piece, self._size, self._fn = piece, size, fn
+        self.bounds, self.n_steps = (number(piece.begins[0], fn), high), len(piece.begins)
+
+    def at(self, times: Array) -> Array:
+        """Rows at times in parts: axes (time, part, entry)."""
+        return self._piece.at(times)[:, :, : self._size]
+
+    def __call__(self, time: Scalar) -> tuple[Scalar, ...]:
+        return numbers_of(self.at(moments([time]))[0], self._fn)
+
+
+class _Beginning(NamedTuple):
+    """A start as a system's run needs it; computed once for all runs from it."""
+
+    rows: tuple[Array, Array]
+    until: float
+    limits: dict[int, float]
+
+    @classmethod
+    def of(cls, start: InitialState, setup: Setup, system: System) -> _Beginning:
+        fn, form = setup.precision.context, setup.formulation
+
+        def made() -> _Beginning:
+            row = start.first_row(form, setup.record)
+            return cls(system.begun(row, start.parameters(form), fn), float(start.until), {})
+
+        return start.once(system, made)
+
+    def longest(self, start: InitialState, precision: Precision, order: int) -> float:
+        """The longest step that leaves a tilt beside a pole its digits."""
+        if order not in self.limits:
+            limit = longest_step(start.body, start.vectors, order, precision)
+            self.limits[order] = math.inf if limit is None else float(limit)
+        return self.limits[order]
+
+
+def propagate_in_doubles(
+    setup: Setup,
+    start: InitialState,
+    *,
+    dense: Pieces | None = None,
+    progress: Progress | None = None,
+) -> Propagation:
+    """As ``propagate``; numbers are guarded ones, rounded where they become doubles.
+
+    Raises
+    ------
+    InputError
+        More than ``MOST_EVENTS`` events happened, one of them needs a function that is not there,
+        or there are options, which are heyoka's.
+    """
+    if setup.options:
+        raise InputError(
+            f"options: got {', '.join(dict(setup.options))} with precision {setup.precision.name}, "
+            "expected none: they are heyoka's"
+        )
+    fn, until = setup.precision.context, start.until
+    run = _Run(setup, start)
+    tolerance = float(setup.tolerance or full_tolerance(setup.precision))
+    order = order_of(tolerance)
+    begun = _Beginning.of(start, setup, run.system)
+    pieces = run.system.pieces(
+        begun.rows, begun.until, tolerance, begun.longest(start, setup.precision, order),
+        FIRST_STEP if setup.events else None,
+    )  # fmt: skip
+    end = _End("complete", fn.mpf(0), start.first_row(setup.formulation, setup.record), 0)
+    steps = 0
+    for piece in pieces if until else ():
+        end = run.take(piece)
+        steps += end.steps
+        if dense is not None:
+            dense.append(ReadPiece(piece, end.time, run.size, fn))
+        if progress:
+            progress(min(1.0, float(end.time / until)))
+        if end.status:
+            break
+    assert end.status, "a run goes on until it ends"
+    hits = without_start(run.hits, run.events, setup, start, FIRST_STEP)
+    return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits)
+
+
+class _End(NamedTuple):
+    """Where a piece ends, and how the run does, if it does: only then it has a state."""
+
+    status: Status | None
+    time: Scalar
+    state: tuple[Scalar, ...]
+    steps: int
+
+
+class _Run:
+    """One run: what has happened in its pieces so far."""
+
+    def __init__(self, setup: Setup, start: InitialState):
+        self.setup, self.start, self.fn = setup, start, setup.precision.context
+        self.system, self.terminal = _compiled(
+            setup.but(tolerance=0.0, contact="", paired=False, options=())
+        )
+        self.events = {name: event_named(name, setup.formulation.model) for name in setup.events}
+        self.names = (*self.terminal, *self.events)
+        self.size = len(setup.formulation.columns) + len(setup.record)
+        directions = (*(-1 for _ in self.terminal), *(e.direction for e in self.events.values()))
+        self.watch = Watch(len(self.system.graph.entries), directions, self.fn)
+        self.hits: list[Hit] = []
+        self.left = False  # the table, in a run that goes on then
+
+    def take(self, piece: StepBlock) -> _End:
+        """Events in the next piece, and its end."""
+        until = self.start.until
+        for zero in self.watch.zeros(piece, until):
+            name, state = self.names[zero.function], numbers_of(zero.row[:, : self.size], self.fn)
+            if name == "contact_lost" and self.setup.contact == "bilateral":
+                self.left = True
+            elif name in self.terminal:
+                return _End(name, zero.time, state, self._steps(piece, zero))  # type: ignore[arg-type]
+            elif len(self.hits) == MOST_EVENTS:
+                raise InputError(
+                    f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time "
+                    "or for fewer kinds of them"
+                )
+            else:
+                self.hits.append(Hit(name, zero.time, zero.direction, state))
+        taken = len(piece.lengths)
+        if piece.good < taken or self._crawls(piece):
+            steps = min(piece.good, taken - 1)
+            time, row = piece.begins[steps], piece.row(steps)[:, : self.size]
+            return _End("failed", number(time, self.fn), numbers_of(row, self.fn), steps)
+        if piece.end_time[0] < float(until):
+            return _End(None, number(piece.end_time, self.fn), (), taken)
+        state = ReadPiece(piece, until, self.size, self.fn)(until)
+        ignored = self.setup.contact == "bilateral" and left_the_table(
+            self.setup, self.start, self.left
+        )
+        return _End("contact_ignored" if ignored else "complete", until, state, taken)
+
+    def _steps(self, piece: StepBlock, zero: SignChange) -> int:
+        return int((piece.begins[:, 0] < float(zero.time)).sum())
+
+    def _crawls(self, piece: StepBlock) -> bool:
+        """Whether the steps are too short ever to arrive; that of ``FIRST_STEP`` is alone."""
+        advance = number(piece.end_time, self.fn) - number(piece.begins[0], self.fn)
+        return len(piece.lengths) > 1 and bool(
+            advance < self.setup.precision.eps * self.start.until
+        )

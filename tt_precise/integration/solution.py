@@ -1,0 +1,101 @@
+"""``solve``: a scene integrated once, as a set-up says, with a reference run where it is free."""
+
+from __future__ import annotations
+
+import threading
+from functools import lru_cache
+from typing import NamedTuple
+
+from tt_precise.integration.contact import require_contact
+from tt_precise.integration.continuing import propagated
+from tt_precise.integration.dense_output import DenseOutput, StoredPieces
+from tt_precise.integration.lifting import bouncing, flying, flying_on
+from tt_precise.integration.paired import Beginning, Pair, can_be_paired, propagate_pair
+from tt_precise.integration.paired_in_doubles import PairInDoubles, pair_in_doubles, run_in_doubles
+from tt_precise.integration.pieces import MotionPiece, joined
+from tt_precise.integration.precision import Precision
+from tt_precise.integration.propagate import propagate
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.stick_slip import pieces_of
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.scene import Scene
+from tt_precise.scene.start import LiftedStart
+
+
+class Solution(NamedTuple):
+    """An initial state and what became of it; ``pair`` where a reference run was made with it."""
+
+    start: InitialState
+    output: DenseOutput
+    pair: Pair | PairInDoubles | None = None
+
+
+def solve(
+    scene: Scene,
+    setup: Setup,
+    progress: Progress | None = None,
+    *,
+    rounded_otherwise: bool = False,
+    dense: bool = False,
+) -> Solution:
+    """Integrate ``scene`` from its start; arguments as of ``Trajectory``.
+
+    Raises
+    ------
+    InputError
+        The top is not on the table at t = 0, or more events happened than are taken.
+    """
+    precision = setup.precision
+    begun = beginning(scene, precision, setup.contact, threading.get_ident())
+    start = begun.reference if rounded_otherwise else begun.start
+    if precision.doubles and scene.in_pieces:
+        raise InputError(
+            f"{scene.name}: got {precision.name}, expected double, extended, quad or mp for a "
+            "motion that may come in pieces"
+        )
+    if precision.doubles:
+        run = run_in_doubles(setup, start, progress)
+        return Solution(start, run, pair_in_doubles(run, begun) if setup.paired else None)
+    if setup.paired and can_be_paired(setup):
+        lanes = propagate_pair(setup, begun, scene.sample_every)
+        if lanes:
+            return Solution(start, lanes.run, lanes)
+    pieces = _pieces(scene, setup, start, progress)
+    if pieces:
+        return Solution(start, joined(pieces, setup, start))
+    if precision.name == "double" and not dense:
+        times = begun.samples
+        samples = None if times is None else times.doubles.rounded[1:]
+        propagation = propagate(setup, start, samples=samples, progress=progress)
+        return Solution(start, DenseOutput(setup, start, propagation, samples=times))
+    # wider arithmetics take longer, so there the dense output is always stored at once
+    stored = StoredPieces(setup)
+    propagation = propagate(setup, start, dense=stored, progress=progress)
+    return Solution(start, DenseOutput(setup, start, propagation, stored.pieces))
+
+
+@lru_cache(maxsize=64)
+def beginning(scene: Scene, precision: Precision, contact: str, thread: int) -> Beginning:
+    """The start of a scene, once for each thread: each has its own context of mpmath."""
+    start = InitialState.of(scene, precision.arithmetic)
+    if not isinstance(scene.start, LiftedStart):
+        require_contact(scene.name, start, precision.context, contact)
+    return Beginning(start, precision, scene)
+
+
+def _pieces(
+    scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
+) -> list[MotionPiece]:
+    """The pieces of a motion that has some; none where one set of equations holds throughout."""
+    if scene.model == "flight":
+        return flying(setup, start)
+    if scene.body.spring:
+        return bouncing(scene.name, setup, start, progress)
+    found: list[MotionPiece] = []
+    if scene.body.law == "coulomb" and scene.model == "gliding":
+        found = pieces_of(scene.name, setup, start, progress)
+    elif scene.flies:
+        found = [MotionPiece(start.until * 0, propagated(setup, start), "")]
+    return flying_on(found, setup, start) if scene.flies else found

@@ -1,0 +1,383 @@
+"""``Trajectory``: what ``integrate`` returns, and everything that is asked of it afterwards."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Container, Iterable, Sequence
+from fractions import Fraction
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, get_args
+
+from tt_precise.integration.accuracy import End
+from tt_precise.integration.columns import State
+from tt_precise.integration.estimated import Estimated, is_estimate
+from tt_precise.integration.events import not_alternating
+from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.integration.pieces import MotionPart, parts, reading
+from tt_precise.integration.pose import POSE, POSE_NAMES, expanded
+from tt_precise.integration.precision import Precision
+from tt_precise.integration.propagate import ARRIVED, Status
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.solution import Solution, solve
+from tt_precise.integration.system import full_tolerance
+from tt_precise.integration.tables import Numbers
+from tt_precise.mechanics.conserved import conserved
+from tt_precise.mechanics.quantities import Motion, jellett
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.body import Dimension
+from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import RECORDABLE, Scene
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas
+    from matplotlib.figure import Figure
+
+
+class Trajectory(Estimated):
+    """A solution of a scene, from t = 0 to ``t_end``; made by integrating as ``setup`` says.
+
+    Look at ``status`` before anything else: only "complete" reached the scene's horizon as a
+    top on a table; "contact_ignored" got there with g_n <= 0 on the way, which was asked for with
+    ``contact="bilateral"``; the others ended where the model ended, and nothing is ever given
+    beyond ``t_end``.
+
+    Several threads may read from one trajectory. A pickle of it holds the scene and the set-up, no
+    numbers and no code: it is integrated again where it is unpickled.
+
+    Attributes
+    ----------
+    status
+        "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole" or
+        "failed".
+    t_end
+        Where the solution ends, in s.
+    steps, order
+        Taylor steps taken, and their order.
+    state
+        ``State`` at ``t_end``.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        setup: Setup,
+        progress: Progress | None = None,
+        *,
+        rounded_otherwise: bool = False,
+        dense: bool = False,
+        solution: Solution | None = None,
+    ):
+        solution = solution or solve(
+            scene, setup, progress, rounded_otherwise=rounded_otherwise, dense=dense
+        )
+        propagation = solution.output.propagation
+        self.scene, self.setup, self.start = scene, setup, solution.start
+        self._rounded_otherwise = rounded_otherwise
+        self._pair, self._dense_output = solution.pair, solution.output
+        self._columns, self._tables = reading(solution.output)
+        self.status: Status = propagation.status
+        self.steps, self.order = propagation.steps, propagation.order
+
+    def again(self, *, rounded_otherwise: bool = False, **changes: Any) -> Trajectory:
+        """The same scene integrated again, with some fields of the ``Setup`` replaced.
+
+        With ``rounded_otherwise`` every number of body and start lies on the other side of the
+        exact one: what such a run differs by contains what their rounding does to a run.
+        """
+        setup = self.setup.but(**changes)
+        return Trajectory(self.scene, setup, rounded_otherwise=rounded_otherwise)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # made again where it is unpickled: heyoka's own pickles are machine code
+        make = partial(Trajectory, rounded_otherwise=self._rounded_otherwise)
+        return make, (self.scene, self.setup)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Trajectory of {self.scene.name}: {self.status}, t_end = {self.t_end} s, "
+            f"{self.precision.name}, {self.formulation}, {self.steps} steps>"
+        )
+
+    @property
+    def precision(self) -> Precision:
+        """The working precision."""
+        return self.setup.precision
+
+    @property
+    def formulation(self) -> str:
+        """The coordinates integrated in: "newton" or "euler"."""
+        return self.setup.formulation.coordinates
+
+    @property
+    def tolerance(self) -> Scalar:
+        """heyoka's relative tolerance that was integrated with, an mpmath number."""
+        return self.precision.context.mpf(self.setup.tolerance) or full_tolerance(self.precision)
+
+    @property
+    def pieces(self) -> tuple[MotionPart, ...]:
+        """Stretches of gliding and rolling, under Coulomb's friction; else one, the whole."""
+        return parts(self._dense_output, self._columns.leaving)
+
+    @cached_property
+    def t_end(self) -> Scalar:
+        """Where the solution ends, in s: a float in double, else an mpmath number."""
+        return self._columns.leaving(self._dense_output.end)
+
+    @cached_property
+    def state(self) -> State:
+        """The state at ``t_end``."""
+        return self._columns.states([self._dense_output.end_time], [self._dense_output.end_row])[0]
+
+    @property
+    def end(self) -> End:
+        """How and where the solution ends."""
+        return End(self.status, self.t_end, self.state.values)
+
+    def at(self, t: Scalar) -> State:
+        """The state at time ``t`` (s) from the Taylor series of the step around it.
+
+        A sequence of times gives one ``State`` whose entries are arrays.
+
+        Raises
+        ------
+        InputError
+            ``t`` lies outside [0, t_end]: a solution is never extrapolated.
+        """
+        several = hasattr(t, "__len__") and not isinstance(t, str)
+        times = [self._dense_output.dimensionless_time(one) for one in (t if several else [t])]
+        states = self._columns.states(times, self._dense_output.rows(times))
+        return State.joined(states, self.precision) if several else states[0]
+
+    def motion(self, t: Scalar) -> Motion:
+        """What quantities are computed from at ``t`` (s), dimensionless; refused as by ``at``."""
+        time = self._dense_output.dimensionless_time(t)
+        return self._columns.motion(self._dense_output.rows([time])[0])
+
+    def evaluated(
+        self, function: Callable[[Motion], Scalar], times: Sequence[Scalar]
+    ) -> list[Scalar]:
+        """``function(motion(t))`` at all of these times, which are mpmath numbers, at once."""
+        return self._tables.evaluated(function, times)
+
+    @cached_property
+    def sample_times(self) -> tuple[Fraction, ...]:
+        """The scene's exact sample times up to ``t_end``, which is added where it ends early."""
+        if self.status in ARRIVED:
+            return self.scene.sample_times
+        end = as_fraction(self._dense_output.end)
+        return (*(t for t in self.scene.sample_times if t < end), end)
+
+    def frame(
+        self,
+        *names: str,
+        times: Iterable[Scalar] | None = None,
+        numbers: Numbers = "native",
+        pose: bool = False,
+        progress: Progress | None = None,
+    ) -> pandas.DataFrame:
+        """A table over time, in SI: column ``t`` and one for each name.
+
+        Values that are undefined (Euler rates at a pole) are missing.
+
+        Parameters
+        ----------
+        names
+            State entries (kx, theta, ...), recorded quadratures, or any quantity; by default
+            all vector and Euler columns and what was recorded. "pose" stands for the columns of
+            the pose, "pose:xyzw" for them with the scalar of the quaternion last. "error:" before
+            a name stands for its estimated error, "digits" for those of the state's worst entry
+            (``error_over_time``).
+        times
+            In s; by default the scene's samples.
+        numbers
+            "native" (float64 for double, mpmath numbers otherwise), "float" or "text".
+        pose
+            Give the pose, behind ``names`` if there are any: quaternion, position and velocity of
+            the centre of mass, angular velocity in the inertial and in the body's frame. Where
+            phi, psi, x and y were not recorded, the scene is integrated once more.
+        progress
+            Called with the fraction done, where the series of the steps have to be made (again).
+        """
+        import numpy
+        import pandas
+
+        if pose:
+            names = (*names, POSE)
+        columns = self.table(*names, times=times, numbers=numbers, progress=progress)
+        if numbers == "text" or not self._tables.in_arrays:
+            return pandas.DataFrame(columns)
+        # pandas takes one array much faster than many
+        return pandas.DataFrame(numpy.array(list(columns.values())).T, columns=list(columns))
+
+    def table(
+        self,
+        *names: str,
+        times: Iterable[Scalar] | None = None,
+        numbers: Numbers = "native",
+        progress: Progress | None = None,
+    ) -> dict[str, Array]:
+        """The columns of ``frame`` by name, without pandas.
+
+        Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
+        text, are lists with None there. Text of double is the shortest that recovers the number.
+        """
+        if numbers not in get_args(Numbers):
+            raise InputError(
+                f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
+            )
+        exact = self.sample_times if times is None else tuple(map(as_fraction, times))
+        wanted = expanded(names or self._columns.names)
+        if any(map(is_estimate, wanted)):
+            if times is not None:
+                raise InputError("times: got some beside estimated errors, expected the samples'")
+            plain = [name for name in wanted if not is_estimate(name)]
+            found = self.table(*plain or ["theta"], numbers=numbers, progress=progress)
+            return self._with_errors(found, wanted, numbers)
+        missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
+        if not missing:
+            return self._tables.columns(wanted, exact, numbers, progress)
+        run = self.with_quadratures
+        plain = [name for name in wanted if name not in missing]
+        found = self._tables.columns(plain, exact, numbers)
+        found = run._tables.columns(missing, self._alike(exact, run), numbers) | found
+        return {name: found[name] for name in ("t", *wanted)}
+
+    def _alike(self, times: Sequence[Fraction], run: Trajectory) -> tuple[Fraction, ...]:
+        """``times`` in another run of the scene, whose end stands for that of this one."""
+        if self.status in ARRIVED:
+            return tuple(times)
+        end, other = (as_fraction(one._dense_output.end) for one in (self, run))
+        return tuple(other if t >= end else t for t in times)
+
+    @cached_property
+    def with_quadratures(self) -> Trajectory:
+        """The same run with phi, psi, x and y recorded; made now where they were not.
+
+        Refused where the axis is exactly vertical at the start or on the way.
+        """
+        if set(RECORDABLE) <= set(self.setup.record):
+            return self
+        if not self.scene.start.theta.at_pole:
+            run = self.again(record=RECORDABLE, events=())
+            if run.status == self.status:
+                return run
+        raise InputError(
+            "pose: got an axis that is exactly vertical at some time, where phi and psi are "
+            "undefined; expected another scene"
+        )
+
+    @cached_property
+    def events(self) -> pandas.DataFrame:
+        """All recorded events in order of time: name, t (s), direction, and the state there (SI).
+
+        ``direction`` is +1 where the event's function rises through zero, -1 where it falls.
+        """
+        return self._tables.events()
+
+    def event_table(
+        self, names: Sequence[str] | None = None, at: Container[str] | None = None
+    ) -> dict[str, Array]:
+        """The columns of ``events`` by name, without pandas, and of the state those ``names``.
+
+        ``at`` names events; elsewhere entries of the state may be missing.
+        """
+        return self._tables.event_columns(self._columns.names if names is None else names, at)
+
+    @property
+    def event_counts(self) -> Counter[str]:
+        """How often each event was recorded."""
+        return Counter(hit.name for hit in self._dense_output.propagation.hits)
+
+    @cached_property
+    def suspect_events(self) -> tuple[str, ...]:
+        """Events of which one may be missing: the function rises, or falls, twice in a row.
+
+        heyoka can miss two roots in one step; then the directions still alternate, but a missed
+        single root breaks the pattern. Minima and maxima of theta are looked at together.
+        """
+        found = zip(self.events["name"], self.events["direction"], strict=True)
+        return not_alternating(found, self.setup.events)
+
+    @cached_property
+    def drift(self) -> dict[str, Scalar]:
+        """Largest relative drift of everything the scene conserves, over samples and end.
+
+        Computed from the states in finer numbers than theirs: for double in long double, otherwise
+        in mpmath with guard bits.
+        """
+        number = self.precision.context.mpf
+        return {name: number(max(values)) for name, values in self.drift_over_time().items()}
+
+    def drift_over_time(self) -> dict[str, Sequence[Scalar]]:
+        """Relative drift of everything the scene conserves, at each of ``sample_times``.
+
+        In double a float64 array for each integral, otherwise a list of mpmath numbers.
+        """
+        integrals = [
+            integral
+            for integral in conserved(self.scene.model, self.scene.body)
+            if self._columns.has_azimuth or not integral.azimuth
+            if self.formulation == "newton" or integral.name != "axis_norm"
+        ]
+        return self._tables.drift(integrals, self.sample_times)
+
+    def plot(self, *names: str) -> Figure:
+        """A matplotlib ``Figure`` over time: a panel for each of ``names``.
+
+        Without names: theta, energies, normal force, relative drift of what is conserved; recorded
+        events are marked. ``tt_precise.runtime.plotting.save`` writes it.
+        """
+        from tt_precise.integration.picture import figure
+
+        return figure(self, names)
+
+    def animate(
+        self,
+        path: str | Path,
+        *,
+        seconds: float = 12.0,
+        fps: int = 20,
+        begin: float = 0.0,
+        end: float | None = None,
+        progress: Progress | None = None,
+    ) -> Path:
+        """Write a moving picture of the top and its track on the table.
+
+        ``path`` ends in .gif, .html, or .mp4 (which needs ffmpeg). The picture plays ``seconds``
+        with ``fps`` frames in each, equally spaced in the trajectory's time from ``begin`` to
+        ``end`` (s; by default all of it). ``progress`` is called with the fraction done.
+        """
+        from tt_precise.integration.animation import animate
+
+        return animate(
+            self, path, seconds=seconds, fps=fps, begin=begin, end=end, progress=progress
+        )
+
+    def _repr_html_(self) -> str:
+        from tt_precise.integration.picture import notebook_table
+
+        return notebook_table(self)
+
+    def dimension(self, name: str) -> Dimension:
+        """The dimension of a column; refuses names that ``frame`` does not know."""
+        return self._columns.dimension(name)
+
+    @cached_property
+    def inversion(self) -> InversionTimes:
+        """Initiation and ending time of the climb, in the three definitions.
+
+        Integrates again, in the same set-up, if it lacks the events.
+        """
+        complete = set(NEEDED) <= set(self.setup.events)
+        run = self if complete else self.again(events=NEEDED, record=(), paired=False)
+        double = self.precision.name == "double"
+        return from_events(
+            run.event_table(("theta", "phi_dot"), at=("theta_min", "theta_max")),
+            math.pi if double else +self.precision.context.pi,
+            mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
+        )

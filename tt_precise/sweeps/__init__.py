@@ -1,0 +1,18 @@
+"""Many starts at once: SIMD lanes, cores, clusters.
+
+    >>> import tt_precise as tt
+    >>> rows = tt.sweep("reference", vary={"phi_dot": [0, 100]}, recheck=0)
+    >>> list(rows["outcome"])
+    ['inverts', 'inverts']
+
+``tt.sweep`` is ``table``; it and the command are made of ``specification`` and ``sweep``.
+"""
+
+from tt_precise.sweeps.rows_file import read_rows
+from tt_precise.sweeps.run import Swept, sweep
+from tt_precise.sweeps.specification import Specification, specification
+from tt_precise.sweeps.sweep_file import read_specification
+
+__all__ = [
+    "Specification", "Swept", "read_rows", "read_specification", "specification", "sweep",
+]  # fmt: skip

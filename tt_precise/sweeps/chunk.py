@@ -1,0 +1,295 @@
+"""One task of a sweep: some hundred rows, from the numbers in their columns to their results.
+
+Only arrays go in and come out. The result of a row depends on the row alone, not on the others
+in its chunk.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from functools import cached_property
+
+import numpy
+
+from tt_precise.integration.contact import ended_at_start
+from tt_precise.integration.events import EXTREMUM, Event
+from tt_precise.integration.inversion import InversionTimes, Marks, Turns, from_marks
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.step_limit import longest_step
+from tt_precise.mechanics import thresholds
+from tt_precise.mechanics.formulations import Formulation, integrated
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.runtime.arithmetic import Arithmetic, Array
+from tt_precise.scene.body import Parameters
+from tt_precise.sweeps.climb_zeros import EARLY
+from tt_precise.sweeps.columns import (
+    DEFINITIONS,
+    NU_FALLS,
+    NU_RISES,
+    SMALLEST_FORCE,
+    Part,
+    detectors,
+    part_named,
+    turning_events,
+)
+from tt_precise.sweeps.lanes import Build, LaneResult, lanes
+from tt_precise.sweeps.specification import PARAMETERS, Plan
+from tt_precise.sweeps.step_buffer import Events
+from tt_precise.sweeps.steps_again import LaneStart
+
+SAME = 2.0**-53
+DOUBLE = precision_named("double")
+FLOATS = Arithmetic(math, float)
+
+
+def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
+    """Columns of results of the rows that start from ``values``, shape (rows, names).
+
+    Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
+    """
+    form = integrated(plan.scene.model, "newton")
+    starts = _starts(plan, values)
+    build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
+    ended = [_refused(form, one, plan.contact) for one in starts]
+    moving = [row for row, result in enumerate(ended) if result is None]
+    with lanes(build) as integrator:
+        found = integrator.integrate(
+            [_lane_start(form, starts[row], integrator.order) for row in moving]
+        )
+    for row, result in zip(moving, found.results, strict=True):
+        ended[row] = result
+    events = found.events._replace(row=numpy.array(moving, dtype=int)[found.events.row])
+    results = [result for result in ended if result is not None]
+    owner, states = found.lowest
+    lowest = numpy.array(moving, dtype=int)[owner], states
+    return _Integrated(plan, form, build, starts, results, events, lowest).columns()
+
+
+def _starts(plan: Plan, values: Array) -> list[InitialState]:
+    rows = [dict(zip(plan.names, row, strict=True)) for row in values.tolist()]
+    if plan.derived or any(name in PARAMETERS for name in plan.names):
+        return [InitialState.of(plan.scene_of(row), FLOATS) for row in rows]
+    first = InitialState.of(plan.scene, FLOATS)
+    return [first.from_another(plan.scene.start, FLOATS, row) for row in rows]
+
+
+def _lane_start(form: Formulation, start: InitialState, order: int) -> LaneStart:
+    longest = longest_step(start.body, start.vectors, order, DOUBLE)
+    return LaneStart(
+        start.state(form),
+        start.parameters(form),
+        start.until,
+        math.inf if longest is None else float(longest),
+    )
+
+
+def _refused(form: Formulation, start: InitialState, contact: str) -> LaneResult | None:
+    """The result of a start from which there is no contact to begin with."""
+    status = ended_at_start(start, contact, DOUBLE.context)
+    return status and LaneResult(status, 0.0, numpy.array(start.state(form)), 0)
+
+
+class _Integrated:
+    """The rows of a chunk after the integration: everything is evaluated for all at once."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        form: Formulation,
+        build: Build,
+        starts: Sequence[InitialState],
+        results: Sequence[LaneResult],
+        events: Events,
+        lowest: tuple[Array, Array],
+    ):
+        self.lowest = lowest
+        self.plan, self.form, self.starts, self.results = plan, form, starts, results
+        self.detectors = build.detectors
+        self.rows = len(starts)
+        self.owner, self.times, self.states = events.row, events.time, events.state
+        self.kind = 2 * events.detector + (events.direction > 0)
+        self._drop_starts([one.event for one in build.detectors])
+
+    def columns(self) -> dict[str, Array]:
+        """All columns of the rows, in SI."""
+        times = self._inversion_times()
+        unit = numpy.array([one.units.time for one in self.starts])
+        found: dict[str, Array] = {
+            "outcome": [self._outcome(row, times[row]) for row in range(self.rows)]
+        }
+        for when in ("t_init", "t_end"):
+            for which in DEFINITIONS:
+                one = [getattr(getattr(climb, which), when) for climb in times]
+                found[f"{when}_{which}"] = numpy.array(one, dtype=float) * unit
+        lost = [one.status == "contact_lost" and one.time > 0 for one in self.results]
+        found["min_g_n"] = numpy.where(lost, 0.0, self._part("min", "g_n"))
+        found["jellett_drift"] = self._drift()
+        found["steps"] = numpy.array([one.steps for one in self.results], dtype=numpy.int64)
+        found["t_stop"] = numpy.array([one.time for one in self.results]) * unit
+        for name in self.plan.record:
+            found[name] = self._asked(name, found, times, unit)
+        return found
+
+    def _asked(
+        self, name: str, found: Mapping[str, Array], times: Sequence[InversionTimes], unit: Array
+    ) -> Array:
+        part = part_named(name)
+        if part is not None:
+            return self._part(part.part, part.quantity)
+        if name == "t_equator":
+            return numpy.array([climb.equator for climb in times], dtype=float) * unit
+        if name == "lambda_ratio":
+            q = self._start_motion
+            with numpy.errstate(all="ignore"):
+                return jellett(q) / thresholds.lambda_thres(q.body, numpy)
+        if name.startswith("nu_crossing"):
+            climbs = numpy.array([climb.equator for climb in times], dtype=float)
+            return self._nearest(climbs, after=name.endswith("end")) * unit
+        which = name.removeprefix("climb_")
+        return found[f"t_end_{which}"] - found[f"t_init_{which}"]
+
+    def _nearest(self, climbs: Array, *, after: bool) -> Array:
+        """Time of the crossing of nu_y and nu_x that is next to the climb on one side."""
+        chosen = self._events(NU_FALLS if after else NU_RISES)
+        owner, times = self.owner[chosen], self.times[chosen]
+        beyond = times > climbs[owner] if after else times < climbs[owner]
+        found = numpy.full(self.rows, numpy.nan)
+        nearer = numpy.fmin if after else numpy.fmax
+        nearer.at(found, owner[beyond], times[beyond])
+        return found
+
+    def _outcome(self, row: int, times: InversionTimes) -> str:
+        status = self.results[row].status
+        if status != "complete":
+            return status
+        return "does_not_invert" if times.A.t_end is None else "inverts"
+
+    # ---- evaluation ------------------------------------------------------------------------
+
+    def _motion(self, states: Array, owner: Array) -> Motion:
+        body = Parameters(**{name: column[owner] for name, column in self._bodies.items()})
+        return self.form.motion(body, self.form.State(*states.T), numpy)
+
+    @cached_property
+    def _bodies(self) -> dict[str, Array]:
+        return {
+            field.name: numpy.array([float(getattr(one.body, field.name)) for one in self.starts])
+            for field in fields(Parameters)
+        }
+
+    @cached_property
+    def _start_motion(self) -> Motion:
+        states = numpy.array([one.state(self.form) for one in self.starts])
+        return self._motion(states, numpy.arange(self.rows))
+
+    @cached_property
+    def _end_motion(self) -> Motion:
+        states = numpy.array([one.state for one in self.results])
+        return self._motion(states, numpy.arange(self.rows))
+
+    def _kinds(self, *names: str) -> Array:
+        """Which kinds of events have one of these names."""
+        wanted = numpy.zeros(2 * len(self.detectors), dtype=bool)
+        for position, one in enumerate(self.detectors):
+            wanted[2 * position] = one.falling in names
+            wanted[2 * position + 1] = one.rising in names
+        return wanted
+
+    def _events(self, *names: str) -> Array:
+        """Positions of the events that have one of these names."""
+        return numpy.flatnonzero(self._kinds(*names)[self.kind])
+
+    def _at_events(self, *names: str) -> tuple[Array, Motion]:
+        """Positions of the events that have one of these names, and the motion there."""
+        chosen = self._events(*names)
+        return chosen, self._motion(self.states[chosen], self.owner[chosen])
+
+    @cached_property
+    def _turning_points(self) -> tuple[Array, Motion]:
+        return self._at_events("theta_min", "theta_max")
+
+    def _at_extrema(self, part: Part) -> tuple[Array, Motion]:
+        """Rows and motions among which an extreme value is, if it lies between start and end."""
+        if part == SMALLEST_FORCE:
+            owner, states = self.lowest
+            return owner, self._motion(states, owner)
+        chosen, q = self._at_events(*turning_events(part.quantity))
+        return self.owner[chosen], q
+
+    def _part(self, part: str, quantity: str) -> Array:
+        """The start, end, smallest or largest value of a quantity in each row."""
+        wanted = QUANTITIES[quantity]
+        ones = numpy.ones(self.rows)
+        with numpy.errstate(all="ignore"):
+            start = wanted.evaluate(self._start_motion) * ones
+            end = wanted.evaluate(self._end_motion) * ones
+            if part in ("start", "end"):
+                found = start if part == "start" else end
+            else:
+                owner, q = self._at_extrema(Part(part, quantity))
+                smaller = numpy.fmin if part == "min" else numpy.fmax
+                found = smaller(start, end)
+                smaller.at(found, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
+        unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.starts])
+        return found * unit
+
+    def _drift(self) -> Array:
+        start, end = jellett(self._start_motion), jellett(self._end_motion)
+        chosen, q = self._turning_points
+        owner = self.owner[chosen]
+        with numpy.errstate(all="ignore"):
+            found = numpy.abs(end - start) / numpy.abs(start)
+            change = numpy.abs(jellett(q) - start[owner]) / numpy.abs(start[owner])
+            numpy.fmax.at(found, owner, change)
+        return found
+
+    def _inversion_times(self) -> list[InversionTimes]:
+        chosen, q = self._turning_points
+        kind, owner = self.kind[chosen], self.owner[chosen]
+        with numpy.errstate(all="ignore"):
+            theta = QUANTITIES["theta"].evaluate(q)
+            mirrored = numpy.sign(jellett(self._start_motion))[owner]
+            phi_dot = QUANTITIES["phi_dot"].evaluate(q) * mirrored
+
+        def turns(name: str) -> list[Turns]:
+            mine = self._kinds(name)[kind]
+            columns = (column[mine] for column in (self.times[chosen], theta, phi_dot))
+            return list(map(Turns, *(self._by_row(column, owner[mine]) for column in columns)))
+
+        def times(name: str) -> list[list[float]]:
+            mine = self._events(name)
+            return self._by_row(self.times[mine], self.owner[mine])
+
+        columns = (
+            times("equator"), turns("theta_min"), turns("theta_max"), times("phi_dot_zero"),
+            times("Lk_equals_Lz"), times("Lk_equals_minus_Lz"),
+        )  # fmt: skip
+        return [from_marks(Marks(*row), math.pi) for row in zip(*columns, strict=True)]
+
+    def _by_row(self, column: Array, owner: Array) -> list[list[float]]:
+        cuts = numpy.searchsorted(owner, numpy.arange(self.rows + 1)).tolist()
+        items = column.tolist()  # numbers of NumPy's are slow
+        return [items[start:end] for start, end in itertools.pairwise(cuts)]
+
+    def _drop_starts(self, events: Sequence[Event]) -> None:
+        """Leave out events that are the start itself; whether heyoka finds them is rounding."""
+        early = numpy.flatnonzero(self.times < EARLY)
+        if not len(early):
+            return
+        ones = numpy.ones(self.rows)
+        zero = numpy.array(
+            [
+                abs(event.function(self._start_motion) * ones) < SAME
+                if event.slope or not event.name.startswith(EXTREMUM)
+                else 0 * ones  # an extremum at the start has the start's own value
+                for event in events
+            ]
+        )
+        keep = numpy.ones(len(self.times), dtype=bool)
+        keep[early] = ~zero[self.kind[early] // 2, self.owner[early]].astype(bool)
+        self.kind, self.owner = self.kind[keep], self.owner[keep]
+        self.times, self.states = self.times[keep], self.states[keep]

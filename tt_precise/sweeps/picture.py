@@ -1,0 +1,185 @@
+"""Pictures of a sweep: one column against another, or a map over two parameters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.plotting import BLACK, BLUE, GREY, ORANGE, PURPLE, RED, new_figure, styled
+from tt_precise.sweeps.columns import OUTCOMES, part_named
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import Figure
+
+SHORT = {"t_init": "t_init_A", "t_end": "t_end_A", "climb": "climb_A", "inverts": "outcome"}
+# a colour and a mark of its own for each
+STYLES = dict(
+    zip(
+        OUTCOMES,
+        ((BLUE, "o"), (ORANGE, "^"), (RED, "x"), (PURPLE, "s"), (BLACK, "*")),
+        strict=True,
+    )
+)
+_UNITS = {
+    **dict.fromkeys(("theta",), "rad"),
+    **dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), "rad/s"),
+    **dict.fromkeys(("nu_x", "nu_y"), "m/s"),
+    **dict.fromkeys(("I1", "I3"), "m R²"),
+    "m": "kg", "R": "m", "g": "m/s²", "mu": "s/m",
+}  # fmt: skip
+
+
+@styled()
+def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> Figure:
+    """``y`` against ``x``, a point a row; coloured by outcome, or by any other column.
+
+    Rows that have no value of ``y`` stand as ticks on the lower edge, so that none is lost.
+    """
+    figure, axes = _empty()
+    x, y = (column_named(rows, name) for name in (x, y))
+    table = _with_values(rows, x, y)
+    missing = table[table[y].isna()] if y != "outcome" else table[:0]
+    shown = column_named(rows, colour) if colour else None
+    if shown == "outcome":
+        for outcome, (hue, mark) in STYLES.items():
+            some = table[(table["outcome"] == outcome) & table[y].notna()]
+            if len(some):
+                label = f"{outcome.replace('_', ' ')} ({len(some)})"
+                axes.plot(some[x], some[y], mark, color=hue, ms=3, label=label)
+    elif shown:
+        points = axes.scatter(table[x], table[y], c=table[shown], s=8, cmap="viridis")
+        figure.colorbar(points, ax=axes, label=label_of(shown))
+    else:
+        axes.plot(table[x], table[y], "o", color=STYLES["inverts"][0], ms=3)
+    if len(missing):
+        low = axes.get_ylim()[0]
+        label = f"no {y} ({len(missing)})"
+        axes.plot(missing[x], [low] * len(missing), "|", color=GREY, ms=8, label=label)
+    if shown == "outcome" or len(missing):
+        axes.legend()
+    axes.set_xlabel(label_of(x))
+    axes.set_ylabel(label_of(y))
+    return figure
+
+
+@styled()
+def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
+    """``z`` over the plane of ``x`` and ``y``: cells where the rows are a grid, else points."""
+    figure, axes = _empty()
+    drawn = draw_map(axes, rows, x, y, z)
+    if drawn is not None:
+        figure.colorbar(drawn, ax=axes, label=label_of(column_named(rows, z)))
+    return figure
+
+
+def draw_map(
+    axes: Axes, rows: pandas.DataFrame, x: str, y: str, z: str, **style: Any
+) -> ScalarMappable | None:
+    """Draw ``map_of`` into ``axes``; what a colour bar is made of, or None for outcomes.
+
+    ``style`` goes to matplotlib's ``pcolormesh`` or ``scatter``.
+    """
+    x, y, z = (column_named(rows, name) for name in (x, y, z))
+    table = _with_values(rows, x, y, z)
+    drawn: ScalarMappable | None = None
+    if z == "outcome":
+        _outcomes(axes, table, x, y, style)
+    else:
+        drawn = _cells(axes, table, x, y, table[z], **({"cmap": "viridis"} | style))
+    axes.set_xlabel(label_of(x))
+    axes.set_ylabel(label_of(y))
+    return drawn
+
+
+def column_named(rows: pandas.DataFrame, name: str) -> str:
+    """The column meant by ``name``; t_init, t_end and climb stand for definition A.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    wanted = SHORT.get(name, name)
+    if wanted in rows.columns or (wanted.startswith("climb_") and "t_end_A" in rows.columns):
+        return wanted
+    raise InputError(
+        f"column: got {name[:60]!r}, expected one of: {', '.join(rows.columns)}, or climb"
+    )
+
+
+def with_climb(rows: pandas.DataFrame) -> pandas.DataFrame:
+    """The rows with climbing times in all three definitions."""
+    times = {
+        f"climb_{one}": rows[f"t_end_{one}"] - rows[f"t_init_{one}"]
+        for one in "ABC"
+        if f"t_end_{one}" in rows and f"t_init_{one}" in rows
+    }
+    return rows.assign(**times)
+
+
+def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
+    """The rows with climbing times, unless there is nothing to draw."""
+    table = with_climb(rows)
+    for name in names:
+        if not table[name].notna().any():
+            raise InputError(
+                f"column {name}: none of {len(table)} rows has a value (for a time of the climb "
+                "the top has to climb), expected another column"
+            )
+    return table
+
+
+def label_of(name: str) -> str:
+    """A column with its unit, for an axis."""
+    part = part_named(name)
+    if name.startswith(("t_", "climb_")):
+        unit = "s"
+    elif part is not None:
+        unit = QUANTITIES[part.quantity].unit
+    else:
+        unit = _UNITS.get(name, "")
+    return f"{name} ({unit})" if unit not in ("", "1") else name
+
+
+def _empty() -> tuple[Figure, Axes]:
+    figure = new_figure(7, 4.4)
+    return figure, figure.add_subplot()
+
+
+def _outcomes(
+    axes: Axes, table: pandas.DataFrame, x: str, y: str, style: Mapping[str, Any]
+) -> None:
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+    from matplotlib.patches import Patch
+
+    codes = table["outcome"].map({name: code for code, name in enumerate(OUTCOMES)})
+    hues = ListedColormap([hue for hue, _ in STYLES.values()])
+    norm = BoundaryNorm([code - 0.5 for code in range(len(OUTCOMES) + 1)], len(OUTCOMES))
+    _cells(axes, table, x, y, codes, cmap=hues, norm=norm, **style)
+    counts = table["outcome"].value_counts()
+    axes.legend(
+        handles=[
+            Patch(color=STYLES[name][0], label=f"{name.replace('_', ' ')} ({counts[name]})")
+            for name in OUTCOMES
+            if name in counts
+        ],
+        loc="upper left", bbox_to_anchor=(1.0, 1.0),
+    )  # fmt: skip
+
+
+def _cells(
+    axes: Axes, table: pandas.DataFrame, x: str, y: str, z: Array, **style: Any
+) -> ScalarMappable:
+    grid = table.assign(z=z).pivot_table(index=y, columns=x, values="z", dropna=False)
+    if len(table) == grid.size and len(grid.index) > 1 and len(grid.columns) > 1:
+        return axes.pcolormesh(
+            grid.columns, grid.index, grid.to_numpy(), shading="nearest", **style
+        )
+    return axes.scatter(table[x], table[y], c=z, s=6, **style)

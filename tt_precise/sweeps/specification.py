@@ -1,0 +1,277 @@
+"""What to sweep: a scene, grids and boxes of start values and parameters, and what to record.
+
+The rows are numbered: every point of the grid (the last ``vary`` runs fastest), and at each of
+them every sample of the box. A row starts from the float64 numbers in its columns, exactly;
+what is not varied is the scene's. So a row can be made again from its own line of the file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import operator
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from tt_precise.integration.contact import CONTACTS
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import require_si
+from tt_precise.scene.numerals import exact
+from tt_precise.scene.scene import Scene, Start, load_scene
+from tt_precise.sweeps.columns import check_names
+
+STARTS = tuple(field.name for field in fields(Start))
+SWEEPABLE = (*STARTS, "psi_dot")
+PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of m R^2
+SAMPLERS = ("sobol", "latin")
+MOST_VALUES = 1_000_000  # of an axis
+MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A name and the exact values it takes, one after the other."""
+
+    name: str
+    values: tuple[Fraction, ...]
+
+    @classmethod
+    def parse(cls, name: str, text: str) -> Axis:
+        """Read "0.05,0.1,0.2", or "-200:200:801" for 801 values from -200 to 200, ends included."""
+        _check_name(name)
+        parts = text.split(":")
+        if len(parts) == 1:
+            values = [exact(value, name) for value in text.split(",")]
+        elif len(parts) == 3 and parts[2].strip().isdecimal() and int(parts[2]) >= 2:
+            first, last, count = exact(parts[0], name), exact(parts[1], name), int(parts[2])
+            if count > MOST_VALUES:
+                raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
+            values = [first + (last - first) * i / (count - 1) for i in range(count)]
+        else:
+            raise InputError(
+                f"vary {name}: got {text[:60]!r}, expected values such as 0.05,0.1,0.2 or "
+                "first:last:count such as -200:200:801"
+            )
+        return cls(name, tuple(values))
+
+    @classmethod
+    def of(cls, name: str, values: str | Iterable[str | int | float]) -> Axis:
+        """Text as ``parse`` reads it, or numbers; floats stand for decimals as one writes them."""
+        if isinstance(values, str):
+            return cls.parse(name, values)
+        _check_name(name)
+        numbers = list(values)
+        if not numbers:
+            raise InputError(f"vary {name}: got no value, expected at least one")
+        return cls(name, tuple(_number(one, f"vary {name}") for one in numbers))
+
+
+@dataclass(frozen=True)
+class Range:
+    """A name and the range it is sampled from."""
+
+    name: str
+    low: Fraction
+    high: Fraction
+
+    @classmethod
+    def parse(cls, name: str, text: str) -> Range:
+        """Read "low:high"."""
+        _check_name(name)
+        parts = text.split(":")
+        if len(parts) != 2:
+            raise InputError(f"box {name}: got {text[:60]!r}, expected low:high such as -15:15")
+        low, high = (exact(part, name) for part in parts)
+        if not low < high:
+            raise InputError(f"box {name}: got {text}, expected the lower end first")
+        return cls(name, low, high)
+
+    @classmethod
+    def of(cls, name: str, ends: str | tuple[str | int | float, str | int | float]) -> Range:
+        """Text as ``parse`` reads it, or two numbers."""
+        if isinstance(ends, str):
+            return cls.parse(name, ends)
+        if len(ends) != 2:
+            raise InputError(f"box {name}: got {len(ends)} numbers, expected low and high")
+        low, high = (_number(one, f"box {name}") for one in ends)
+        return cls.parse(name, f"{low}:{high}")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the result of a row depends on, beside the numbers in its columns."""
+
+    scene: Scene
+    names: tuple[str, ...]
+    record: tuple[str, ...]
+    contact: str
+
+    @property
+    def derived(self) -> bool:
+        """Whether a row's start has entries that are computed from others, exactly."""
+        return bool(self.scene.given) or "psi_dot" in self.names
+
+    def scene_of(self, values: Mapping[str, float]) -> Scene:
+        """The scene of one row, from the numbers in its columns."""
+        # a float64 is an exact number too, so the row's scene holds what its columns hold
+        return self.scene.varied(**{name: Fraction(values[name]) for name in self.names})
+
+
+@dataclass(frozen=True)
+class Specification:
+    """A sweep. Everything that its rows depend on is in here.
+
+    ``contact`` is "unilateral" (a trajectory ends where g_n reaches 0) or "bilateral" (it goes
+    on with g_n < 0, as the paper's own equations do). ``record`` names further columns.
+
+    Raises
+    ------
+    InputError
+        A name or value cannot be used; checked for both ends of every axis and interval.
+    """
+
+    scene: Scene
+    axes: tuple[Axis, ...] = ()
+    box: tuple[Range, ...] = ()
+    samples: int = 0
+    sampler: str = "sobol"
+    seed: int = 0
+    record: tuple[str, ...] = ()
+    contact: str = "unilateral"
+
+    def __post_init__(self) -> None:
+        if self.scene.body.law != "viscous":
+            raise InputError(
+                f"{self.scene.name}: got {self.scene.body.law} friction, expected the viscous law "
+                "in a sweep; integrate such scenes one at a time"
+            )
+        if self.scene.lifts:
+            raise InputError(
+                f"{self.scene.name}: got a scene with flight or an elastic table, expected a rigid "
+                "one that ends where contact is lost; integrate such scenes one at a time"
+            )
+        for value, allowed, what in (
+            (self.sampler, SAMPLERS, "sampler"),
+            (self.contact, CONTACTS, "contact"),
+        ):
+            if value not in allowed:
+                expected = " or ".join(allowed)
+                raise InputError(f"{what}: got {str(value)[:60]!r}, expected {expected}")
+        if len(set(self.names)) < len(self.names):
+            raise InputError(f"sweep: got {', '.join(self.names)}, expected each name once")
+        if bool(self.box) != (self.samples > 0):
+            raise InputError(
+                f"samples: got {self.samples} with {len(self.box)} box ranges, "
+                "expected both or neither"
+            )
+        if self.box and (self.sampler == "latin" or self.axes) and self.samples > MOST_KEPT_SAMPLES:
+            raise InputError(
+                f"samples: got {self.samples}, expected at most {MOST_KEPT_SAMPLES} in a Latin "
+                "hypercube or on a grid; Sobol samples without a grid have no limit"
+            )
+        check_names(self.record, self.scene.model)
+        self._check_ends()
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The varied names, in the order of their columns."""
+        return (*(axis.name for axis in self.axes), *(one.name for one in self.box))
+
+    @cached_property
+    def grid_points(self) -> int:
+        """Points of the grid; 1 without one."""
+        return math.prod(len(axis.values) for axis in self.axes)
+
+    @cached_property
+    def rows(self) -> int:
+        """Rows of the sweep."""
+        return self.grid_points * max(1, self.samples)
+
+    def description(self) -> dict[str, Json]:
+        """Everything the rows depend on, in plain JSON values."""
+        scene, body, start = self.scene, self.scene.body, self.scene.start
+        given = {name: str(value) for name, value in scene.given.items()}
+        return ({"given": given} if given else {}) | {
+            "scene": scene.name,
+            "model": scene.model,
+            "body": {one.name: str(getattr(body, one.name)) for one in fields(body)},
+            "start": {one.name: str(getattr(start, one.name)) for one in fields(start)},
+            "until": str(scene.until),
+            "vary": {axis.name: [str(value) for value in axis.values] for axis in self.axes},
+            "box": {one.name: [str(one.low), str(one.high)] for one in self.box},
+            "samples": self.samples,
+            "sampler": self.sampler,
+            "seed": self.seed,
+            "record": list(self.record),
+            "contact": self.contact,
+        }
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """SHA-256 of the description: two sweeps with the same one have the same rows."""
+        text = json.dumps(self.description(), sort_keys=True)
+        return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+    @cached_property
+    def plan(self) -> Plan:
+        """What a worker has to know."""
+        return Plan(self.scene, self.names, self.record, self.contact)
+
+    def _check_ends(self) -> None:
+        ends = {axis.name: (min(axis.values), max(axis.values)) for axis in self.axes}
+        ends |= {one.name: (one.low, one.high) for one in self.box}
+        inertia = {name: ends.pop(name) for name in ("I1", "I3") if name in ends}
+        for name, pair in ends.items():
+            for value in pair:
+                require_si(self.scene.varied(**{name: value}).body)
+        # I3 <= 2 I1 and both positive: the corners with one low and one high are the worst
+        for corner in ((0, 1), (1, 0)) if inertia else ():
+            which = dict(zip(("I1", "I3"), corner, strict=True))
+            changes = {name: pair[which[name]] for name, pair in inertia.items()}
+            require_si(self.scene.varied(**changes).body)
+
+
+def specification(
+    scene: str | Scene,
+    *,
+    vary: Mapping[str, str | Iterable[str | int | float]] | None = None,
+    box: Mapping[str, str | tuple[str | int | float, str | int | float]] | None = None,
+    until: str | int | None = None,
+    **others: Any,
+) -> Specification:
+    """A ``Specification`` from text, as on the command line, or from numbers.
+
+    >>> specification("reference", vary={"phi_dot": "-200:200:801"}).rows
+    801
+    """
+    loaded = load_scene(scene)
+    if until is not None:
+        loaded = replace(loaded, until=exact(until, "until"))
+    return Specification(
+        loaded,
+        axes=tuple(Axis.of(name, text) for name, text in (vary or {}).items()),
+        box=tuple(Range.of(name, text) for name, text in (box or {}).items()),
+        **others,
+    )
+
+
+def _number(value: str | int | float, what: str) -> Fraction:
+    try:
+        # a float stands for the decimal that one writes, as everywhere; it is the same float64
+        if isinstance(value, float):
+            return Fraction(repr(float(value)))
+        return exact(value if isinstance(value, str | Fraction) else operator.index(value), what)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{what}: got {str(value)[:60]!r}, expected finite numbers") from None
+
+
+def _check_name(name: str) -> None:
+    if name not in SWEEPABLE + PARAMETERS:
+        raise InputError(
+            f"sweep: got {name[:60]!r}, expected one of: {', '.join(SWEEPABLE + PARAMETERS)}"
+        )

@@ -1,0 +1,96 @@
+"""The spot check: some rows are integrated again in a finer arithmetic, and compared.
+
+One row of every thousand, drawn with the sweep's seed. In double-double, by the integrator of
+``taylor``, which shares the equations with heyoka and nothing else; in quad where that cannot
+integrate a scene: the arithmetic, the lanes, the step sizes and the evaluation are other ones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any
+
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.inversion import NEEDED
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
+from tt_precise.sweeps.columns import DEFINITIONS, TIMES, extremum, parts, turning_events
+
+ONE_IN = 1000
+FINE, WHERE_REFUSED = "double-double", "quad"
+TOLERANCE = 1e-22  # a million times finer than double, in half the time that the eps takes
+
+
+def drawn(rows: int, seed: int, one_in: int = ONE_IN) -> Iterator[int]:
+    """Indices of the rows to recompute: one of each ``one_in``, in order."""
+    import numpy
+
+    for block in range(-(-rows // one_in) if one_in else 0):
+        size = min(one_in, rows - block * one_in)
+        yield block * one_in + int(numpy.random.default_rng([seed, block]).integers(size))
+
+
+def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
+    """A row's results from a fine integration: "outcome", and floats (None: there is none).
+
+    The numbers are rounded to double at the very end. Only for contact "unilateral".
+    """
+    extremes = {part.quantity for part in parts(record) if part.extreme} - {"theta"}
+    events = (*NEEDED, *(extremum(name) for name in sorted(extremes)))
+    try:
+        run = _integrated(scene, events)
+    except InputError as refused:  # not on the table at the start
+        lost = "g_n is" in str(refused)
+        return {"outcome": "contact_lost" if lost else "singular_contact", "t_stop": 0.0}
+    times = run.inversion
+    found: dict[str, Json] = {}
+    for which in DEFINITIONS:
+        climb = getattr(times, which)
+        found[f"t_init_{which}"], found[f"t_end_{which}"] = climb.t_init, climb.t_end
+        found[f"climb_{which}"] = climb.duration
+    found |= {"t_stop": run.t_end, "t_equator": times.equator}
+    for part in parts(record):
+        asked = f"{part.part}_{part.quantity}"
+        ends = run.frame(part.quantity, times=[0, run.t_end])[part.quantity].tolist()
+        chosen = dict(zip(("start", "end"), ends, strict=True))
+        if part.extreme:
+            inner = run.event_table((part.quantity,), at=turning_events(part.quantity))
+            known = [value for value in (*ends, *inner[part.quantity]) if value is not None]
+            chosen |= {"min": min(known), "max": max(known)}
+        found[asked] = chosen[part.part]
+    if run.status == "complete":
+        found["outcome"] = "does_not_invert" if times.A.t_end is None else "inverts"
+    else:
+        found["outcome"] = run.status
+    wanted = {"outcome", *TIMES, "min_g_n", "t_stop", *record}
+    return {
+        name: value if isinstance(value, str) or value is None else float(value)
+        for name, value in found.items()
+        if name in wanted
+    }
+
+
+def _integrated(scene: Scene, events: tuple[str, ...]) -> Trajectory:
+    run = partial(integrate, scene, events=events, record=(), tolerance=TOLERANCE)
+    try:
+        return run(FINE)
+    except InputError:  # it lacks something; or the start is refused, as it then is in quad
+        return run(WHERE_REFUSED)
+
+
+def differences(row: Mapping[Any, Json], again: Mapping[str, Json]) -> dict[str, float]:
+    """Absolute difference of each column that both have; infinite where only one has a value."""
+    found = {}
+    for name, fine in again.items():
+        if name == "outcome":
+            continue
+        rough = row[name]
+        missing = rough is None or math.isnan(rough)
+        if missing or fine is None:
+            found[name] = 0.0 if missing and fine is None else math.inf
+        else:
+            found[name] = abs(rough - fine)
+    return found
