@@ -21,7 +21,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help venv report test slow golden peers clients browser proofs fuzz mutants \
-        lint format types check docs smoke lock build clean
+        lint format types check schemas docs smoke lock build clean
 
 help:     ## list the targets
 	@awk -F ': *## ' '/^[a-z]+:.*## /{sub(/:.*/, "", $$1); printf "  make %-8s %s\n", $$1, $$2}' \
@@ -94,6 +94,10 @@ types: $(DEV)
 
 check:    ## what a commit has to pass: lint, types, test
 check: lint types test
+
+schemas:  ## docs/schemas, written from the records
+schemas: $(DEV)
+	$(BIN)/python docs/_ext/schemas.py
 
 # -W: a warning is an error; the tutorials are run, or taken from the cache of an unchanged package.
 docs:     ## the documentation site, into build/docs/html; works offline

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import runpy
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
@@ -25,6 +26,8 @@ from tt_precise.scene.scene import MODELS
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"
+_made = runpy.run_path(str(ROOT / "docs/_ext/schemas.py"))
+DOCUMENTS, text = _made["DOCUMENTS"], _made["text"]
 # command line and exit status; those that take more than a second or two stand in SLOW
 OUTPUTS: dict[str, list[tuple[str, int]]] = {
     "run": [
@@ -83,7 +86,8 @@ def nodes(schema: Any) -> Iterator[dict[str, Any]]:
     if isinstance(schema, dict):
         yield schema
         children = [schema.get("items"), schema.get("additionalProperties")]
-        for child in (*schema.get("properties", {}).values(), *children):
+        children += [*schema.get("properties", {}).values(), *schema.get("$defs", {}).values()]
+        for child in (*children, *schema.get("anyOf", ())):
             yield from nodes(child)
 
 
@@ -172,6 +176,13 @@ def test_every_schema_is_one_and_says_what_each_key_means(file: Path) -> None:
     for node in nodes(schema):
         for key, child in node.get("properties", {}).items():
             assert child.get("description"), key
+
+
+def test_schemas_are_those_of_the_records() -> None:
+    """``make schemas`` writes them."""
+    assert {name: text(record) for name, record in DOCUMENTS.items()} == {
+        name: (SCHEMAS / f"{name}.schema.json").read_text("utf-8") for name in DOCUMENTS
+    }
 
 
 def with_json(command: click.Command, words: str = "") -> Iterator[str]:

@@ -73,23 +73,29 @@ def schema(name: str) -> Iterator[str]:
 
 
 def _keys(node: dict[str, Any], root: dict[str, Any], prefix: str) -> Iterator[tuple[str, ...]]:
-    if "$ref" in node:
-        node = root["$defs"][node["$ref"].rpartition("/")[2]] | node
+    node = _resolved(node, root)
     required = node.get("required", ())
     for key, value in node.get("properties", {}).items():
-        target = value
-        if "$ref" in value:
-            target = root["$defs"][value["$ref"].rpartition("/")[2]] | value
-        kind = target.get("type") or ("one of" if "enum" in target else "")
-        kinds = " or ".join(kind) if isinstance(kind, list) else kind
-        choices = "".join(f" `{one}`" for one in target.get("enum", ()) if one is not None)
+        forms = [_resolved(form, root) for form in value.get("anyOf", [value])]
+        kinds = " or ".join(word for form in forms for word in _words(form.get("type") or "one of"))
+        choices = "".join(f" `{one}`" for form in forms for one in form.get("enum", ()) if one)
         optional = "" if key in required else " (optional)"
-        meaning = target.get("description", "") + choices
-        yield (f"`{prefix}{key}`", f"{kinds}{optional}", meaning)
-        yield from _keys(target, root, f"{prefix}{key}.")
-        for inner, mark in (("items", "[]"), ("additionalProperties", ".*")):
-            if isinstance(target.get(inner), dict):
-                yield from _keys(target[inner], root, f"{prefix}{key}{mark}.")
+        yield (f"`{prefix}{key}`", f"{kinds}{optional}", value.get("description", "") + choices)
+        for form in forms:
+            yield from _keys(form, root, f"{prefix}{key}.")
+            for inner, mark in (("items", "[]"), ("additionalProperties", ".*")):
+                if isinstance(form.get(inner), dict):
+                    yield from _keys(form[inner], root, f"{prefix}{key}{mark}.")
+
+
+def _resolved(node: dict[str, Any], root: dict[str, Any]) -> dict[str, Any]:
+    if "$ref" not in node:
+        return node
+    return root["$defs"][node["$ref"].rpartition("/")[2]] | node
+
+
+def _words(kind: str | list[str]) -> list[str]:
+    return kind if isinstance(kind, list) else [kind]
 
 
 MAKERS: dict[str, Callable[[str], Iterator[str]]] = {

@@ -16,7 +16,7 @@ from flint import arb, fmpz
 
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.store import Stored
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def unpacked(data: bytes) -> dict[str, Json]:
             raise Refused(
                 f"the certificate is cut off, more than one, or more than {MOST_BYTES / 1e6:g} MB"
             )
-        content = json_file.parse(sealed[64:])
+        content = records.parse(sealed[64:])
     except (lzma.LZMAError, EOFError, UnicodeDecodeError, ValueError) as error:
         raise Refused(f"the certificate cannot be read ({type(error).__name__})") from None
     if hashlib.sha256(sealed[64:].encode()).hexdigest() != sealed[:64]:

@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from types import CodeType
 
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.cache import fingerprint as fingerprint_of
 from tt_precise.runtime.cache import source_hash
 from tt_precise.runtime.files import shipped
@@ -25,7 +25,7 @@ FILE = "results.json"  # in reports/
 PACKAGE = Path(__file__).resolve().parents[1]
 # whatever a verdict may rest on; the rows of section 2.2 have a fingerprint of their own
 CODE = (
-    *SOURCES, "runtime/json_file.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py",
+    *SOURCES, "runtime/records.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py",
     "claims/evidence", "claims/statements", "exact", "golden", "sweeps",
 )  # fmt: skip
 SCENES = "scenes"
@@ -77,7 +77,7 @@ def committed(file: Path | None = None) -> Committed | None:
     place = file or shipped("reports") / FILE
     if not place.is_file():
         return None
-    return json_file.read_as(
+    return records.read_as(
         place,
         "verdicts, as `tt-precise report` writes them; compute them by --again",
         lambda content: _taken(content["claims"]),

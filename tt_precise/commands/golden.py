@@ -103,7 +103,7 @@ def verify_command(
 def list_command(folder: Path | None, as_json: bool) -> int:
     """List the scenes that have golden data, and shipped ones that lack them."""
     from tt_precise.golden import places, proofs, store
-    from tt_precise.runtime import json_file
+    from tt_precise.runtime import records
     from tt_precise.scene.scene import shipped
 
     present = places.scenes(folder)
@@ -111,7 +111,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     for name in present:
         stored = store.read(name, folder)
         place = stored.folder / name / store.MANIFEST
-        with json_file.of_its_form(place, "the manifest of golden data"):
+        with records.of_its_form(place, "the manifest of golden data"):
             entries.append(_listed(stored.manifest))
         entries[-1] |= {"scene": name, "proof": proofs.summary(stored, folder)}
     missing = [name for name in shipped() if name not in present]

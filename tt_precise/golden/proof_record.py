@@ -13,7 +13,7 @@ from tt_precise.golden.hashes import PROOF_KEY as SELF_HASH
 from tt_precise.golden.hashes import self_hash
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 
@@ -92,7 +92,7 @@ def read(name: str, folder: Path | None = None) -> Record | None:
     if not any((place / file).is_file() for file in files):
         return None
     try:
-        content = json_file.parse_strictly((place / PROOF).read_bytes())
+        content = records.parse_strictly((place / PROOF).read_bytes())
         enclosure, events = (Table.parse((place / file).read_text("utf-8")) for file in files[1:])
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error

@@ -22,7 +22,7 @@ from tt_precise.golden.hashes import (
 from tt_precise.golden.places import Folder, home
 from tt_precise.golden.proved import PROVED
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, SCENE, TRAJECTORY, Stored
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
 from tt_precise.runtime.untyped import Json
@@ -135,7 +135,7 @@ def proof_hash(place: Path) -> str | None:
     if not path.is_file():
         return None
     try:
-        content = json_file.read(path, "a proof")
+        content = records.read(path, "a proof")
         sealed = self_hash(content, PROOF_KEY)
         return sealed if sealed == content[PROOF_KEY] else ""
     except (InputError, KeyError):

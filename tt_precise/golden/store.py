@@ -16,7 +16,7 @@ from tt_precise.golden.places import MANIFEST, OWN, Folder, require
 from tt_precise.golden.places import home as home
 from tt_precise.golden.places import scenes as scenes
 from tt_precise.golden.table import Table
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, parse_scene
@@ -104,7 +104,7 @@ def _scene(text: str, name: str) -> Scene:
 
 def _read(name: str, home: Path) -> Stored:
     place = home / name
-    manifest = json_file.read(place / MANIFEST, "the manifest of golden data")
+    manifest = records.read(place / MANIFEST, "the manifest of golden data")
     tables = {file: _table(place / file) for file in (TRAJECTORY, EVENTS)}
     return Stored(name, _text(place / SCENE), tables[TRAJECTORY], tables[EVENTS], manifest, home)
 

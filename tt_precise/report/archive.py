@@ -20,7 +20,7 @@ from tt_precise.report.document import (
     Text,
 )
 from tt_precise.report.entries import Entry, Line
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.cache import UNREADABLE, user_folder
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
@@ -52,7 +52,7 @@ def last(file: Path | None = None) -> Report:
     """
     place = file or user_folder() / FILE
     try:
-        return _report(json_file.parse(gzip.decompress(place.read_bytes())))
+        return _report(records.parse(gzip.decompress(place.read_bytes())))
     except UNREADABLE as error:
         raise InputError(
             f"{place}: got no report ({type(error).__name__}), expected one that `tt-precise "

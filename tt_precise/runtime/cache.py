@@ -20,7 +20,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
 from tt_precise.runtime.untyped import Json
@@ -86,7 +86,7 @@ class Records:
         if self.folder is None:
             return None
         try:
-            return json_file.parse(gzip.decompress(self.path(name, key).read_bytes()))
+            return records.parse(gzip.decompress(self.path(name, key).read_bytes()))
         except UNREADABLE:
             return None
 

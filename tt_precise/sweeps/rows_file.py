@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.sweeps.chunk_file import chunk_name, parquet, unpacked
 from tt_precise.sweeps.place import Place, place_of
@@ -61,7 +61,7 @@ def _chunks_of(place: Place) -> pandas.DataFrame:
 
     summary = place.read(SUMMARY)
     try:
-        known = json_file.parse(summary or b"")
+        known = records.parse(summary or b"")
         numbers = range(-(-known["expected"] // known["how"]["chunk"]))
     except (ValueError, KeyError, TypeError):
         raise InputError(

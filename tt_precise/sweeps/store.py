@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.cache import fingerprint
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked, replacing
@@ -257,7 +257,7 @@ class Files:
             self.place.write(MANIFEST, (json.dumps(manifest, indent=2) + "\n").encode())
             return manifest
         try:
-            found: Json = json_file.parse(content)
+            found: Json = records.parse(content)
         except ValueError:
             found = None
         if not isinstance(found, dict) or not isinstance(found.get("chunk"), int):
@@ -280,7 +280,7 @@ class Files:
         """The lines of a log that are of this kind; others are torn, or somebody else's."""
         for text in self.place.log(log).splitlines():
             try:
-                line = json_file.parse(text)
+                line = records.parse(text)
             except ValueError:
                 continue  # the line that was being written when the power went
             if not isinstance(line, dict) or line.pop(SEAL, None) != _seal(line):
@@ -295,7 +295,7 @@ def _seal(line: Mapping[str, Json]) -> str:
 
 def _sealed(line: Mapping[str, Json]) -> str:
     """A line of a log with its own hash, so that one that was damaged is none."""
-    plain = json_file.parse(json.dumps(line))  # as it is read again
+    plain = records.parse(json.dumps(line))  # as it is read again
     return json.dumps({**plain, SEAL: _seal(plain)}) + "\n"
 
 

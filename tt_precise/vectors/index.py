@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tt_precise.golden import store
 from tt_precise.golden.places import VECTORS
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
 from tt_precise.runtime.progress import Progress, silent
@@ -90,7 +90,7 @@ def stale(folder: Path) -> Iterator[str]:
         yield f"{INDEX}: missing; tt-precise golden vectors --build makes it"
         return
     try:
-        listed = json_file.read_as(file, "the index", _listed)
+        listed = records.read_as(file, "the index", _listed)
     except InputError:
         yield f"{INDEX}: no index; tt-precise golden vectors --build makes it"
         return
@@ -166,7 +166,7 @@ def entries(folder: Path) -> Iterator[dict[str, Json]]:
     """
     for name in _scenes(folder):
         manifest = folder / name / store.MANIFEST
-        digits = json_file.read_as(manifest, "the manifest of golden data", _digits)
+        digits = records.read_as(manifest, "the manifest of golden data", _digits)
         for file in sorted((folder / name).iterdir()):
             if file.name in KINDS:
                 kind, content = KINDS[file.name]
@@ -198,7 +198,7 @@ def _schema(file: Path, kind: str) -> str:
     """The schema that a JSON file names; a table has none in it."""
     if file.suffix != ".json":
         return f"tt_precise.{kind}/1"
-    return json_file.read_as(file, "a file of the reference data", lambda one: str(one["schema"]))
+    return records.read_as(file, "a file of the reference data", lambda one: str(one["schema"]))
 
 
 def _entry(folder: Path, file: Path) -> dict[str, Json]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures.engines import scoreboard
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.untyped import Json
 
 FILE = "engines.json"
@@ -19,7 +19,7 @@ def section(folder: Path) -> Section:
     file = folder / FILE
     if not file.is_file():
         return Section("engines", TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
-    return json_file.read_as(file, f"what `{COMMAND}` writes", _measured)
+    return records.read_as(file, f"what `{COMMAND}` writes", _measured)
 
 
 def _measured(board: dict[str, Json]) -> Section:

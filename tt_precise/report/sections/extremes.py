@@ -9,7 +9,7 @@ from pathlib import Path
 from tt_precise.extremes.case import TOPICS, shown
 from tt_precise.report.document import Block, PageTable, Section, Text
 from tt_precise.report.figures import extremes as pictures
-from tt_precise.runtime import json_file
+from tt_precise.runtime import records
 from tt_precise.runtime.untyped import Json
 
 FILE = "extremes.json"
@@ -22,7 +22,7 @@ def section(folder: Path) -> Section:
     file = folder / FILE
     if not file.is_file():
         return Section("extremes", TITLE, [Text(f"Not measured yet: `{COMMAND}`.")])
-    return json_file.read_as(
+    return records.read_as(
         file, f"what `{COMMAND}` writes", lambda content: _measured(content["cases"])
     )
 

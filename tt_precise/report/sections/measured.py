@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.figures import planted_faults
-from tt_precise.runtime.json_file import of_its_form
+from tt_precise.runtime.records import of_its_form
 
 if TYPE_CHECKING:
     import pandas

@@ -15,7 +15,7 @@ from tt_precise.report.figures.work_precision import (
     work_precision,
 )
 from tt_precise.report.text import short
-from tt_precise.runtime.json_file import of_its_form
+from tt_precise.runtime.records import of_its_form
 
 if TYPE_CHECKING:
     import pandas

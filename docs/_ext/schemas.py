@@ -1,0 +1,30 @@
+"""Write docs/schemas from the records: ``python docs/_ext/schemas.py``, or ``make schemas``."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from pathlib import Path
+
+from tt_precise.runtime.records import json_schema
+
+FOLDER = Path(__file__).parents[1] / "schemas"
+# name of the file: module and record
+DOCUMENTS: dict[str, str] = {}
+
+
+def text(record: str) -> str:
+    """The text of the schema of ``module:Record``."""
+    module, _, name = record.partition(":")
+    schema = json_schema(getattr(importlib.import_module(module), name))
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
+
+
+def main() -> None:
+    """Write every schema that a record describes."""
+    for name, record in DOCUMENTS.items():
+        (FOLDER / f"{name}.schema.json").write_text(text(record), "utf-8")
+
+
+if __name__ == "__main__":
+    main()

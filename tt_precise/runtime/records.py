@@ -1,0 +1,184 @@
+"""JSON documents: typed records, written, read back with one line of what is wrong, described.
+
+A document is a ``Record``; its tag is the name and version that stands under the key ``schema``:
+
+    class Checked(Record, tag_field="schema", tag="tt_precise.check/1"):
+        'What `tt-precise check FILE --scene SCENE --json` prints.'
+
+        rows: Annotated[int, Meta(description="number of rows")]
+        note: Annotated[str | Unset, Meta(description="remark")] = UNSET  # a key that may be absent
+
+    encode(Checked(rows=801))                     # text of the JSON object, indented
+    load(path, Checked, "what check writes")      # a Checked, or an InputError of one line
+    json_schema(Checked)                          # as in docs/schemas
+
+``docs/_ext/schemas.py`` lists the documents whose schemas are in the documentation.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert
+from msgspec import json as msgspec_json
+
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.toml import shown
+from tt_precise.runtime.untyped import Json
+
+__all__ = [
+    "UNSET", "Meta", "Record", "Unset", "encode", "json_schema", "load", "of_its_form", "parse",
+    "parse_strictly", "read", "read_as",
+]  # fmt: skip
+
+Unset = UnsetType
+Found = TypeVar("Found")
+# what taking a file's content apart may raise when it is not what was written
+MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
+
+
+class Record(Struct, frozen=True, kw_only=True):
+    """An object of a JSON document: fields with types and meanings, in the order of its keys."""
+
+
+Document = TypeVar("Document", bound=Record)
+
+
+def encode(record: Record) -> str:
+    """The JSON text of a record, indented by one space, doubles as their shortest texts."""
+    return msgspec_json.format(msgspec_json.encode(record), indent=1).decode("utf-8") + "\n"
+
+
+def load(path: Path, kind: type[Document], what: str) -> Document:
+    """The record in a file that somebody may have edited; ``what`` it should have been.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, is of another schema, or a value in it is not of its type.
+    """
+    return record_of(read(path, what), kind, shown(path), what)
+
+
+def record_of(content: Json, kind: type[Document], origin: str, what: str) -> Document:
+    """The record that plain JSON values stand for; ``origin`` is where they are from.
+
+    Raises
+    ------
+    InputError
+        They are of another schema, or a value is not of its type.
+    """
+    config = kind.__struct_config__
+    if config.tag is not None:
+        got = content.get(config.tag_field) if isinstance(content, dict) else None
+        if got != config.tag:
+            raise InputError(
+                f"{origin}: got {config.tag_field} {str(got)[:60]!r}, "
+                f"expected {config.tag!r}, {what}"
+            )
+    try:
+        return convert(content, kind)
+    except ValidationError as error:
+        raise InputError(f"{origin}: {error}; expected {what}") from None
+
+
+def json_schema(kind: type[Record]) -> dict[str, Json]:
+    """The JSON Schema of a document: title, description, then its keys."""
+    found = msgspec_json.schema(kind)
+    definitions = found["$defs"]
+    own = definitions.pop(found["$ref"].rpartition("/")[2])
+    title = str(kind.__struct_config__.tag or kind.__name__)
+    if "schema" in own["properties"]:
+        own["properties"]["schema"]["description"] = "name and version of this format"
+    rest = {"$defs": definitions} if definitions else {}
+    dialect = "https://json-schema.org/draft/2020-12/schema"
+    return {"$schema": dialect, **own, "title": title, **rest}
+
+
+def parse(content: str | bytes) -> Json:
+    """The value that JSON stands for, as Python's own reader has it.
+
+    Raises
+    ------
+    ValueError
+        It is no JSON, or nested deeper than anybody writes.
+    """
+    try:
+        return json.loads(content)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+
+
+def parse_strictly(content: bytes) -> Json:
+    """``parse``, where a key that stands twice, or NaN, is no JSON.
+
+    Raises
+    ------
+    ValueError
+        As ``parse``; or it is no UTF-8.
+    """
+    try:
+        text = content.decode("utf-8")
+        return json.loads(text, object_pairs_hook=_object, parse_constant=_no_number)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+
+
+def read(path: Path, what: str) -> dict[str, Json]:
+    """The JSON object in a file; ``what`` it should have been.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or holds no object.
+    """
+    try:
+        content = parse_strictly(path.read_bytes())
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or f"no JSON: {error}"
+        raise InputError(f"{shown(path)}: {reason}; expected {what}") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{shown(path)}: got no JSON object, expected {what}")
+    return content
+
+
+def read_as(path: Path, what: str, take: Callable[[dict[str, Json]], Found]) -> Found:
+    """What ``take`` makes of the object in a file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or lacks what ``take`` looks for.
+    """
+    content = read(path, what)
+    with of_its_form(path, what):
+        return take(content)
+
+
+@contextmanager
+def of_its_form(path: Path, what: str) -> Iterator[None]:
+    """What goes wrong in reading a file is the file's fault, if it exists: an ``InputError``."""
+    try:
+        yield
+    except InputError:
+        raise
+    except MISSHAPEN as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise InputError(f"{shown(path)}: not of its form ({reason}); expected {what}") from None
+
+
+def _object(pairs: list[tuple[str, Json]]) -> dict[str, Json]:
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"{twice!r} stands twice")
+    return found
+
+
+def _no_number(name: str) -> Json:
+    raise ValueError(f"{name} is no number")
