@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.integration import Trajectory, cost_table, integrate, to_digits
+from tt_precise.integration import Trajectory, cost_table, dense_output, integrate, to_digits
 from tt_precise.integration import propagate as propagation
 from tt_precise.integration.accuracy import KINDS
 from tt_precise.runtime.errors import InputError
@@ -95,6 +95,15 @@ def test_a_coarse_run_is_compared_in_its_own_arithmetic(short: Scene) -> None:
         assert one.start.vectors.ky == coarse.start.vectors.ky == 0
     (wider,) = integrate(short, tolerance=1e-14, options=options).reference_runs
     assert wider.precision.name == "extended"
+
+
+def test_neither_a_run_nor_its_reference_is_integrated_twice_for_errors_at_samples(
+    short: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    coarse = integrate(short, tolerance=1e-8)
+    assert len(coarse.reference_runs) == 1
+    monkeypatch.setattr(dense_output, "propagate", None)  # that a second propagation calls
+    assert 5 < coarse.digits_throughout < 10
 
 
 def test_an_error_that_rounding_makes_is_seen_too(reference: Scene) -> None:

@@ -35,6 +35,13 @@ def test_the_overview(short: Trajectory) -> None:
     assert ticks == {f"{count} x {name}" for name, count in counts.items()}
 
 
+def test_the_drift_of_a_fine_run_is_drawn_as_it_is(half: Scene) -> None:
+    run = integrate(half.varied(until="0.1"), "double-double")
+    drawn = run.plot().axes[-1].lines[0].get_ydata()
+    assert max(np.asarray(drawn, dtype=float)) == pytest.approx(float(run.drift["jellett"]))
+    assert max(np.asarray(drawn, dtype=float)) < 1e-25
+
+
 def test_columns_of_ones_choice(short: Trajectory) -> None:
     drawn = short.plot("g_n", "phi_dot")
     assert [axes.get_ylabel() for axes in drawn.axes] == ["$g_n$ / N", r"$\dot\varphi$ / rad/s"]

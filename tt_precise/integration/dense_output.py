@@ -214,7 +214,7 @@ class DenseOutput:
         import numpy
 
         samples = self._samples
-        if samples and self.propagation.status in ARRIVED and times == samples.exact:
+        if samples and self.propagation.status in ARRIVED and tuple(times) == samples.exact:
             return samples.doubles
         seconds, rounded, delay = Times.of(times, self.start.units.time)
         for place in {int(seconds.argmin()), int(seconds.argmax())} if len(times) else ():

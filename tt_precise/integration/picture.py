@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 Trajectory: TypeAlias = Any  # its module imports this one
 
 WIDTH, PANEL = 7.0, 1.55  # inches
-SMALLEST_DRIFT = 1e-18  # drawn for an exact zero, which a logarithmic axis has no place for
+# drawn for an exact zero, which a logarithmic axis has no place for: a part of eps
+EXACT, TINIEST = 2.0**-8, 1e-300
 ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
 SHORT_UNITS = {"kg m^2/s^2": "J", "kg m/s^2": "N", "kg m^2/s^3": "W"}
 LABELS = {
@@ -92,8 +93,9 @@ def _drift(axes: Axes, trajectory: Trajectory) -> None:
     import numpy
 
     times = [float(t) for t in trajectory.sample_times]
+    floor = max(float(trajectory.precision.eps) * EXACT, TINIEST)
     for name, values in trajectory.drift_over_time().items():
-        floats = numpy.maximum([float(value) for value in values], SMALLEST_DRIFT)
+        floats = numpy.maximum([float(value) for value in values], floor)
         axes.semilogy(times, floats, label=name.replace("_", " "))
     axes.set_ylabel("relative drift")
     axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
