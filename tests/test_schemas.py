@@ -13,16 +13,16 @@ import click
 import jsonschema
 import pytest
 
+from benchmarks.bars import _entry
 from tt_precise import cli
-from tt_precise.bench.bars import _entry
-from tt_precise.bench.findings import findings
-from tt_precise.bench.tables import read as read_tables
 from tt_precise.certify.pieces import Accepted
 from tt_precise.commands import bench, tradeoff
 from tt_precise.commands.certify_golden import CHECK_SCHEMA
 from tt_precise.integration.precision import BITS
 from tt_precise.integration.propagate import Status
 from tt_precise.scene.scene import MODELS
+from tt_precise.tradeoff.findings import findings
+from tt_precise.tradeoff.tables import read as read_tables
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"

@@ -19,7 +19,7 @@ PACKAGE = Path(tt_precise.__file__).parent
 # The way of the data, from what everything stands on to what a user types. CONTRIBUTING draws it.
 ORDER = (
     "base", "taylor", "body", "mechanics", "scene", "exact", "integration", "golden", "certify",
-    "vectors", "check", "sweeps", "extremes", "claims", "bench", "engines", "report", "commands",
+    "vectors", "check", "sweeps", "extremes", "claims", "tradeoff", "engines", "report", "commands",
     "cli",
 )  # fmt: skip
 # files of the top folder that are no common tools

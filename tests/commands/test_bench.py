@@ -8,8 +8,8 @@ from typing import Any
 import pandas
 import pytest
 
+from benchmarks import bars
 from tt_precise import cli
-from tt_precise.bench import bars
 
 ROW = {
     "name": "drift", "against": "integrate()", "value": 0.75, "aim": "at most 0.5", "met": False,

@@ -6,10 +6,11 @@ from pathlib import Path
 import pandas
 import pytest
 
+from benchmarks import settings_table
 from tt_precise import cli
-from tt_precise.bench import error_growth, findings, methods, plan, settings_table, tradeoff
-from tt_precise.bench.plan import Group, Trial
-from tt_precise.bench.tables import GROWTH, TABLE
+from tt_precise.tradeoff import error_growth, findings, methods, plan, tradeoff
+from tt_precise.tradeoff.plan import Group, Trial
+from tt_precise.tradeoff.tables import GROWTH, TABLE
 
 KEYS = {"method", "setting", "precision", "error", "seconds", "steps", "jellett_drift"}
 CASES = (

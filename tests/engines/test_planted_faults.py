@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy
 import pytest
 
-from tt_precise.bench.random_scenes import gliding_scenes
+from benchmarks.random_scenes import gliding_scenes
 from tt_precise.engines.job import as_text
 from tt_precise.engines.ladder import climb
 from tt_precise.engines.rungs import rungs

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tt_precise.bench.settings_table import right_digits
+from benchmarks.settings_table import right_digits
 from tt_precise.integration import integrate
 from tt_precise.integration.precision import DOUBLES
 from tt_precise.scene.scene import load_scene, shipped

@@ -7,7 +7,7 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.bench.settings_table import MeasuredSetting, integrated, right_digits
+from benchmarks.settings_table import MeasuredSetting, integrated, right_digits
 from tt_precise.integration import deviation, integrate
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.paired_in_doubles import PairInDoubles

@@ -6,10 +6,10 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.bench.tables import GROWTH, TABLE
 from tt_precise.report.document import Figure, PageTable, Section, Text
 from tt_precise.report.sections import measured, tradeoff
 from tt_precise.runtime.errors import InputError
+from tt_precise.tradeoff.tables import GROWTH, TABLE
 
 
 @pytest.fixture(scope="module")

@@ -31,7 +31,7 @@ def command(only: tuple[str, ...], scenes: int, out: Path | None, as_json: bool)
     A call stands beside a bare heyoka loop or an integration, a command beside importing NumPy;
     ratios are medians, of processor times. A bar that is missed is a finding: the exit status is 0.
     """
-    from tt_precise.bench.bars import measured
+    from benchmarks.bars import measured
     from tt_precise.runtime.files import atomic_write, require_writable
     from tt_precise.runtime.progress import progress_bar
 

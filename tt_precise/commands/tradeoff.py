@@ -16,7 +16,7 @@ from tt_precise.runtime.untyped import Json
 if TYPE_CHECKING:
     import pandas
 
-    from tt_precise.bench.findings import Evaluated
+    from tt_precise.tradeoff.findings import Evaluated
 
 SCHEMA = "tt_precise.tradeoff/1"
 REPORTS = Path("reports")
@@ -39,12 +39,12 @@ def command(quick: bool, out: Path | None, settings_table: bool | None, as_json:
 
     Peers that are not installed are skipped with a line on stderr.
     """
-    from tt_precise.bench import error_growth, plan
-    from tt_precise.bench.findings import findings
-    from tt_precise.bench.tables import GROWTH, TABLE, TradeoffTables
-    from tt_precise.bench.tradeoff import measure
     from tt_precise.runtime.files import require_writable
     from tt_precise.runtime.progress import progress_bar
+    from tt_precise.tradeoff import error_growth, plan
+    from tt_precise.tradeoff.findings import findings
+    from tt_precise.tradeoff.tables import GROWTH, TABLE, TradeoffTables
+    from tt_precise.tradeoff.tradeoff import measure
 
     folder = out or (None if quick else REPORTS)
     if folder:
@@ -61,7 +61,7 @@ def command(quick: bool, out: Path | None, settings_table: bool | None, as_json:
     if folder:
         _write(folder, {GROWTH: _csv(long_runs)} | _figures(measured.rows, long_runs))
     if settings_table if settings_table is not None else not quick and out is None:
-        from tt_precise.bench.settings_table import write
+        from benchmarks.settings_table import write
 
         with progress_bar("table behind --digits") as progress:
             write(progress)

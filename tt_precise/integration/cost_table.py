@@ -1,7 +1,7 @@
 """What each setting of the integrator costs and delivers: the measured table behind ``digits``.
 
 ``cost_table.csv`` holds one row for each formulation, precision and tolerance; ``python -m
-tt_precise.bench.settings_table`` writes it from golden and seeded scenes, nobody else does. Its
+benchmarks.settings_table`` writes it from golden and seeded scenes, nobody else does. Its
 numbers are only where a choice begins: whether a scene got its digits is decided by the estimate
 of that very run.
 """

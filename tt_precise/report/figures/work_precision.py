@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tt_precise.bench.error_growth import INTEGRALS_SHOWN
-from tt_precise.bench.statistics import PRINTED, conservation_scatter
-from tt_precise.bench.tables import WHOLE_S, chosen, points
-from tt_precise.bench.work_precision import Point, front
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
+from tt_precise.tradeoff.error_growth import INTEGRALS_SHOWN
+from tt_precise.tradeoff.statistics import PRINTED, conservation_scatter
+from tt_precise.tradeoff.tables import WHOLE_S, chosen, points
+from tt_precise.tradeoff.work_precision import Point, front
 
 if TYPE_CHECKING:
     import pandas

@@ -75,7 +75,7 @@ ALL = (
         "What the checks catch",
         "Faults planted into the reference scene's equations, its integration and its files, each "
         "run through the conservation checks; healthy trajectories beside them.",
-        "python -m tt_precise.bench.faults",
+        "python -m benchmarks.planted_faults",
         jellett_alone,
         planted_faults.faults,
     ),

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tt_precise.bench.findings import Evaluated, findings
-from tt_precise.bench.tables import ACCURACIES, TABLE, TradeoffTables, costs, read
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.figures.work_precision import (
     growth_of_errors,
@@ -16,6 +14,8 @@ from tt_precise.report.figures.work_precision import (
 )
 from tt_precise.report.text import short
 from tt_precise.runtime.records import of_its_form
+from tt_precise.tradeoff.findings import Evaluated, findings
+from tt_precise.tradeoff.tables import ACCURACIES, TABLE, TradeoffTables, costs, read
 
 if TYPE_CHECKING:
     import pandas

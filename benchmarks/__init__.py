@@ -1,0 +1,1 @@
+"""Tools of the developers: what calls cost, what requested digits deliver, what checks catch."""

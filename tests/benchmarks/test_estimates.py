@@ -1,0 +1,44 @@
+"""What is claimed of errors holds on random scenes, and a false claim is found."""
+
+import pytest
+
+from benchmarks import estimates
+
+SAMPLE = (0, 3, 6, 14)  # gliding, rolling, one that leaves the table; 5 to 12 digits
+
+
+@pytest.mark.parametrize("seed", SAMPLE)
+def test_digits_are_delivered_and_estimated(seed: int) -> None:
+    found = estimates.row(estimates.sample(seed))
+    assert found["right"] >= found["wanted"]
+    assert abs(found["estimated"] - found["right"]) < estimates.OPTIMISM
+
+
+def test_cases_are_seeded() -> None:
+    assert estimates.sample(7) == estimates.sample(7) != estimates.sample(8)
+
+
+def test_a_spoiled_truth_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A comparison that ignores the rounding of mu: 1e-9 off, and nobody noticed."""
+    from dataclasses import replace
+    from fractions import Fraction
+
+    from tt_precise.integration import integrate
+
+    one = estimates.sample(SAMPLE[0])
+    body = replace(one.scene.body, mu=one.scene.body.mu * (1 + Fraction(1, 10**6)))
+    wrong = integrate(replace(one.scene, body=body), digits=one.wanted)
+    wrong.scene = one.scene
+    assert wrong.digits_throughout - estimates.right_throughout(wrong) > estimates.OPTIMISM
+
+
+@pytest.mark.slow
+def test_a_thousand_cases() -> None:
+    found = estimates.table()
+    print(estimates.summary(found))
+    ran = found[found["status"] != "raised"]
+    assert len(ran) > 0.99 * estimates.SAMPLES
+    assert (ran["right"] >= ran["wanted"]).all()
+    excess = ran["estimated"] - ran["right"]
+    assert excess.max() <= estimates.OPTIMISM
+    assert (abs(excess) <= estimates.NEAR).mean() >= 0.99

@@ -1,0 +1,143 @@
+"""Findings, from a table whose answers are known."""
+
+from pathlib import Path
+from typing import Any
+
+import pandas
+import pytest
+
+from tt_precise.tradeoff.evaluators import TableEntry
+from tt_precise.tradeoff.findings import TradeoffComparison, comparisons, findings
+from tt_precise.tradeoff.tables import GROWTH, TABLE, TradeoffTables, read
+
+DEFAULTS: dict[str, Any] = {
+    "scene": "reference", "horizon_s": 8.0, "precision": "double", "bits": 53,
+    "formulation": "newton", "tolerance": 1.0, "setup_s": 1.0, "jellett_drift": 1e-12,
+    "peer": False, "setting": "s",
+}  # fmt: skip
+
+
+def row(method: str, error: float, seconds: float, **others: Any) -> dict[str, Any]:
+    return {
+        **DEFAULTS, "method": method, "error": error, "error_on_way": 10 * error,
+        "seconds": seconds, "ratio": 100 * seconds, **others,
+    }  # fmt: skip
+
+
+def table(*rows: dict[str, Any]) -> pandas.DataFrame:
+    return pandas.DataFrame(list(rows))
+
+
+# both 100 times more exact for twice the time; the peer 30 times slower
+CURVES = table(
+    *(row("heyoka", 100.0**-n, 2.0**n) for n in range(8)),
+    *(row("diffrax Dopri8", 100.0**-n, 30 * 2.0**n, peer=True) for n in range(7)),
+    *(row("CyRK DOP853", 100.0**-n, 3 * 2.0**n, peer=True) for n in range(6)),
+    *(row("SciPy DOP853, numba", 100.0**-n, 200 * 2.0**n, peer=True) for n in range(7)),
+    row("heyoka", 1e-15, 128.0, tolerance=0.0),
+    row("heyoka", 1e-16, 0.1, tolerance=0.0, horizon_s=0.1),  # of the ladder of digits
+)
+
+
+def values(rows: pandas.DataFrame) -> dict[str, float | None]:
+    return {one.name: one.value for one in findings(TradeoffTables(rows))}
+
+
+def test_ratios_to_the_fastest_peer() -> None:
+    found = values(CURVES)
+    assert found["any peer at 1e-09, newton"] == pytest.approx(3)
+    assert found["any peer but CyRK at 1e-09, newton"] == pytest.approx(30)
+    assert found["any peer at 1e-12, newton"] == pytest.approx(30)
+    assert found["SciPy DOP853 at 1e-11, newton"] == pytest.approx(200)
+    assert found["full accuracy over 1e-6"] == pytest.approx(128 / 8)
+    assert "any peer at 1e-03, euler" not in found
+
+
+def test_every_comparison_is_declared_once() -> None:
+    names = [comparison.name for comparison in comparisons()]
+    assert len(names) == len(set(names))
+
+
+def test_the_fastest_peer_is_named() -> None:
+    (found,) = (
+        f for f in findings(TradeoffTables(CURVES)) if f.name == "any peer at 1e-12, newton"
+    )
+    assert "(diffrax Dopri8)" in found.definition
+
+
+def test_what_was_aimed_at_and_not_measured_is_said() -> None:
+    (found,) = (f for f in findings(TradeoffTables(CURVES)) if f.name == "30 digits in quad")
+    assert (found.value, found.met) == (None, None)
+
+
+def test_aims_are_met_or_not() -> None:
+    met = {one.name: one.met for one in findings(TradeoffTables(CURVES))}
+    assert met["any peer at 1e-09, newton"] is False
+    assert met["any peer but CyRK at 1e-09, newton"] is True
+    assert met["full accuracy over 1e-6"] is False
+    assert met["any peer at 1e-03, newton"] is None
+    with pytest.raises(ValueError, match="at least"):
+        TradeoffComparison("x", TableEntry("seconds", {}), None, "", aim=("above", 1.0))
+
+
+def test_what_is_on_top_is_measured_against_what_is_below() -> None:
+    rows = table(
+        row("heyoka", 1e-15, 1.0, tolerance=0.0),
+        row("heyoka, contact watched", 1e-15, 1.2, tolerance=0.0),
+        row("heyoka, all events", 2e-15, 3.0, tolerance=0.0),
+        row("heyoka, 8 lanes", 1e-15, 0.2, tolerance=0.0),
+    )
+    found = values(rows)
+    assert found["contact watched, newton"] == pytest.approx(1.2)
+    assert found["all events, newton"] == pytest.approx(2.5)
+    assert found["SIMD"] == pytest.approx(5)
+    assert "records x, newton" not in found
+
+
+def test_exponent_of_the_digits() -> None:
+    ladder = {113: "quad", 167: "mp", 333: "mp", 1000: "mp"}
+    rows = table(
+        *(
+            row("heyoka", 2.0**-bits, (bits / 53) ** 2.5, precision=name, bits=bits,
+                tolerance=0.0, horizon_s=0.1, setup_s=3.0)
+            for bits, name in {53: "double", **ladder}.items()
+        )
+    )  # fmt: skip
+    found = values(rows)
+    assert found["exponent of time, 16 to 300 digits"] == pytest.approx(2.5)
+    assert found["exponent of compile time, 16 to 300 digits"] == pytest.approx(0, abs=1e-12)
+    assert found["1000 bits"] == pytest.approx((1000 / 53) ** 2.5)
+    assert "exponent of time, 16 to 300 digits" not in values(rows[rows["bits"] < 500])
+
+
+def test_what_conservation_hides() -> None:
+    rows = table(
+        row("heyoka", 1e-3, 1.0, jellett_drift=1e-7),
+        row("diffrax Tsit5", 1e-1, 1.0, jellett_drift=1e-5),
+    )
+    found = values(rows)
+    assert found["hidden by conservation"] == pytest.approx(1e-2)  # the other one lets lambda go
+    assert found["error over drift, median"] == pytest.approx(1e5)
+
+
+def test_what_requested_digits_deliver() -> None:
+    estimates = pandas.DataFrame(
+        {
+            "status": ["complete", "complete", "contact_lost", "raised"],
+            "wanted": [9, 9, 9, 9],
+            "estimated": [10.0, 11.0, 10.0, None],
+            "right": [10.5, 8.5, 10.25, None],
+        }
+    )
+    found = {one.name: one.value for one in findings(TradeoffTables(None, None, estimates))}
+    assert found["digits requested and not delivered"] == 1
+    assert found["estimates too optimistic"] == 1
+    assert found["pessimism of the estimates"] == pytest.approx(0.25)
+
+
+def test_a_table_survives_its_file(tmp_path: Path) -> None:
+    CURVES.to_csv(tmp_path / TABLE, index=False)
+    tables = read(tmp_path)
+    assert tables.long_runs is None
+    assert findings(tables) == findings(TradeoffTables(CURVES))
+    assert not (tmp_path / GROWTH).exists()

@@ -1,0 +1,98 @@
+"""The register: every method says what it needs, and does what it says."""
+
+from typing import Any
+
+import numpy
+import pytest
+
+from tt_precise.integration.precision import precision_named
+from tt_precise.runtime.errors import InputError
+from tt_precise.tradeoff import plan
+from tt_precise.tradeoff.methods import Settings, method_named, methods, registered
+from tt_precise.tradeoff.problem import golden_problem
+
+DOUBLE = precision_named("double")
+HEYOKA = [name for name, method in methods().items() if not method.peer and "digits" not in name]
+PEERS = [name for name, method in methods().items() if method.peer]
+SOME = ("heyoka", "heyoka, contact watched", "tt_precise, tolerance")  # compile in a second
+LOOSE = ("Radau", "RK45", "BDF", "odeint", "LSODA", "Adams")
+
+
+def error(
+    name: str,
+    tolerance: float,
+    coordinates: str = "newton",
+    until: str = "0.05",
+    precision: Any = None,
+) -> float:
+    problem = golden_problem("reference", coordinates, until)
+    settings = Settings(tolerance, precision or DOUBLE)
+    solve = method_named(name).prepare(problem, settings)
+    times = problem.clock(settings.precision, problem.times)
+    worst = 0.0
+    for wanted in (times[-1:], times):
+        run = solve(wanted)
+        judged = problem.truth.errors(
+            run.states, settings.precision, None if run.published else wanted
+        )
+        worst = max(worst, float(judged.error))
+        assert run.work >= run.steps or not run.work  # some do not count
+    return worst
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name if name in SOME else pytest.param(name, marks=pytest.mark.slow) for name in HEYOKA],
+)
+def test_heyoka_in_all_its_ways(name: str) -> None:
+    if "parallel" in name:
+        pytest.skip("parallel_mode: its threads do not pay in double; it runs with the trade-off")
+    # rounding, and dense output whose last term is a tenth of eps of the largest entry, about 5
+    assert error(name, 0.0) < 100 * 5 * float(DOUBLE.eps)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_a_tolerance_is_heeded(tolerance: float) -> None:
+    assert 1e-4 * tolerance < error("heyoka", tolerance) < 1e3 * tolerance
+
+
+@pytest.mark.slow
+def test_odefun_in_many_digits() -> None:
+    assert error("mpmath odefun", 0.0, until="0.01", precision=precision_named("mp", 80)) < 1e-15
+
+
+@pytest.mark.peers
+@pytest.mark.parametrize("coordinates", ["newton", "euler"])
+@pytest.mark.parametrize("name", PEERS)
+def test_peers_converge_to_golden_data(name: str, coordinates: str) -> None:
+    if name == "mpmath odefun":
+        pytest.skip("takes no tolerance; tested above")
+    missing = method_named(name).missing
+    assert not missing, f"needs {missing}; make peers installs every extra"
+    coarse, fine = (1e-4, 1e-6) if "Radau" in name else (1e-5, 1e-9)
+    errors = [error(name, tolerance, coordinates) for tolerance in (coarse, fine)]
+    assert errors[1] < (0.2 if any(one in name for one in LOOSE) else 1e-2) * errors[0]
+    assert errors[1] < 1e4 * fine
+
+
+def test_every_case_of_the_plans_is_a_method() -> None:
+    trials = [
+        trial
+        for groups in (plan.whole(), plan.quick())
+        for group in groups
+        for trial in group.trials
+    ]
+    assert {trial.method for trial in trials} <= set(methods())
+    assert len({group.name for group in plan.whole()}) == len(list(plan.whole()))
+    assert numpy.all([0 <= trial.tolerance < 1 for trial in trials])
+
+
+def test_an_unknown_method_is_refused() -> None:
+    with pytest.raises(InputError, match=r"expected one of: .*heyoka"):
+        method_named("Euler")
+
+
+def test_a_name_is_registered_once() -> None:
+    methods()
+    with pytest.raises(ValueError, match="twice"):
+        registered("heyoka")(lambda problem, settings: None)  # type: ignore[arg-type, return-value]

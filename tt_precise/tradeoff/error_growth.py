@@ -1,0 +1,159 @@
+"""How rounding grows in long runs: the errors of lambda and E against Brouwer's square-root law.
+
+Without truncation, each step leaves an integral off by a rounding; if their signs are as good as
+random, the sum of n of them grows as sqrt(n), so as t^(1/2) (D. Brouwer, Astron. J. 46, 1937).
+A systematic part grows as t. Seeded starts run in SIMD lanes of heyoka, in double.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import Setup
+from tt_precise.mechanics.conserved import INTEGRALS
+from tt_precise.mechanics.formulations import Formulation, integrated
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.tradeoff.bare_loop import bare_batch
+
+if TYPE_CHECKING:
+    import pandas
+
+SCENES = ("frictionless", "rolling")
+INTEGRALS_SHOWN = ("jellett", "energy")
+LANES = 8
+TIMES_A_DECADE = 4
+FIRST_S = 1.0
+SPREAD = Fraction(1, 100)  # of theta(0) and omega_3(0) over the seeds
+
+
+class LongRuns(NamedTuple):
+    """So many seeds (a multiple of the lanes) up to a time in s."""
+
+    seeds: int
+    until_s: float
+
+
+WHOLE = (LongRuns(8, 1e5), LongRuns(32, 1e4))
+QUICK = (LongRuns(16, 1e3),)
+
+
+def table(spans: tuple[LongRuns, ...], progress: Progress = silent) -> pandas.DataFrame:
+    """Rows of ``scene, seed, t_s, jellett, energy``: relative signed errors."""
+    import pandas
+
+    rows: list[dict[str, Json]] = []
+    runs = [(name, span) for name in SCENES for span in spans]
+    work = sum(span.seeds * span.until_s for _, span in runs)
+    done = 0.0
+    for name, span in runs:
+        first = sum(one.seeds for one in spans[: spans.index(span)])
+        for seed in range(first, first + span.seeds, LANES):
+            rows += _lanes(load_scene(name), range(seed, seed + LANES), span.until_s)
+            done += LANES * span.until_s
+            progress(done / work)
+    return pandas.DataFrame(rows)
+
+
+def log_spaced(until_s: float) -> list[float]:
+    """Times from ``FIRST_S``, the same number in each decade, up to ``until_s``."""
+    count = round(TIMES_A_DECADE * math.log10(until_s / FIRST_S))
+    return [FIRST_S * 10 ** (i / TIMES_A_DECADE) for i in range(count + 1)]
+
+
+def seeded(scene: Scene, seed: int) -> Scene:
+    """The scene with another theta(0) and omega_3(0), within ``SPREAD``."""
+    import random
+
+    draw = random.Random(f"{scene.name} {seed}")
+    factors = [1 + SPREAD * Fraction(draw.randrange(-1000, 1001), 1000) for _ in range(2)]
+    start, theta = scene.start, scene.start.theta
+    begin = replace(
+        start, theta=theta._replace(offset=theta.offset * factors[0]),
+        omega_3=start.omega_3 * factors[1],
+    )  # fmt: skip
+    return replace(scene, start=begin)
+
+
+def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
+    import numpy
+
+    precision = precision_named("double")
+    form = integrated(scene.model, "newton", scene.body.law)
+    starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
+    state = numpy.array([list(map(float, one.state(form))) for one in starts]).T
+    values = {name: float(getattr(starts[0].body, name)) for name in form.parameters}
+    batch = bare_batch(
+        Setup(formulation=form, precision=precision),
+        state,
+        numpy.outer(list(values.values()), numpy.ones(len(seeds))),
+    )
+    # of the rounded body and start: what is looked at is what the steps add, and no more
+    first = integrals(form, values, state)
+    unit = float(starts[0].units.time)
+    rows = []
+    for t in log_spaced(until_s):
+        batch.propagate_until([t / unit] * len(seeds))
+        found = integrals(form, values, batch.state)
+        errors = {name: (found[name] - first[name]) / abs(first[name]) for name in found}
+        rows += [
+            {"scene": scene.name, "seed": seed, "t_s": t}
+            | {name: float(error[lane]) for name, error in errors.items()}
+            for lane, seed in enumerate(seeds)
+        ]
+    return rows
+
+
+def integrals(form: Formulation, values: dict[str, float], state: Array) -> dict[str, Array]:
+    """Lambda and E of columns of states, in 80-bit numbers: double would add its own rounding."""
+    import numpy
+
+    wide = numpy.longdouble
+    body = Parameters(
+        **{"m": 1, "R": 1, "g": 1, "mu": 0} | {name: wide(value) for name, value in values.items()}
+    )
+    q = form.motion(body, form.State(*numpy.asarray(state, dtype=wide)), numpy)
+    return {name: INTEGRALS[name].evaluate(q) for name in INTEGRALS_SHOWN}
+
+
+class Exponent(NamedTuple):
+    """rms error = size (t/1 s)^exponent; the standard error of the exponent over the seeds."""
+
+    exponent: float
+    error: float
+    size: float
+    seeds: int
+    until_s: float
+    rms_at_end: float
+
+
+def exponent(rows: pandas.DataFrame, scene: str, integral: str, until_s: float) -> Exponent:
+    """The growth of one integral's error up to ``until_s``, over all seeds that reach it.
+
+    The slope of log rms (over the seeds) against log t by least squares; its standard error from
+    leaving out one seed after the other (the jackknife), as the points of one run are correlated.
+    """
+    import numpy
+
+    mine = rows[(rows["scene"] == scene) & (rows["t_s"] <= until_s * 1.001)]
+    errors = mine.pivot(index="seed", columns="t_s", values=integral).dropna().to_numpy()
+    times = numpy.log(numpy.unique(mine["t_s"]))
+    seeds = len(errors)
+
+    def slope(chosen: Array) -> Array:
+        rms = numpy.sqrt((chosen**2).mean(axis=0))
+        return numpy.polyfit(times, numpy.log(numpy.maximum(rms, 1e-20)), 1)
+
+    steep, level = slope(errors)
+    others = numpy.array([slope(numpy.delete(errors, i, axis=0))[0] for i in range(seeds)])
+    spread = math.sqrt((seeds - 1) / seeds * float(((others - others.mean()) ** 2).sum()))
+    rms_at_end = float(numpy.sqrt((errors[:, -1] ** 2).mean()))
+    return Exponent(float(steep), spread, math.exp(level), seeds, until_s, rms_at_end)
