@@ -5,10 +5,13 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+import numpy
 import pytest
 
-from tt_precise.mechanics import thresholds
-from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT, d
+from tt_precise.mechanics import newton, thresholds
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT, QUANTITIES, Motion, d
+from tt_precise.mechanics.vectors import added, dot, scaled, subtracted
 from tt_precise.scene.body import Dimension, Parameters, TippeTop, Units
 
 Round = Callable[[Fraction], Any]
@@ -106,3 +109,67 @@ def test_d_is_a_square_for_the_rational_sigma_and_not_for_the_printed_one(
     below, middle, above = (d(body, z) for z in (-1, 0, 1))
     square, linear = (above + below) / 2 - middle, (above - below) / 2
     assert (linear**2 == 4 * square * middle) == (above_the_bar == "gamma")
+
+
+def energy_and_lambda(body: TippeTop, state: NewtonState) -> tuple[Fraction, Fraction]:
+    q = Motion(body, state, None)
+    return QUANTITIES["E"].evaluate(q), QUANTITIES["lambda"].evaluate(q)
+
+
+def least_of(body: TippeTop, state: NewtonState) -> NewtonState:
+    """The state of least energy with the axis and the lambda of ``state``: at rest, L along I a."""
+    k, a = state.k, newton.arm(body, state.k)
+    turned = added(scaled(body.I1, a), scaled((body.I3 - body.I1) * dot(a, k), k))
+    L = scaled(dot(state.L, a) / dot(a, turned), turned)
+    still = NewtonState(*k, *L, 0, 0)
+    # the centre of mass is at rest where v_A = omega x a
+    return NewtonState(*k, *L, *newton.swing(body, still)[:2])
+
+
+def test_least_energy_is_that_of_the_least_state(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
+    """E = U(z) + (L - L*).I^-1 (L - L*)/2 + m s_dot^2/2, exactly."""
+    for state in vector_states:
+        energy, lambda_ = energy_and_lambda(body, state)
+        least = least_of(body, state)
+        bound = thresholds.least_energy(body, state.kz, lambda_)
+        more = subtracted(state.L, least.L)
+        turning = dot(more, newton.spin_response(body, state.k, more)) / 2
+        assert energy == bound + turning + QUANTITIES["E_trans"].evaluate(Motion(body, state, None))
+        lowest, same_lambda = energy_and_lambda(body, least)
+        assert (lowest, same_lambda) == (bound, lambda_)
+        faulty = dataclasses.replace(body, I1=body.I1 * Fraction(101, 100))
+        assert thresholds.least_energy(faulty, state.kz, lambda_) != bound
+
+
+def test_energy_excludes_exactly_up_to_the_barrier(body: TippeTop) -> None:
+    lambda_, small = Fraction(3), Fraction(1, 10**40)
+    for z in (Fraction(99, 100), Fraction(-99, 100)):
+        barrier = max(
+            thresholds.least_energy(body, z * i / thresholds.BARRIERS, lambda_)
+            for i in range(thresholds.BARRIERS)
+        )
+        assert thresholds.energy_excludes(body, barrier - small, lambda_, z)
+        assert not thresholds.energy_excludes(body, barrier, lambda_, z)
+    equator = thresholds.least_energy(body, Fraction(0), lambda_)
+    at_equator = least_of(body, NewtonState(1, 0, 0, 0, 0, lambda_ / body.R, 0, 0))
+    # a state at the equator with that energy exists: it is not excluded from being there
+    energy, same = energy_and_lambda(body, at_equator)
+    assert (energy, same) == (equator, lambda_)
+    assert not thresholds.energy_excludes(body, energy, lambda_, Fraction(0))
+
+
+def test_energy_excludes_no_state_that_a_motion_came_to(
+    body: TippeTop, vector_states: list[NewtonState]
+) -> None:
+    """A motion at kz has the energy to be at kz; arrays answer entry by entry."""
+    for state in vector_states:
+        energy, lambda_ = energy_and_lambda(body, state)
+        assert not thresholds.energy_excludes(body, energy, lambda_, state.kz, to=state.kz)
+        floor = thresholds.least_energy(body, state.kz, lambda_) - Fraction(1, 1000)
+        assert thresholds.energy_excludes(body, floor, lambda_, state.kz, to=state.kz)
+    numbers = body.map(float)
+    z, energies = numpy.array([0.9, 0.9, -0.9]), numpy.array([0.0, 1e9, 0.0])
+    found = thresholds.energy_excludes(numbers, energies, 3.0, z)
+    assert found.tolist() == [True, False, True]

@@ -1,4 +1,4 @@
-"""Thresholds and asymptotic values: Theorem 1.1, the limits of section 1, and T_upp.
+"""Thresholds and asymptotic values: Theorem 1.1, the limits of section 1, T_upp, energy barriers.
 
 The spins in question: upright, k = z with L = L0 z, and inverted, k = -z with L = L1 z, where
 lambda = R (1 - alpha) L0 = R (1 + alpha) L1.
@@ -12,6 +12,7 @@ from tt_precise.scene.body import Parameters
 
 # 21.95, which section 1 prints before the bracket of T_upp, as a ratio of integers
 FACTOR_OF_T_UPP = 2195, 100
+BARRIERS = 16  # inclinations on the way at which the energy is compared
 
 
 def lambda_thres(body: Parameters, fn: Functions) -> Scalar:
@@ -51,6 +52,25 @@ def least_energy(body: Parameters, z: Scalar, lambda_: Scalar) -> Scalar:
     """
     across = 2 * body.R * body.R * _inertia(body, z)
     return lambda_ * lambda_ / across + body.m * body.g * body.R * (1 - body.alpha * z)
+
+
+def energy_excludes(
+    body: Parameters, energy: Scalar, lambda_: Scalar, z: Scalar, to: Scalar = 0
+) -> Scalar:
+    """Whether energy and lambda exclude that a motion at cos theta = ``z`` ever comes to ``to``.
+
+    ``to`` = 0 is the equator: True means that an upright top never crosses it, and that an
+    inverted one never returns. On the way cos theta takes every value between the two, where a
+    motion with this lambda has at least the energy ``least_energy``; it has at most ``energy``
+    from now on. So the answer holds where the energy does not rise: on a rigid table, under any
+    friction against v_A, while g_n >= 0. It is sufficient: False decides nothing. Rounding that
+    matters, the caller adds to ``energy``. Arrays are compared entry by entry.
+    """
+    excluded = False
+    for i in range(BARRIERS):
+        barrier = to + (z - to) * i / BARRIERS
+        excluded = excluded | (least_energy(body, barrier, lambda_) > energy)
+    return excluded
 
 
 def _inertia(body: Parameters, z: Scalar) -> Scalar:
