@@ -349,7 +349,6 @@ def test_the_package_runs_as_the_command() -> None:
     ("words", "option"),
     [
         ("run {scene} --until 0.1 --out {scene}", "--out"),
-        ("golden starts {scene} --within theta=1e-9 --out {scene}", "--out"),
         ("check {mine} --scene {scene} --markdown {link}", "--markdown"),
         ("check {mine} --scene {scene} --junit {scene}", "--junit"),
     ],

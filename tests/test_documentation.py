@@ -34,7 +34,7 @@ MAKEFILE = ROOT / "Makefile"
 DOCUMENTS = sorted([README, *(ROOT / "docs").rglob("*.md")], key=str)
 # From ten seconds to minutes: their words are checked, but they run under the marker slow only.
 LONG = (
-    "report", "golden build", "golden verify", "golden certify", "golden starts", "sweep",
+    "report", "golden build", "golden verify", "golden certify", "sweep",
     "tradeoff", "extremes", "engines",
 )  # fmt: skip
 LONG_PYTHON = ("tt_precise.certify", "sweep(", "animate(")

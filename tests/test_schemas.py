@@ -52,13 +52,6 @@ SLOW = {
     "golden-build": [("golden build upright --folder {folder}", 0)],
     "golden-certify": [("golden certify upright --folder {copied}", 0)],
     "golden-certify-check": [("golden certify upright --folder {copied} --check", 0)],
-    "golden-starts": [
-        ("golden starts reference --within theta=1e-3", 1),
-        ("golden starts stays-upright --within omega_3=1", 0),
-    ],
-    "golden-starts-map": [
-        ("golden starts reference --map phi_dot=-40:-20:2 --map omega_3=20:26:2", 0)
-    ],
     "extremes": [("extremes --quick --topic contact", 0)],
     "bench": [("bench --only drift", 0)],
     "tradeoff": [("tradeoff --quick", 0)],
@@ -67,8 +60,6 @@ SLOW = {
 STORED = {
     "golden-manifest": "reference_data/*/manifest.json",
     "golden-proof": "reference_data/*/proof.json",
-    "golden-starts": "reference_data/*/start*[!p].json",
-    "golden-starts-map": "reference_data/*/starts-map.json",
     "extremes": "reports/extremes.json",
     "engines": "reports/engines.json",
     "index": "reference_data/index.json",

@@ -11,7 +11,6 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.commands.certify_golden import command as certify
-from tt_precise.commands.golden_starts import command as starts
 from tt_precise.commands.golden_vectors import command as vectors
 from tt_precise.runtime.terminal import say
 from tt_precise.runtime.untyped import Json
@@ -176,5 +175,4 @@ def _facts(one: Verification) -> dict[str, Json]:
 
 
 command.add_command(certify)
-command.add_command(starts)
 command.add_command(vectors)

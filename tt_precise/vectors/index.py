@@ -41,8 +41,6 @@ KINDS = {
     "proof.json": ("proof", "what is proved of the digits"),
     "enclosure.csv": ("enclosure", "last digits of the exact solution"),
     "events-enclosure.csv": ("enclosure", "last digits of the exact numbers at events"),
-    "starts.json": ("starts", "what is proved of every start in a box"),
-    "starts-map.json": ("starts", "which cells of a map have a proved fate"),
     "certificate.json.xz": ("certificate", "the steps of a proof, for a checker of its own"),
 }
 

@@ -22,7 +22,7 @@ EXPECTED = {
     *(f"figure-{n}" for n in range(2, 9)),
     "axis-at-the-pole", "deforming-potential", "jellett-drift", "times-by-inclination",
     "times-by-precession", "map-inclination-lambda", "map-friction-spin",
-    "map-proved", "outcomes-at-the-threshold",
+    "map-precession-spin", "outcomes-at-the-threshold",
 }  # fmt: skip
 CLAIM = re.compile(r"\b(?:EQ|TH|NUM|QUAL|FIG|SWP|SUM|NT)-\d\d\b")
 
@@ -53,7 +53,7 @@ def problems(figure: Figure) -> list[str]:
         starts.times_by_inclination,
         sweep_maps.map_of_inclination_and_lambda,
         sweep_maps.map_of_friction_and_spin,
-        sweep_maps.map_of_proved_outcomes,
+        sweep_maps.map_of_precession_and_spin,
     ],
 )
 def test_figure_is_complete(draw: object) -> None:

@@ -1,12 +1,9 @@
-"""Which starts invert, how long it takes, how close they come to losing contact: three maps."""
+"""Which starts invert, how long it takes, how close they come to losing contact: maps."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tt_precise.golden import store
 from tt_precise.report import maps
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
@@ -29,7 +26,6 @@ LABELS = {
     "omega_3": r"$\omega_3(0)$ (rad/s)",
     "phi_dot": r"$\dot\varphi(0)$ (rad/s)",
 }
-PROVED = "starts-map.json"
 STARTS = "at rest but for omega_3, on a grid"
 
 
@@ -86,27 +82,18 @@ def map_of_friction_and_spin() -> Figure:
 
 
 @registered("starts")
-def map_of_proved_outcomes() -> Figure:
-    """Outcome over phi_dot(0) and omega_3(0), and in which cells it is proved of every start."""
+def map_of_precession_and_spin() -> Figure:
+    """Outcome over phi_dot(0) and omega_3(0)."""
     name = "precession and spin"
-    known = json.loads((store.home() / "reference" / PROVED).read_text("utf-8"))
-    x, y = (side.values() for side in maps.MAPS[name])
-    letters = "".join(known["cells"])
-    cells = [(x[i % len(x)], y[i // len(x)]) for i, one in enumerate(letters) if one != "u"]
     return _figure(
-        "map-proved",
+        "map-precession-spin",
         name,
         PANELS[:1],
-        cells,
+        dashed=False,  # with a phi_dot lambda is not proportional to the spin
         caption=f"{_counted(maps.map_rows(name))} as the reference but for phi_dot(0) and "
-        f"omega_3(0), within {maps.UNTIL} s, as computed. Dots: cells in which every start is "
-        f"proved not to invert, ever, for want of energy: {len(cells)} of {len(letters)}, "
-        f"{100 * len(cells) / len(letters):.1f} %, cut into parts of down to "
-        f"1/{2 ** known['quarterings']} of a side; in {letters.count('g')} of them all go upright. "
-        "Bears on TH-01, SWP-01: whatever inverts, or loses contact later, multiplies differences "
-        "on its way by hundreds and more, so that cells as wide as these cannot be enclosed.",
+        f"omega_3(0), within {maps.UNTIL} s. Bears on TH-01, SWP-01.",
         alt="A map with phi_dot(0) to the right and omega_3(0) upwards: starts invert in a "
-        "band in the middle, lose contact above it; dots fill the lowest rows.",
+        "band in the middle and lose contact above it.",
     )
 
 
@@ -114,8 +101,8 @@ def _figure(
     name: str,
     of: str,
     shown: tuple[tuple[str, str], ...],
-    dots: Sequence[tuple[float, float]] = (),
     *,
+    dashed: bool = True,
     caption: str,
     alt: str,
 ) -> Figure:
@@ -133,9 +120,7 @@ def _figure(
                 drawing.colorbar(drawn, ax=panel, label=label)
             else:
                 _legend_above(panel)
-            if dots:  # with a phi_dot lambda is no longer proportional to the spin
-                panel.plot(*zip(*dots, strict=True), ".", color=style.BLACK, markersize=2)
-            else:
+            if dashed:
                 panel.axhline(threshold, color=style.BLACK, linewidth=1, linestyle="--")
             panel.set_xlabel("")
             panel.set_ylabel(LABELS[y.name])
