@@ -93,7 +93,9 @@ def small_report(judgements: list[Judgement]) -> Report:
         Card("x", "2", "3", "", good=False),
         Card("y", "2", "3", ""),
     ]
-    overview = Overview("All of 7 claims.", claims.entries(judgements), cards, motion(), {"a": 1})
+    overview = Overview(
+        "All of 7 claims.", claims.entries(judgements), cards, motion((3.19, 7.82)), {"a": 1}
+    )
     sections = [
         claims.errata(judgements),
         Section("one", "One", blocks),

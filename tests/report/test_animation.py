@@ -10,9 +10,11 @@ from tt_precise.report import animation
 from tt_precise.report.animation import SCENE, motion
 from tt_precise.scene.scene import load_scene
 
+CLIMB = (3.19, 7.82)  # s
+
 
 def test_the_courses_are_those_of_the_golden_scene() -> None:
-    found = motion()
+    found = motion(CLIMB)
     assert found is not None
     trajectory = golden.load(SCENE)
     assert len(found["theta"]) == len(trajectory) == 801
@@ -26,7 +28,7 @@ def test_the_courses_are_those_of_the_golden_scene() -> None:
 
 def test_the_contact_point_glides_as_the_sphere_rolls_and_slips() -> None:
     """Its path's rate is that of the sphere's centre: v_A + omega x R z, horizontally."""
-    found = motion()
+    found = motion(CLIMB)
     assert found is not None
     frame = golden.load(SCENE).astype(float)
     body = load_scene(SCENE).body.numbers(float)
@@ -44,7 +46,7 @@ def test_the_contact_point_glides_as_the_sphere_rolls_and_slips() -> None:
 
 
 def test_map_and_graph_lie_inside_the_drawing() -> None:
-    found = motion()
+    found = motion(CLIMB)
     assert found is not None
     for path, (left, top, width, height) in (
         (found["track"], animation.MAP), (found["curve"], animation.GRAPH),
@@ -58,4 +60,4 @@ def test_map_and_graph_lie_inside_the_drawing() -> None:
 
 def test_without_golden_data_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(animation, "SCENE", "no such scene")
-    assert motion() is None
+    assert motion(CLIMB) is None

@@ -21,8 +21,10 @@ MAP = (312.0, 22.0, 196.0, 176.0)
 GRAPH = (34.0, 300.0, 474.0, 74.0)
 
 
-def motion() -> dict[str, Json] | None:
+def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
     """What the page needs: ``every`` (s), the five courses, and the geometry of map and graph.
+
+    ``climb`` holds its begin and end in s, which the caption names.
 
     theta, phi and psi are in rad, x and y those of the contact point in radii of the top. None
     without the golden data.
@@ -41,6 +43,7 @@ def motion() -> dict[str, Json] | None:
     return {
         "every": course["t"][1] - course["t"][0],
         "alpha": alpha,
+        "climb": [round(moment, 1) for moment in climb],
         **{name: [round(v, places) for v in course[name]] for name, places in DECIMALS.items()},
         "map": mapped,
         "graph": graph,

@@ -44,8 +44,12 @@ def both_ways(
 
 def losing_contact(names: str | Iterable[str]) -> str:
     """How many starts of one or several series lose contact: "3 of 801 starts"."""
-    rows = starts(names, "unilateral")
-    return f"{(rows['outcome'] == 'contact_lost').sum()} of {len(rows)} starts"
+    return f"{counted(starts(names, 'unilateral'), 'contact_lost')} starts"
+
+
+def counted(rows: pandas.DataFrame, outcome: str) -> str:
+    """How many rows have an outcome: "3 of 801"."""
+    return f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
 
 
 def reference() -> pandas.Series:

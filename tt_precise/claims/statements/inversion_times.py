@@ -43,8 +43,8 @@ def initiation_time(printed: str = START, scene: str = "reference") -> Finding:
         printed,
         times,
         _proved("t_init", scene),
-        f"The three definitions of the initiation time differ by {spread} s, less than the printed "
-        "digit resolves.",
+        f"The three definitions of the initiation time differ by {spread} s; the printed digit "
+        "resolves 0.1 s.",
         scene,
     )
 
@@ -53,7 +53,7 @@ def initiation_time(printed: str = START, scene: str = "reference") -> Finding:
     "NUM-05",
     quote="ending time t_{theta approx pi} approx 7.87 s",
     where=SECTION,
-    definition=DEFINITION,
+    definition=f"{DEFINITION} And {TOP}, where the axis comes nearest to the pole.",
     control={"printed": "7.88"},
 )
 def ending_time(printed: str = END, scene: str = "reference") -> Finding:

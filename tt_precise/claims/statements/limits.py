@@ -25,7 +25,7 @@ PRECESSIONS = ("-50", "0", "83", "150")  # rad/s
     quote="For inverting solutions lim_{t->-inf} theta(t)=0 ... L(t)=L0 z",
     where=WHERE,
     definition="the reference solution continued to negative times; it is counted as having the "
-    "limit if it glides on to -45 s with theta below its value at the start",
+    "limit if it glides on to -45 s with theta at most twice its value at the start",
     control={"scene": evidence.variant(theta="1e-9", mu="1e-6")},
     slow=True,
 )

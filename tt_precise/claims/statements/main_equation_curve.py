@@ -114,7 +114,7 @@ def oscillation_of_the_modified_energy(
             printed=f"{pair[0]} oscillates relative to {pair[1]}",
             measured=f"{turns} local extrema, {changes} changes of sign of the difference",
         ),
-        "E itself has no local extremum.",
+        f"E itself has {len(series.extrema('E', scene)[0]) - 2} local extrema.",
     )
 
 

@@ -175,8 +175,7 @@ def several_oscillations(scene: evidence.SceneLike = "reference") -> Finding:
             "T_inv/T_upp": statement(ratio > 10, printed="> 10", measured=decimal(ratio, 6)),
             "oscillations": statement(inside > 1, printed="several", measured=str(inside)),
         },
-        "Both hold of this solution. That the first implies the second rests on the bound of "
-        "TH-11.",
+        "That the first implies the second rests on the bound of TH-11.",
     )
 
 

@@ -123,6 +123,8 @@ def nutation_band(widest: float = math.pi / 2, scene: SceneLike = "reference") -
     start = min(belts, key=lambda belt: abs(belt.t - series.climb(scene).begin))
     last, widest_one = belts[-1], max(belts, key=lambda belt: belt.width)
     fastest = series.extreme("theta_dot", scene, largest=True)
+    times, speeds = series.extrema("theta_dot", scene)
+    when, half = float(times[speeds.argmax()]), evidence.trajectory(scene).inversion.equator
     return readings(
         {
             "wider than at t_init and at the end": statement(
@@ -138,8 +140,8 @@ def nutation_band(widest: float = math.pi / 2, scene: SceneLike = "reference") -
                 f"{decimal(widest_one.middle, 3)} ({decimal(widest_one.t, 4)} s)",
             ),
         },
-        f"The largest theta_dot, {decimal(fastest.value, 5)} rad/s, too comes before pi/2. Later "
-        "theta does not turn for a while (QUAL-01), and the band opens anew.",
+        f"The largest theta_dot, {decimal(fastest.value, 5)} rad/s, comes at "
+        f"{decimal(when, 4)} s, and theta first passes pi/2 at {decimal(half, 4)} s.",
     )
 
 

@@ -107,13 +107,14 @@ def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> Finding
     theta = float(start.theta.offset)
     share = float(100 * body.I1 * Fraction(phi_dot) / (body.I3 * start.omega_3))
     share *= math.sin(theta) ** 2 / (math.cos(theta) - float(body.alpha))
+    kept = share / 100 + 1 + float(phi_dot) * math.cos(theta) / float(start.omega_3)
     return readings(
         {
             "of the order of 1 %": at_most_order(printed, share, "%"),
             "1 %, correctly rounded": rounds_to(printed, share, "%"),
         },
         "(I1/I3)(phi_dot/omega_3) sin^2(theta)/(cos(theta) - alpha). With psi_dot(0) kept instead "
-        "of omega_3(0), lambda would more than double.",
+        f"of omega_3(0), lambda would be multiplied by {decimal(kept, 4)}.",
     )
 
 

@@ -118,13 +118,15 @@ def compensation(sum_: str = "omega_3", scene: SceneLike = "reference") -> Findi
 def monotonous_spin(name: str = "omega_3", scene: SceneLike = "reference") -> Finding:
     """omega_3 decreases almost monotonously."""
     rise, fall = series.rises_and_falls(name, scene)
+    values = series.extrema(name, scene)[1]
     return judged(
         statement(
             rise < 0.01 * (fall - rise),
             printed="almost monotonously decreasing",
             measured=f"rises sum up to {decimal(rise, 4)}, falls to {decimal(fall, 5)} rad/s",
         ),
-        "It has local extrema wherever nu_y vanishes, and even starts with a rise.",
+        f"It has {len(values) - 2} local extrema, wherever nu_y vanishes, and starts with a "
+        f"{'rise' if values[1] > values[0] else 'fall'}.",
     )
 
 
@@ -143,6 +145,7 @@ def horizontal_ends(name: str = "omega_3", scene: SceneLike = "reference") -> Fi
     values = series.columns([name], times, scene)[name]
     slopes = [(b - a) / 0.5 for a, b in pairwise(values)]
     steepest = max(map(abs, slopes))
+    steep = times[[abs(slope) for slope in slopes].index(steepest)]
     return all_of(
         {
             when: statement(
@@ -152,7 +155,7 @@ def horizontal_ends(name: str = "omega_3", scene: SceneLike = "reference") -> Fi
             )
             for when, slope in (("beginning", slopes[0]), ("end", slopes[-1]))
         },
-        "The steepest half second lies in the middle of the climb.",
+        f"The steepest half second begins at {decimal(steep, 2)} s.",
     )
 
 
@@ -184,7 +187,8 @@ def vertical_angular_velocity(axis: str = "z", scene: SceneLike = "reference") -
             printed=f"parallel to {axis}, within {CLOSE_DEG} degrees",
             measured=f"largest angle {decimal(largest, 5)} degrees, at {decimal(when, 5)} s",
         ),
-        "The largest angle occurs in the climb, before the axis is horizontal.",
+        f"theta is {decimal(float(series.columns(['theta'], [when], scene)['theta'][0]), 3)} rad "
+        "there.",
     )
 
 
@@ -206,6 +210,7 @@ def spin_changes_sign(name: str = "omega_3", scene: SceneLike = "reference") -> 
         measured=f"{len(found)} change{'' if len(found) == 1 else 's'} of sign{at}",
     )
     known = proofs_of(scene)
+    half = decimal(evidence.trajectory(scene).inversion.equator, 6)
     zeros = known.events("omega_3_zero") if name == "omega_3" else None
     begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
     proved = bool(
@@ -216,7 +221,7 @@ def spin_changes_sign(name: str = "omega_3", scene: SceneLike = "reference") -> 
     )  # fmt: skip
     return judged(
         check,
-        "Shortly after theta first passes pi/2."
+        f"theta first passes pi/2 at {half} s."
         + known.sentence(proved, "this one, and that there is no other"),
         proved=proved,
     )

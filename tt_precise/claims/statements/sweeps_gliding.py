@@ -12,6 +12,7 @@ from tt_precise.claims.evidence.section22 import (
     HORIZON,
     SECTION,
     both_ways,
+    counted,
     greatest,
     losing_contact,
     number,
@@ -51,9 +52,13 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Fin
             count > 0, printed="may reappear", measured=f"in {count} of {len(some)} starts"
         )
 
+    every = starts(series, "unilateral")
+    through = starts(series, "through")
+    waiting = through[(through["phi_dot"] > float(beyond)) & (through["t_init_A"] > 0)]
+    again = every[every["index"].isin(waiting["index"])]
     return readings(
         both_ways(series, check),
-        "Nearly all starts in which it reappears lose contact before they have climbed.",
+        f"{counted(again, 'contact_lost')} starts in which it reappears lose contact.",
     )
 
 
@@ -73,9 +78,10 @@ def climb_stays_short(limit: str = "8") -> Finding:
             measured=f"up to {number(longest['climb_A'])} s",
         )
 
+    longest = greatest(starts(EVERY, "through"), "climb_A")
     return readings(
         both_ways(EVERY, check),
-        "In definition A; the longest ones start near those that never invert.",
+        f"The longest climb starts with {_start_of(longest)}.",
     )
 
 
@@ -95,8 +101,9 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
 
     return readings(
         both_ways(series, check),
-        f"{losing_contact(series)} lose contact; all that do not invert are among them, so "
-        "that the paper's theorem says nothing about them.",
+        f"{losing_contact(series)} lose contact; without these "
+        f"{counted(starts(series, 'held'), 'inverts')} invert. The paper's theorem says nothing "
+        "about a start that loses contact.",
     )
 
 
@@ -154,8 +161,8 @@ def small_changes(tolerance: str = "0.1") -> Finding:
             )
     return readings(
         checks,
-        "All of them invert. The initiation time has a sharp peak beside the reference start, so "
-        "it changes much; the climb itself does not.",
+        f"{counted(starts('tenth', 'through'), 'inverts')} starts invert. The initiation time has "
+        "a sharp peak beside the reference start (SWP-05).",
     )
 
 
@@ -178,9 +185,13 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
             measured=f"{count} of {len(rows)}, at most {number(apart.max(), 2)} s apart",
         )
 
+    held = starts(("phi_dot", *EVERY), "held")
+    held = held[held["outcome"] == "inverts"]
+    near = int(((held["nu_crossing_end"] - held["t_end_A"]).abs() <= float(tolerance)).sum())
     return readings(
         both_ways(("phi_dot", *EVERY), check),
-        "It is so for every start that inverts.",
+        f"Of the starts that invert and keep contact, {near} of {len(held)} have both "
+        "within that time.",
     )
 
 
@@ -217,3 +228,8 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
         },
         f"With nu_y(0) > 0 alone, theta_dot ranges wider for {share(calm)} of the starts.",
     )
+
+
+def _start_of(row: pandas.Series) -> str:
+    """The start values of a row that the section varies, in words."""
+    return ", ".join(f"{name}(0) = {number(row[name], 3)}" for name in ("phi_dot", *ALONE))

@@ -10,6 +10,7 @@ from tt_precise.claims.evidence.section22 import (
     CONTACTS,
     HORIZON,
     SECTION,
+    counted,
     number,
     reference,
     share,
@@ -34,10 +35,11 @@ DEFINITION = (
 )  # fmt: skip
 def flatter_is_calmer(upper: str = "0.1") -> Finding:
     """Below theta(0) = 0.1 oscillations grow and the climbing time falls with theta(0)."""
-    rows = starts("theta", "through")
+    rows, every = starts("theta", "through"), starts("theta", "unilateral")
     return all_of(
         _trend(rows[rows["theta"] <= float(upper)]),
-        "None of these starts loses contact.",
+        f"{counted(every[every['theta'] <= float(upper)], 'contact_lost')} of these starts lose "
+        "contact.",
     )
 
 

@@ -10,6 +10,7 @@ from tt_precise.claims.evidence.section22 import (
     HORIZON,
     SECTION,
     both_ways,
+    counted,
     greatest,
     losing_contact,
     number,
@@ -45,6 +46,8 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
     """From phi_dot(0) = 0 on t_init falls, and reaches zero at phi_dot(0) = 83.1 rad/s."""
     coarse, fine = starts("phi_dot", "held"), starts("phi_dot near the end", "held")
     last = fine[fine["t_init_A"] > 0].iloc[-1]
+    after = fine[fine["phi_dot"] > last["phi_dot"]].iloc[0]
+    lost = _between("0", str(fine["phi_dot"].max()))
     rising = coarse[(coarse["phi_dot"] >= 0) & (coarse["phi_dot"] <= float(printed))]
     checks = {}
     for one in DEFINITIONS:
@@ -59,7 +62,9 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
     return all_of(
         checks,
         f"At {number(last['phi_dot'])} rad/s t_init_A is {number(last['t_init_A'], 2)} s, and "
-        "zero at the next start, 0.025 rad/s on. None of these starts loses contact.",
+        f"{number(after['t_init_A'], 2)} s at the next start, "
+        f"{number(after['phi_dot'] - last['phi_dot'], 3)} rad/s on. {lost} of these starts lose "
+        "contact.",
     )
 
 
@@ -82,13 +87,13 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
 
     return readings(
         {f"definition {one}": check(one) for one in DEFINITIONS},
-        "Up to 200 rad/s; none of these starts loses contact.",
+        f"{_between(beyond, '200')} starts up to 200 rad/s lose contact.",
     )
 
 
 @claim(
     "SWP-03", where=SECTION, control={"near": "200"},
-    definition="Climbing time in definition A; B and C fall and rise alike.",
+    definition="Climbing time in definition A.",
     quote="With further increase of phi_dot(0) ... the climbing time is shortened",
 )  # fmt: skip
 def climb_shortened(near: str = "150", far: str = "200") -> Finding:
@@ -96,6 +101,7 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     rows = starts("phi_dot", "held")
     rows = rows[rows["phi_dot"] > float(VANISHES)]
     least = rows.sort_values("climb_A").iloc[0]
+    quickest = {one: rows.sort_values(f"climb_{one}").iloc[0]["phi_dot"] for one in DEFINITIONS}
 
     def check(end: str) -> Check:
         some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
@@ -108,7 +114,8 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     return readings(
         {f"up to {near} rad/s": check(near), f"up to {far} rad/s": check(far)},
         f"The climbing time has a minimum, {number(least['climb_A'])} s at "
-        f"{number(least['phi_dot'])} rad/s, from where on it grows.",
+        f"{number(least['phi_dot'])} rad/s, from where on it grows; in "
+        f"definition B it is at {number(quickest['B'])} rad/s, in C at {number(quickest['C'])}.",
     )
 
 
@@ -205,6 +212,13 @@ def needed_up_to(limit: str = "83") -> Finding:
         )
 
     return readings(both_ways("phi_dot", check), "In all three definitions.")
+
+
+def _between(low: str, high: str) -> str:
+    """How many starts with phi_dot(0) in a range lose contact: "0 of 201"."""
+    rows = starts(("phi_dot", "phi_dot near the end"), "unilateral")
+    inside = (rows["phi_dot"] >= float(low)) & (rows["phi_dot"] <= float(high))
+    return counted(rows[inside], "contact_lost")
 
 
 def inverting(rows: pandas.DataFrame) -> Check:

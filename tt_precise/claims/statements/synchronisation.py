@@ -98,6 +98,11 @@ def precession_at_initiation(printed: str = "80", scene: SceneLike = "reference"
             ("first maximum of theta after", lambda run: _precession_at_top(run, 1)),
         )
     }
+    tops, climb = evidence.times_of("theta_max", scene), series.climb(scene)
+    courses = [
+        float(x) for x in tops["phi_dot"][(tops["t"] > climb.begin) & (tops["t"] < climb.end)]
+    ]
+    rises = sum(b > a for a, b in pairwise(courses))
     intervals = proved_climb.precession(scene)
     proved = all(
         settles(found, check, interval)
@@ -105,8 +110,8 @@ def precession_at_initiation(printed: str = "80", scene: SceneLike = "reference"
     )
     return readings(
         checks,
-        "At the maxima of theta phi_dot has a smooth course, which rises through 80 rad/s there "
-        "and goes on rising in the climb."
+        f"At the maxima of theta in the climb phi_dot goes from {decimal(courses[0], 3)} to "
+        f"{decimal(courses[-1], 3)} rad/s, and rises in {rises} of {len(courses) - 1} steps."
         + proofs_of(scene).sentence(proved, f"these three values {digits(intervals)}"),
         proved=proved,
     )
@@ -277,8 +282,8 @@ def quotient_after(
                 measured=f"{'positive' if inside > 0 else 'negative'}, {len(zeros)} changes",
             ),
         },
-        "The last change of sign comes behind the last large negative peak, one nutation before "
-        "the axis passes nearest to the pole."
+        "Before the climb the axis passes nearest to the pole "
+        f"{decimal(_nearest_pass(scene) - float(last.value), 3)} s after the last change of sign."
         + known.sentence(proved, "its last zero before the climb, and that there is none within"),
         proved=proved,
     )
@@ -288,8 +293,9 @@ def quotient_after(
     "QUAL-25",
     quote="three main phases separated by two moments",
     where=SECTION,
-    definition="the middle between consecutive turning points of theta: falling before t_init, "
-    "rising from t_init to t_end, within 0.05 rad of pi after t_end (definition A)",
+    definition="the middle between consecutive turning points of theta: lower before t_init "
+    "than at the start, rising from t_init to t_end, within 0.05 rad of pi after t_end "
+    "(definition A)",
     control={"scene": "phi-dot-195"},
 )
 def three_phases(scene: SceneLike = "reference") -> Finding:
@@ -381,6 +387,12 @@ def _reversal(scene: SceneLike, turn: str, which: int) -> tuple[float, float]:
     before, after = (events["phi_dot"][mask] for mask in (events["t"] < moment,
                                                          events["t"] > moment))  # fmt: skip
     return float(before.iloc[-1]), float(after.iloc[0])
+
+
+def _nearest_pass(scene: SceneLike) -> float:
+    """When theta is least, in s."""
+    events = evidence.times_of("theta_min", scene)
+    return float(events["t"][events["theta"].astype(float).idxmin()])
 
 
 def _printed_bracket(scene: SceneLike) -> Callable[[dict[str, Array]], Array]:

@@ -17,9 +17,9 @@ PAPER_DRIFT = 1e-6
 DIGITS = 8
 SHOWN = {"NUM-22": "1.8534", "NUM-05": "7.87 s"}  # the paper's numbers beside ours
 TRIED = {
-    False: "of the three definitions tried, none gives the paper's time",
-    None: "of the three definitions tried, not all give the paper's time",
-    True: "all three definitions tried give the paper's time",
+    False: "of the {} definitions tried, none gives the paper's time",
+    None: "of the {} definitions tried, not all give the paper's time",
+    True: "all {} definitions tried give the paper's time",
 }
 
 
@@ -68,7 +68,7 @@ def headlines() -> Headlines:
     ]
     return Headlines(
         cards,
-        motion(),
+        motion((float(run.inversion.A.t_init), float(ended))),
         {
             "jellett_drift": {label: short(drift, 3) for label, drift in drifts.items()},
             "energy_ratio": full(end / start, 20),
@@ -79,7 +79,8 @@ def headlines() -> Headlines:
 def overview(judgements: Sequence[Judgement], computed: Headlines) -> Overview:
     """The first screen, with the verdicts."""
     agree = {printed: _agrees(judgements, id) for id, printed in SHOWN.items()}
-    tried = {SHOWN["NUM-05"]: TRIED[agree[SHOWN["NUM-05"]]]}
+    readings = next((one.finding.readings for one in judgements if one.id == "NUM-05"), ())
+    tried = {SHOWN["NUM-05"]: TRIED[agree[SHOWN["NUM-05"]]].format(len(readings))}
     return Overview(
         verdict(counts(judgements), len(judgements)),
         entries(judgements),
