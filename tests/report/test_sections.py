@@ -104,8 +104,8 @@ def test_what_the_card_says_of_the_paper_s_time_follows_from_the_verdict() -> No
     shown = overview.SHOWN["NUM-05"]
     headlines = overview.Headlines([Card("end of the climb", "7.8 s", shown, "")], None, {})
     for printed, good, said in (
-        ("7.87", False, "of the three definitions tried, none gives the paper's time"),
-        ("7.83", None, "of the three definitions tried, not all give the paper's time"),
+        ("7.87", False, "of the 4 definitions tried, none gives the paper's time"),
+        ("7.83", None, "of the 4 definitions tried, not all give the paper's time"),
     ):
         (card,) = overview.overview([judge("NUM-05", printed=printed)], headlines).cards
         assert (card.good, card.comment) == (good, said)
