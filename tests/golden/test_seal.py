@@ -182,6 +182,17 @@ def test_one_way_to_name_golden_data(
     assert places.locate("reference").folder == store.home()
 
 
+def test_a_folder_in_the_working_directory_does_not_beat_the_package(
+    small: Small, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(small.folder / "reference", tmp_path / "reference")
+    monkeypatch.chdir(tmp_path)
+    assert places.locate("reference").folder == store.home()
+    assert len(tt.golden.load("reference")) == 801
+    for by_path in ("./reference", Path("reference"), str(tmp_path / "reference")):
+        assert len(tt.golden.load(by_path)) == 7
+
+
 def test_a_spoiled_proof_never_counts_as_the_recorded_one(proved: Path) -> None:
     """A build records the proof that lies there; a spoiled one has no hash to record."""
     content = json.loads((proved / proofs.PROOF).read_text())

@@ -82,8 +82,9 @@ def some(names: Iterable[str], folder: Folder = None) -> list[str]:
 def locate(scene: str | Path, folder: Folder = None) -> Located:
     """The golden data meant by a name, a scene's TOML file, or the folder that holds them.
 
-    Without ``folder`` a name is looked for in the package, then in ``golden``. Whether they exist
-    is another question.
+    A folder is given by its path: a ``Path``, or text with a slash such as ``./mytop``. A bare name
+    is looked for in ``folder``, or in the package and then in ``golden``, nowhere else. Whether
+    such data exist is another question.
 
     Raises
     ------
@@ -91,7 +92,8 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
         That cannot be the name of a scene.
     """
     given = Path(scene)
-    if folder is None and given.is_dir() and (given / MANIFEST).is_file():
+    by_path = isinstance(scene, Path) or os.sep in scene
+    if folder is None and by_path and (given / MANIFEST).is_file():
         place = given.resolve()
         return Located(place.name, place.parent)
     name = given.stem if given.suffix == ".toml" else str(scene)
