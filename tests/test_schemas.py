@@ -17,7 +17,7 @@ from benchmarks.bars import _entry
 from tt_precise import cli
 from tt_precise.certify.pieces import Accepted
 from tt_precise.commands import bench, tradeoff
-from tt_precise.commands.certify_golden import CHECK_SCHEMA
+from tt_precise.commands.golden import SCHEMA as GOLDEN_SCHEMA
 from tt_precise.integration.precision import BITS
 from tt_precise.integration.propagate import Status
 from tt_precise.scene.scene import MODELS
@@ -143,7 +143,10 @@ def test_what_the_committed_tables_become() -> None:
     printed = json.dumps(tradeoff._json_object(tables.rows, found, ("a line",)))
     validate("tradeoff", json.loads(printed))
     accepted = {**asdict(Accepted("reference", 3, 70, 5)), "verdict": "accepted"}
-    validate("golden-certify-check", {"schema": CHECK_SCHEMA, "scenes": [accepted]})
+    validate(
+        "golden-certify-check",
+        {"schema": GOLDEN_SCHEMA.format("certify.check"), "scenes": [accepted]},
+    )
     rows = [_entry("drift", "integrate()", 0.75, ("at most", 0.5), 1e-3, 3)]
     rows.append(_entry("a peer", "it", None, None, None, None))
     validate("bench", {"schema": bench.SCHEMA, "bars": rows})

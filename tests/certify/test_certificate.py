@@ -18,7 +18,7 @@ from tt_precise.certify.certificate import certify, compared
 from tt_precise.certify.pieces import FILE
 from tt_precise.certify.proof import Proof, prove
 from tt_precise.certify.verdict import NotProved
-from tt_precise.commands.certify_golden import command
+from tt_precise.commands.golden import certify_command as command
 from tt_precise.golden import proofs, store
 from tt_precise.golden.consensus import exact_decimal
 from tt_precise.golden.hashes import dump

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -130,6 +131,22 @@ def test_certificates_are_checked_or_written(capsys: pytest.CaptureFixture[str])
     pytest.importorskip("flint", reason="needs the extra certify")
     assert main(["golden", "certify", "upright", "--check", "--certificate"]) == 2
     assert "--check: got --certificate too" in capsys.readouterr().err
+
+
+def test_certificates_of_ones_own_data_are_found(
+    small: Small,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("flint", reason="needs the extra certify")
+    from tt_precise.certify import pieces
+
+    mine = shutil.copytree(small.folder / "reference", tmp_path / "golden" / "mytop")
+    (mine / pieces.FILE).write_bytes(b"nothing that anybody wrote")
+    monkeypatch.chdir(tmp_path)
+    assert main(["golden", "certify", "mytop", "--check"]) == 1
+    assert "mytop: refused: the certificate cannot be read" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("place", ["empty", "missing"])

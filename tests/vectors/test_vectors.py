@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import shutil
+import tomllib
 from collections.abc import Callable
 from dataclasses import fields, replace
+from fnmatch import fnmatch
 from fractions import Fraction
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -392,3 +394,16 @@ def test_an_empty_folder_is_refused_before_the_work(
 @pytest.mark.golden
 def test_everything_is_what_is_computed_now() -> None:
     assert index.verify(home()) == []
+
+
+def test_the_wheel_has_every_file_that_the_index_lists() -> None:
+    """So that `golden vectors` passes on an installed package."""
+    project = tomllib.loads((home().parent / "pyproject.toml").read_text("utf-8"))
+    wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
+    assert "reference_data" in wheel["only-include"]
+    listed = [f"reference_data/{entry['path']}" for entry in committed_index()["files"]]
+    assert not [path for path in listed for left in wheel.get("exclude", []) if fnmatch(path, left)]
+
+
+def committed_index() -> Any:
+    return json.loads((home() / index.INDEX).read_text("utf-8"))
