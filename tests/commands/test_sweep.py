@@ -7,6 +7,7 @@ import pytest
 
 from tt_precise.cli import main
 from tt_precise.sweeps import spot_check
+from tt_precise.sweeps.outcome import OUTCOMES
 
 GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--recheck", "0"]
 
@@ -99,3 +100,9 @@ def test_a_row_that_the_spot_check_contradicts_is_no_success(
     assert main(["sweep", "reference", *asked, *json_too]) == (1 if message else 0)
     expected = f"tt-precise: THE SPOT CHECK CONTRADICTS ROWS OF THE SWEEP: {message}"
     assert capsys.readouterr().err == (expected if message else "")
+
+
+def test_help_defines_every_outcome(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sweep", "run", "--help"]) == 0
+    printed = capsys.readouterr().out
+    assert all(f" {name} " in printed for name in OUTCOMES)

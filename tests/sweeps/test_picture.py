@@ -15,7 +15,7 @@ def rows(grid: bool = True) -> pandas.DataFrame:
     ends = numpy.array([1.0, 2.0, numpy.nan, 4.0, 5.0, 6.0])
     times = {f"t_init_{one}": 0.5 * ends for one in "ABC"} | {f"t_end_{one}": ends for one in "ABC"}
     outcome = numpy.where(numpy.isnan(ends), "contact_lost", "inverts")
-    table = pandas.DataFrame({"mu": x, "omega_3": y, "outcome": outcome, **times})
+    table = pandas.DataFrame({"mu": x, "omega_3": y, "outcome": outcome, "t_stop": 8.0, **times})
     return table if grid else table.iloc[:-1]
 
 
@@ -26,6 +26,16 @@ def test_curve_shows_every_row() -> None:
     assert axes.get_xlabel() == "mu (s/m)"
     assert axes.get_ylabel() == "t_end_A (s)"
     assert curve(rows(), "mu", "climb", "omega_3").axes[0].get_ylabel() == "climb_A (s)"
+
+
+def test_the_legend_says_what_an_outcome_states_and_at_which_horizon() -> None:
+    for axes in (
+        curve(rows(), "mu", "t_end", "outcome").axes[0],
+        map_of(rows(), "mu", "omega_3", "outcome").axes[0],
+    ):
+        legend = axes.get_legend()
+        assert legend is not None
+        assert "at 8 s (5)" in legend.get_texts()[0].get_text()
 
 
 def test_an_empty_picture_is_refused() -> None:

@@ -22,7 +22,7 @@ def test_a_sweep_is_a_table() -> None:
     assert rows["climb_A"].isna().all()
     summary = rows.attrs["summary"]
     assert summary["rows"] == 5
-    assert summary["outcomes"]["does_not_invert"] == 5
+    assert summary["outcomes"]["undecided"] == 5
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,18 @@ def run(
     recheck: int,
     as_json: bool,
 ) -> int:
-    """Integrate SCENE from many starts: a shipped name, a scene, or a TOML file of a sweep.
+    r"""Integrate SCENE from many starts: a shipped name, a scene, or a TOML file of a sweep.
+
+    The scene glides with the viscous law, or rolls; its table is rigid.
+
+    \b
+    Outcomes, by the state at the end:
+      inverts           has crossed the equator, and the axis is below it
+      does_not_invert   energy and lambda exclude that the axis reaches the equator
+      undecided         neither is known at the horizon
+      contact_lost      the normal force reached 0
+      singular_contact  its denominator reached 0
+      failed            the integration failed
 
     Exit status 1 if rows are missing, because their chunk failed again and again, or if the spot
     check contradicts a row: another outcome, a time in one of the two only, or no result.

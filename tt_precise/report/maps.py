@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 UNTIL = "20"  # s
 COUNT = 41  # of values along each side
-RECORD = ("climb_A", "lambda_ratio")
+RECORD = ("climb_A", "lambda_ratio", "end_theta")
 FILE = "sweeps-maps.csv.gz"
-VERSION = 1  # of everything here that the definition does not hold
+VERSION = 2  # of everything here that the definition does not hold
 
 
 @dataclass(frozen=True)

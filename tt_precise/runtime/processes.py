@@ -13,9 +13,11 @@ state. A script that uses them needs the usual ``if __name__ == "__main__"``.
 from __future__ import annotations
 
 import contextlib
+import inspect
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -26,11 +28,13 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any, NamedTuple
 
+from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.startup import hide_sympy_from_heyoka
 
 # a start of Python with its imports, which the time limit of a task does not count
 START_S = 60.0
 NOTED_S = 5.0  # until a thread that has taken an exit status runs again
+UNGUARDED = 78  # exit status of a process whose main module starts processes when it is imported
 BEGUN, DONE, FAILED = range(3)  # what a process says of a task
 
 
@@ -76,6 +80,8 @@ class Processes(Executor):
         recycle_after: int | None = None,
         prepare: Callable[[], object] | None = None,
     ):
+        if _imports_main():
+            sys.exit(UNGUARDED)
         self._recycle_after, self._prepare = recycle_after, prepare
         self._waiting: deque[_Task] = deque()
         self._groups: set[Hashable] = set()  # those that a worker is at
@@ -258,6 +264,11 @@ class _Worker:
         except (EOFError, ConnectionError):
             self.dead = True
             status = self._exit_status()
+            if status == UNGUARDED:
+                raise InputError(
+                    "workers: got more than 1 in a script that each of them runs too, expected "
+                    'what it does below a line `if __name__ == "__main__":`'
+                ) from None
             raise WorkerDiedError(f"worker process ended, exit status {status}") from None
         if state == FAILED:
             raise result
@@ -289,6 +300,16 @@ class _Worker:
         while (status := self._process.exitcode) is None and time.monotonic() < until:
             time.sleep(0.001)
         return status
+
+
+def _imports_main() -> bool:
+    """Whether the caller is the main module of a script that a worker is importing."""
+    frame = inspect.currentframe()
+    while frame is not None:
+        if frame.f_globals["__name__"] == "__mp_main__" and frame.f_code.co_name == "<module>":
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _kind(group: Hashable) -> str | None:

@@ -37,6 +37,7 @@ from tt_precise.sweeps.columns import (
     turning_events,
 )
 from tt_precise.sweeps.lanes import Build, LaneResult, lanes
+from tt_precise.sweeps.outcome import outcomes
 from tt_precise.sweeps.specification import PARAMETERS, Plan
 from tt_precise.sweeps.step_buffer import Events
 from tt_precise.sweeps.steps_again import LaneStart
@@ -51,6 +52,11 @@ def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
 
     Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
     """
+    with numpy.errstate(all="ignore"):  # what overflows is NaN in its row, whose status says why
+        return _computed(plan, values, batch)
+
+
+def _computed(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
     form = integrated(plan.scene.model, "newton")
     starts = _starts(plan, values)
     build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
@@ -118,9 +124,7 @@ class _Integrated:
         """All columns of the rows, in SI."""
         times = self._inversion_times()
         unit = numpy.array([one.units.time for one in self.starts])
-        found: dict[str, Array] = {
-            "outcome": [self._outcome(row, times[row]) for row in range(self.rows)]
-        }
+        found: dict[str, Array] = {"outcome": self._outcomes(times)}
         for when in ("t_init", "t_end"):
             for which in DEFINITIONS:
                 one = [getattr(getattr(climb, which), when) for climb in times]
@@ -162,11 +166,16 @@ class _Integrated:
         nearer.at(found, owner[beyond], times[beyond])
         return found
 
-    def _outcome(self, row: int, times: InversionTimes) -> str:
-        status = self.results[row].status
-        if status != "complete":
-            return status
-        return "does_not_invert" if times.A.t_end is None else "inverts"
+    def _outcomes(self, times: Sequence[InversionTimes]) -> list[str]:
+        q = self._end_motion
+        crossed = numpy.array([climb.equator is not None for climb in times], dtype=bool)
+        falling = self.plan.contact == "unilateral" or self.plan.scene.model == "rolling"
+        energy, ones = QUANTITIES["E"].evaluate(q), numpy.ones(self.rows)
+        complete = outcomes(q.body, q.k[2] * ones, jellett(q), energy, crossed, falling)
+        return [
+            name if one.status == "complete" else one.status
+            for one, name in zip(self.results, complete, strict=True)
+        ]
 
     # ---- evaluation ------------------------------------------------------------------------
 

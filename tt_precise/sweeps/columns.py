@@ -23,7 +23,7 @@ from tt_precise.runtime.errors import InputError
 DEFINITIONS = ("A", "B", "C")
 TIMES = tuple(f"{when}_{which}" for when in ("t_init", "t_end") for which in DEFINITIONS)
 FIXED = {
-    "outcome": "inverts, does_not_invert, contact_lost, singular_contact or failed",
+    "outcome": "what became of the top; see ``outcome``",
     **dict.fromkeys(TIMES, "initiation or ending time of the climb in one definition, s"),
     "min_g_n": "smallest normal force from the start to t_stop, N",
     "jellett_drift": "largest relative change of lambda: at t_stop, at minima of theta before the "
@@ -31,7 +31,6 @@ FIXED = {
     "steps": "Taylor steps",
     "t_stop": "where the trajectory ends, s",
 }
-OUTCOMES = ("inverts", "does_not_invert", "contact_lost", "singular_contact", "failed")
 DERIVED = {
     **{f"climb_{which}": f"climbing time in definition {which}, s" for which in DEFINITIONS},
     "t_equator": "when theta first rises through pi/2, s",

@@ -8,7 +8,8 @@ from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.plotting import BLACK, BLUE, GREY, ORANGE, PURPLE, RED, new_figure, styled
-from tt_precise.sweeps.columns import OUTCOMES, part_named
+from tt_precise.sweeps.columns import part_named
+from tt_precise.sweeps.outcome import OUTCOMES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,7 +24,7 @@ SHORT = {"t_init": "t_init_A", "t_end": "t_end_A", "climb": "climb_A", "inverts"
 STYLES = dict(
     zip(
         OUTCOMES,
-        ((BLUE, "o"), (ORANGE, "^"), (RED, "x"), (PURPLE, "s"), (BLACK, "*")),
+        ((BLUE, "o"), (ORANGE, "^"), (GREY, "."), (RED, "x"), (PURPLE, "s"), (BLACK, "*")),
         strict=True,
     )
 )
@@ -51,7 +52,7 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
         for outcome, (hue, mark) in STYLES.items():
             some = table[(table["outcome"] == outcome) & table[y].notna()]
             if len(some):
-                label = f"{outcome.replace('_', ' ')} ({len(some)})"
+                label = outcome_label(outcome, len(some), table)
                 axes.plot(some[x], some[y], mark, color=hue, ms=3, label=label)
     elif shown:
         points = axes.scatter(table[x], table[y], c=table[shown], s=8, cmap="viridis")
@@ -148,6 +149,17 @@ def label_of(name: str) -> str:
     return f"{name} ({unit})" if unit not in ("", "1") else name
 
 
+def outcome_label(name: str, count: int, rows: pandas.DataFrame) -> str:
+    """An outcome for a legend, with what it states, its count, and the horizon it rests on."""
+    states = {
+        "inverts": "below the equator at ",
+        "does_not_invert": "energy excludes it from ",
+        "undecided": "at ",
+    }
+    said = f": {states[name]}{rows['t_stop'].max():g} s" if name in states else ""
+    return f"{name.replace('_', ' ')}{said} ({count})"
+
+
 def _empty() -> tuple[Figure, Axes]:
     figure = new_figure(7, 4.4)
     return figure, figure.add_subplot()
@@ -166,7 +178,7 @@ def _outcomes(
     counts = table["outcome"].value_counts()
     axes.legend(
         handles=[
-            Patch(color=STYLES[name][0], label=f"{name.replace('_', ' ')} ({counts[name]})")
+            Patch(color=STYLES[name][0], label=outcome_label(name, counts[name], table))
             for name in OUTCOMES
             if name in counts
         ],

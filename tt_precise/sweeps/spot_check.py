@@ -12,12 +12,18 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
+import numpy
+
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.contact import ended_at_start
 from tt_precise.integration.inversion import NEEDED
+from tt_precise.integration.precision import precision_named
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene
 from tt_precise.sweeps.columns import DEFINITIONS, TIMES, extremum, parts, turning_events
+from tt_precise.sweeps.outcome import outcomes
 
 ONE_IN = 1000
 FINE, WHERE_REFUSED = "double-double", "quad"
@@ -26,8 +32,6 @@ TOLERANCE = 1e-22  # a million times finer than double, in half the time that th
 
 def drawn(rows: int, seed: int, one_in: int = ONE_IN) -> Iterator[int]:
     """Indices of the rows to recompute: one of each ``one_in``, in order."""
-    import numpy
-
     for block in range(-(-rows // one_in) if one_in else 0):
         size = min(one_in, rows - block * one_in)
         yield block * one_in + int(numpy.random.default_rng([seed, block]).integers(size))
@@ -40,11 +44,12 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
     """
     extremes = {part.quantity for part in parts(record) if part.extreme} - {"theta"}
     events = (*NEEDED, *(extremum(name) for name in sorted(extremes)))
-    try:
-        run = _integrated(scene, events)
-    except InputError as refused:  # not on the table at the start
-        lost = "g_n is" in str(refused)
-        return {"outcome": "contact_lost" if lost else "singular_contact", "t_stop": 0.0}
+    double = precision_named("double")
+    start = InitialState.of(scene, double.arithmetic)
+    ended = ended_at_start(start, "unilateral", double.context)
+    if ended:
+        return {"outcome": ended, "t_stop": 0.0}
+    run = _integrated(scene, events)
     times = run.inversion
     found: dict[str, Json] = {}
     for which in DEFINITIONS:
@@ -61,10 +66,15 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
             known = [value for value in (*ends, *inner[part.quantity]) if value is not None]
             chosen |= {"min": min(known), "max": max(known)}
         found[asked] = chosen[part.part]
+    found["outcome"] = run.status
     if run.status == "complete":
-        found["outcome"] = "does_not_invert" if times.A.t_end is None else "inverts"
-    else:
-        found["outcome"] = run.status
+        theta, energy, lambda_ = (
+            run.frame(name, times=[run.t_end])[name].to_numpy(dtype=float)
+            for name in ("theta", "E", "lambda")
+        )
+        crossed = numpy.array([times.equator is not None])
+        body = scene.body.map(float)
+        (found["outcome"],) = outcomes(body, numpy.cos(theta), lambda_, energy, crossed)
     wanted = {"outcome", *TIMES, "min_g_n", "t_stop", *record}
     return {
         name: value if isinstance(value, str) or value is None else float(value)

@@ -7,7 +7,7 @@ import math
 from tt_precise._version import __version__
 from tt_precise.runtime.untyped import Json
 from tt_precise.sweeps.chunk_file import merged
-from tt_precise.sweeps.columns import OUTCOMES
+from tt_precise.sweeps.outcome import OUTCOMES
 from tt_precise.sweeps.specification import Specification
 from tt_precise.sweeps.store import Files, Memory
 
@@ -55,7 +55,7 @@ def _recheck(store: Memory | Files) -> dict[str, Json]:
             continue
         if found["outcomes"][0] != found["outcomes"][1]:
             rough, fine = found["outcomes"]
-            other.append({"index": index, "double": rough, "quad": fine})
+            other.append({"index": index, "double": rough, "finer": fine})
         for name, difference in found["differences"].items():
             if not math.isfinite(difference):
                 unmatched.append({"index": index, "column": name})

@@ -172,6 +172,8 @@ class Watch:
                 there = piece.rows(steps, wide.in_parts(times, MOST_PARTS))
                 here = there[numpy.arange(len(steps)), :, self._columns.start + function]
                 off = wide.of_parts(here) / numpy.where(slopes, slopes, numpy.inf)
+                # out of the step leads only what rounding alone makes a zero
+                off = numpy.where(abs(off) <= lengths * units, off, 0 * times)
                 times = times - off
                 if (abs(off) <= near * times).all():
                     break

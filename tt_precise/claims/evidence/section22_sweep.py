@@ -38,7 +38,7 @@ RECORD = (
     "end_theta", "start_E", "lambda_ratio",
 )  # fmt: skip
 FILE = "sweeps-section-2.2.csv.gz"
-VERSION = 1  # of everything above that the fingerprint does not see
+VERSION = 2  # of everything above that the fingerprint does not see
 
 
 @dataclass(frozen=True)

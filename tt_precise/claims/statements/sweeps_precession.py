@@ -222,8 +222,8 @@ def _between(low: str, high: str) -> str:
 
 
 def inverting(rows: pandas.DataFrame) -> Check:
-    """Whether all rows invert."""
-    count = int((rows["outcome"] == "inverts").sum())
+    """Whether the climb of all rows ends, in definition A."""
+    count = int(rows["t_end_A"].notna().sum())
     return statement(
         0 < count == len(rows), printed="all invert", measured=f"{count} of {len(rows)} invert"
     )

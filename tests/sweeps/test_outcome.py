@@ -1,0 +1,84 @@
+"""Outcomes are statements about the state at the end."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tt_precise.scene.scene import load_scene
+from tt_precise.sweeps import specification, spot_check
+from tt_precise.sweeps.outcome import outcomes
+
+BODY = load_scene("reference").body.dimensionless(math, float)
+
+
+def test_a_top_that_is_inverted_inverts_whatever_the_definitions_say_of_its_climb() -> None:
+    rows = tt.sweep(
+        "reference", vary={"omega_3": "80"}, until="60", record=("end_theta",), recheck=0
+    )
+    assert rows["end_theta"][0] > 3.14
+    assert list(rows["outcome"]) == ["inverts"]
+
+
+def test_does_not_invert_is_said_only_of_what_never_will() -> None:
+    """A later horizon changes what is undecided, and nothing else."""
+    spins = {"omega_3": "20:260:25"}
+    early, late = (
+        tt.sweep("reference", vary=spins, until=until, record=("max_theta",), recheck=0)
+        for until in ("1", "60")
+    )
+    pairs = set(zip(early["outcome"], late["outcome"], strict=True))
+    assert {("does_not_invert", "does_not_invert"), ("undecided", "inverts")} <= pairs
+    assert not {later for first, later in pairs if first == "does_not_invert"} - {"does_not_invert"}
+    held = late["outcome"] == "does_not_invert"
+    assert (late["max_theta"][held] < numpy.pi / 2).all()
+
+
+def test_the_energy_decides_only_where_it_falls() -> None:
+    z, lambda_ = numpy.array([0.9, 0.9, -0.9, -0.9]), numpy.full(4, 0.1)
+    energy = numpy.array([0.8, 2.0, 2.0, 2.0])
+    crossed = numpy.array([False, False, True, False])
+    found = outcomes(BODY, z, lambda_, energy, crossed)
+    assert found == ["does_not_invert", "undecided", "inverts", "undecided"]
+    # with g_n < 0 the energy may rise
+    assert outcomes(BODY, z, lambda_, energy, crossed, falling=False)[0] == "undecided"
+
+
+@pytest.mark.slow
+def test_the_spot_check_ends_beside_the_pole_too() -> None:
+    scene = specification("reference", until="120").plan.scene.varied(omega_3="80")
+    assert spot_check.recomputed(scene, ())["outcome"] == "inverts"
+
+
+@pytest.mark.parametrize(("nu_x", "ended"), [("1000", "singular_contact"), ("0", "contact_lost")])
+def test_the_spot_check_tells_how_a_start_ends(nu_x: str, ended: str) -> None:
+    changes = (
+        {"theta": "3", "theta_dot": "400"}
+        if ended == "contact_lost"
+        else {"nu_x": nu_x, "mu": "100"}
+    )
+    scene = load_scene("reference").varied(**changes)
+    assert spot_check.recomputed(scene, ()) == {"outcome": ended, "t_stop": 0.0}
+
+
+def test_what_overflows_warns_nobody(recwarn: pytest.WarningsRecorder) -> None:
+    tt.sweep("reference", vary={"omega_3": "1e12,155"}, until="0.1", recheck=0)
+    assert not recwarn.list
+
+
+def test_a_script_without_a_main_guard_is_told_so(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import tt_precise as tt\n"
+        "tt.sweep('reference', vary={'mu': [0.3, 0.4]}, until='0.1', recheck=0, workers=2)\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, check=False, timeout=60
+    )
+    *_, last = ended.stderr.splitlines()
+    assert "__name__" in last
+    assert ended.stderr.count("Traceback") == 1
