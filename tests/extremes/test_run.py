@@ -13,7 +13,7 @@ import pytest
 from tt_precise.extremes.case import ExtremeCase, Observation
 from tt_precise.extremes.run import run_all
 
-SLEEP = "600.5"  # seconds, and how to find the process
+SLEEP = f"600.{os.getpid()}"  # seconds, and how to find the process among those of other runs
 
 
 def one(

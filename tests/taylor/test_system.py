@@ -1,7 +1,10 @@
 """The integrator against closed forms, in both of its number types."""
 
 import math
+import threading
+import weakref
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -136,9 +139,9 @@ def test_the_same_bits_again_optimised_and_on_a_plainer_processor(parts: int) ->
     first, again = pieces(name, parts), pieces(name, parts)
     others = [again]
     for features in (None, ""):  # "": no AVX2, no FMA
-        made.__dict__["machine"] = Machine(made.kernel.text(), features)
+        made._machine = Machine(made.kernel.text(), features)
         others.append(pieces(name, parts))
-    made.__dict__["machine"] = quick
+    made._machine = quick
     for other in others:
         assert len(other) == len(first)
         for a, b in zip(first, other, strict=True):
@@ -162,6 +165,26 @@ def test_it_is_optimised_on_the_way_and_the_bits_stay(monkeypatch: pytest.Monkey
 
     for slow, quick in zip(blocks(10**6), blocks(32), strict=True):
         assert bits(slow) == bits(quick)
+
+
+def test_threads_share_one_machine_and_may_outlive_it() -> None:
+    """Since Python 3.12 a cached property has no lock: one of two machines was freed while used."""
+    for _ in range(4):
+        made, one = system.__wrapped__("root", 2), PROBLEMS["root"]
+        begun = made.begun(one.start, one.parameters, FN)
+        barrier = threading.Barrier(8)
+
+        def run(made: System = made, begun: Any = begun, barrier: Any = barrier) -> Any:
+            barrier.wait()
+            blocks = made.pieces(begun, 3.0, FULL[2])
+            return tuple(part for block in blocks for part in bits(block)), made.machine.run
+
+        with ThreadPoolExecutor(8) as pool:
+            found = [one.result() for one in [pool.submit(run) for _ in range(8)]]
+        assert len(set(found)) == 1
+    engine = weakref.ref(found[0][1].engine)
+    made._machine = None
+    assert engine() is not None, "compiled code is freed while a function of it can be called"
 
 
 @pytest.mark.parametrize("parts", [2, 3])

@@ -54,7 +54,9 @@ class Machine:
 
     def _function(self, name: str, arguments: str, result: Any) -> Callable[..., Any]:
         kind = ctypes.CFUNCTYPE(result, *(_LETTERS[letter] for letter in arguments))
-        return kind(self._engine.get_function_address(name))
+        function: Any = kind(self._engine.get_function_address(name))
+        function.engine = self._engine  # a thread may be in it when its Machine is replaced
+        return function  # type: ignore[no-any-return]
 
 
 class _Lent:
@@ -69,8 +71,10 @@ class _Lent:
         import numpy
 
         size = 1 << size.bit_length()
-        alike = self._idle.setdefault(size, [])
-        self._memory = alike.pop() if alike else numpy.empty(size)
+        try:  # another thread may take the last one between a look and a pop
+            self._memory = self._idle.setdefault(size, []).pop()
+        except IndexError:
+            self._memory = numpy.empty(size)
         self.__array_interface__ = self._memory.__array_interface__
 
     def __del__(self) -> None:

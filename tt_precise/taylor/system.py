@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
 from typing import Any
 
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
@@ -67,22 +67,27 @@ class System:
         self.parts, self.graph, self._steps = parts, Graph(entries, parameters), 0
         rates, outputs = define(tuple(self.graph.entries), self.graph.parameters, self.graph)
         self.kernel = Kernel(parts, self.graph, self.graph.with_turning(rates), outputs)
+        self._lock, self._text = threading.Lock(), ""
+        self._machine: Machine | None = None
 
-    @cached_property
+    @property
     def machine(self) -> Machine:
         """The compiled functions, not optimised before that has paid for itself."""
-        return Machine(self._text, level=0)
-
-    @cached_property
-    def _text(self) -> str:
-        return self.kernel.text()
+        with self._lock:
+            if self._machine is None:
+                self._text = self.kernel.text()
+                self._machine = Machine(self._text, level=0)
+            return self._machine
 
     def _stepped(self, steps: int) -> None:
         """Optimise after many steps: the bits stay."""
-        before, self._steps = self._steps, self._steps + steps
-        if before < WORTH_OPTIMISING <= self._steps:
-            # another thread may still be inside the one that is replaced
-            self._slow, self.machine = self.machine, Machine(self._text)
+        with self._lock:
+            before, self._steps = self._steps, self._steps + steps
+            due = before < WORTH_OPTIMISING <= self._steps
+        if due:
+            optimised = Machine(self._text)
+            with self._lock:
+                self._machine = optimised
 
     def begun(
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
