@@ -180,8 +180,8 @@ def test_threads_share_one_machine_and_may_outlive_it() -> None:
             return tuple(part for block in blocks for part in bits(block)), made.machine.run
 
         with ThreadPoolExecutor(8) as pool:
-            found = [one.result() for one in [pool.submit(run) for _ in range(8)]]
-        assert len(set(found)) == 1
+            found = [future.result() for future in [pool.submit(run) for _ in range(8)]]
+        assert all(other == found[0] for other in found)
     engine = weakref.ref(found[0][1].engine)
     made._machine = None
     assert engine() is not None, "compiled code is freed while a function of it can be called"
