@@ -30,7 +30,6 @@ COMMANDS = {
     "columns": "Columns of a trajectory: names, units, frames, conventions.",
     "claims": "The verdicts on the paper's claims.",
     "tradeoff": "Measure speed against accuracy, peers included.",
-    "bench": "Measure what calls and commands cost, each beside what it may cost.",
     "extremes": "Numerical stability at the extremes, case by case.",
     "sweep": "Many starts at once.",
     "engines": "Physics engines on a ladder of tests: the well-known ones, or your own.",

@@ -22,12 +22,12 @@ from tt_precise.runtime.records import (
 )  # fmt: skip
 
 
-class Row(Record):
+class Row(Record, frozen=True):
     name: Annotated[str, Meta(description="name")]
     value: Annotated[float | None, Meta(description="value, null if there is none")]
 
 
-class Sample(Record, tag_field="schema", tag="sample/1"):
+class Sample(Record, frozen=True, tag_field="schema", tag="sample/1"):
     """A document."""
 
     rows: Annotated[tuple[Row, ...], Meta(description="rows")]

@@ -15,7 +15,7 @@ from tt_precise.scene.body import Units
 
 # A reference run in the same arithmetic has the same rounding errors, so the run must be coarser by
 # this many eps, that its truncation outweighs them. Double has a finer arithmetic for ten times its
-# price; extended has none below 150 times. ``bench.estimates`` holds both against the truth.
+# price; extended has none below 150 times. ``benchmarks/estimates.py`` compares with the truth.
 COARSE = {"double": 1000}
 COARSE_WIDE = 64
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic

@@ -2,7 +2,7 @@
 
 A document is a ``Record``; its tag is the name and version that stands under the key ``schema``:
 
-    class Checked(Record, tag_field="schema", tag="tt_precise.check/1"):
+    class Checked(Record, frozen=True, tag_field="schema", tag="tt_precise.check/1"):
         'What `tt-precise check FILE --scene SCENE --json` prints.'
 
         rows: Annotated[int, Meta(description="number of rows")]
@@ -41,8 +41,11 @@ Found = TypeVar("Found")
 MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
 
 
-class Record(Struct, frozen=True, kw_only=True):
-    """An object of a JSON document: fields with types and meanings, in the order of its keys."""
+class Record(Struct, frozen=True):
+    """An object of a JSON document: fields with types and meanings, in the order of its keys.
+
+    Each subclass says ``frozen=True``, for type checkers.
+    """
 
 
 Document = TypeVar("Document", bound=Record)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -102,20 +101,6 @@ def quick() -> Iterator[Group]:
         "wide arithmetics", tuple(Trial("heyoka", t, "quad") for t in (1e-31, 0.0)), 1, 10.0
     )
     yield Group("digits", tuple(_digits(LADDER[:4])), 1, 10.0)
-
-
-def engine() -> Iterator[Group]:
-    """The curves that the bars of ``tt-precise bench`` stand on; half a minute."""
-    trials = [Trial("heyoka", tolerance) for tolerance in (*DECADES, 0.0)]
-    trials += [Trial("heyoka, turning frame", tolerance) for tolerance in DECADES]
-    trials += [Trial(name, tolerance) for name in BEST_PEERS for tolerance in DECADES[1:12]]
-    trials += [Trial("tt_precise, digits", tolerance) for tolerance in (1e-6, 1e-9)]
-    yield Group("engine", tuple(trials), 9, 0.5)
-
-
-def exponent(error: float) -> int:
-    """-9 for 1e-9."""
-    return round(math.log10(error))
 
 
 def _double(coordinates: str) -> Iterator[Trial]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from benchmarks.estimates import OPTIMISM
+OPTIMISM = 0.5  # digits that an estimate may be above the truth
 from tt_precise.tradeoff import error_growth
 from tt_precise.tradeoff.evaluators import MISSING, Amount
 from tt_precise.tradeoff.plan import SHORT

@@ -79,11 +79,4 @@ ALL = (
         jellett_alone,
         planted_faults.faults,
     ),
-    MeasuredFile(
-        "bench",
-        "What a user waits for",
-        "Calls beside a bare heyoka loop or an integration, whole commands beside importing NumPy: "
-        "medians of ratios of times measured in turn.",
-        "tt-precise bench --out reports/bench.csv",
-    ),
 )
