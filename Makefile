@@ -20,7 +20,7 @@ DOCS := .venv/.stamp-docs
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help venv report test slow golden peers clients browser proofs fuzz mutants \
+.PHONY: help venv report test slow golden peers clients browser proofs fuzz costs mutants \
         lint format types check schemas docs smoke lock build clean
 
 help:     ## list the targets
@@ -67,6 +67,10 @@ clients:  ## tests marked clients: other people's engines (installs every extra)
 proofs:   ## tests marked proofs: long rigorous proofs (installs every extra)
 peers clients proofs: $(ALL)
 	$(PYTEST) -n $(JOBS) -m $@ $(ARGS)
+
+costs:    ## what calls and commands cost, beside their baselines
+costs: $(DEV)
+	$(PYTEST) -n 0 -o addopts=--import-mode=importlib benchmarks $(ARGS)
 
 mutants:  ## 200 small mistakes in the core, each of which a test has to see (an hour or two)
 mutants: $(ALL)

@@ -1,7 +1,8 @@
 """Digits requested, claimed and true: ``python -m benchmarks.estimates``.
 
 Seeded random tops and starts, gliding and rolling, each integrated with ``digits=`` some number;
-the truth is a run in a finer arithmetic, at twenty samples. Writes ``reports/estimates.csv``.
+the truth is a run in a finer arithmetic, at twenty samples. Writes
+``reports/measured/estimates.csv``.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
     from tt_precise.scene.scene import Scene
 
-OUT = Path("reports/estimates.csv")
+OUT = Path("reports/measured/estimates.csv")
 SAMPLES = 1_000
 # 11 bits finer than double's, 49 or more than every other: no scene here loses more than 10 of 15
 # digits
@@ -128,7 +129,7 @@ def summary(found: pandas.DataFrame) -> str:
 
 
 def main() -> None:
-    """Measure, and write ``reports/estimates.csv``."""
+    """Measure, and write ``reports/measured/estimates.csv``."""
     from tt_precise.runtime.files import atomic_write
     from tt_precise.runtime.progress import progress_bar
 

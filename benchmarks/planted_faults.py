@@ -3,7 +3,7 @@
 Faulty simulators of the reference scene and faulty files, each run through the checks as a CSV
 reader would see it, with rows every 10 ms, and healthy ones beside them, which must not be flagged.
 A fault is caught at every limit below the value that the table states. What ``equations`` finds,
-which compares rates, stands there for other spacings, too. Writes ``reports/faults.csv``.
+which compares rates, stands there for other spacings, too. Writes ``reports/measured/faults.csv``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from tt_precise.scene.body import Units
 
 SCENE = "reference"
-OUT = Path("reports/faults.csv")
+OUT = Path("reports/measured/faults.csv")
 SIZES = ("1e-3", "1e-6", "1e-9", "1e-12")
 LIMITS = (1e-3, 1e-6, 1e-9, 1e-12)
 STEPS_S = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)  # RK4; at 2e-3 it does not survive the spike at 3.19 s
@@ -304,7 +304,7 @@ def _found(result: Result) -> dict[str, Json]:
 
 
 def main() -> None:
-    """Measure, and write ``reports/faults.csv``."""
+    """Measure, and write ``reports/measured/faults.csv``."""
     from tt_precise.runtime.files import atomic_write
     from tt_precise.runtime.progress import progress_bar
 

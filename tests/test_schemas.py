@@ -13,16 +13,12 @@ import click
 import jsonschema
 import pytest
 
-from benchmarks.bars import _entry
 from tt_precise import cli
 from tt_precise.certify.pieces import Accepted
-from tt_precise.commands import bench, tradeoff
 from tt_precise.commands.golden import SCHEMA as GOLDEN_SCHEMA
 from tt_precise.integration.precision import BITS
 from tt_precise.integration.propagate import Status
 from tt_precise.scene.scene import MODELS
-from tt_precise.tradeoff.findings import findings
-from tt_precise.tradeoff.tables import read as read_tables
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"
@@ -53,15 +49,14 @@ SLOW = {
     "golden-certify": [("golden certify upright --folder {copied}", 0)],
     "golden-certify-check": [("golden certify upright --folder {copied} --check", 0)],
     "extremes": [("extremes --quick --topic contact", 0)],
-    "bench": [("bench --only drift", 0)],
     "tradeoff": [("tradeoff --quick", 0)],
-    "report": [("report --render --out {folder}", 0)],
+    "report": [("report --out {folder}", 0)],
 }
 STORED = {
     "golden-manifest": "reference_data/*/manifest.json",
     "golden-proof": "reference_data/*/proof.json",
-    "extremes": "reports/extremes.json",
-    "engines": "reports/engines.json",
+    "extremes": "reports/measured/extremes.json",
+    "engines": "reports/measured/engines.json",
     "index": "reference_data/index.json",
     "vectors-states": "reference_data/vectors/states.json",
     "vectors-steps": "reference_data/vectors/steps.json",
@@ -134,24 +129,10 @@ def test_what_a_slow_command_prints(name: str, printed: Callable[[str, int], Any
         validate(name, printed(words, status))
 
 
-def test_what_the_committed_tables_become() -> None:
-    """What tradeoff and bench print, without what they measure."""
-    tables = read_tables(ROOT / "reports")
-    assert tables.rows is not None
-    found = findings(tables)
-    assert {one.met for one in found} >= {True, None}
-    printed = json.dumps(tradeoff._json_object(tables.rows, found, ("a line",)))
-    validate("tradeoff", json.loads(printed))
+def test_what_is_accepted() -> None:
     accepted = {**asdict(Accepted("reference", 3, 70, 5)), "verdict": "accepted"}
-    validate(
-        "golden-certify-check",
-        {"schema": GOLDEN_SCHEMA.format("certify.check"), "scenes": [accepted]},
-    )
-    rows = [_entry("drift", "integrate()", 0.75, ("at most", 0.5), 1e-3, 3)]
-    rows.append(_entry("a peer", "it", None, None, None, None))
-    validate("bench", {"schema": bench.SCHEMA, "bars": rows})
-    with pytest.raises(jsonschema.ValidationError):
-        validate("bench", {"schema": bench.SCHEMA, "bars": [{**rows[0], "met": "yes"}]})
+    schema = GOLDEN_SCHEMA.format("certify.check")
+    validate("golden-certify-check", {"schema": schema, "scenes": [accepted]})
 
 
 @pytest.mark.parametrize("name", STORED)

@@ -10,7 +10,9 @@ from tt_precise.runtime.records import json_schema
 
 FOLDER = Path(__file__).parents[1] / "schemas"
 # name of the file: module and record
-DOCUMENTS: dict[str, str] = {}
+DOCUMENTS = {
+    "tradeoff": "tt_precise.commands.tradeoff:Measured",
+}
 
 
 def text(record: str) -> str:

@@ -6,11 +6,11 @@ from pathlib import Path
 import pandas
 import pytest
 
-from benchmarks import settings_table
 from tt_precise import cli
-from tt_precise.tradeoff import error_growth, findings, methods, plan, tradeoff
-from tt_precise.tradeoff.plan import Group, Trial
-from tt_precise.tradeoff.tables import GROWTH, TABLE
+from tt_precise.tradeoff import error_growth, measure
+from tt_precise.tradeoff.findings import GROWTH, TABLE
+from tt_precise.tradeoff.measure import Group, Trial
+from tt_precise.tradeoff.methods import Method
 
 KEYS = {"method", "setting", "precision", "error", "seconds", "steps", "jellett_drift"}
 CASES = (
@@ -22,9 +22,9 @@ CASES = (
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan, "quick", lambda: iter([Group("small", CASES, 2, 0.1)]))
-    monkeypatch.setattr(tradeoff, "IMPORTED", ())
-    monkeypatch.setattr(tradeoff, "WORKLOAD_ROUNDS", 2)
+    monkeypatch.setattr(measure, "quick", lambda: iter([Group("small", CASES, 2, 0.1)]))
+    monkeypatch.setattr(measure, "IMPORTED", ())
+    monkeypatch.setattr(measure, "WORKLOAD_ROUNDS", 2)
     frame = pandas.DataFrame(
         [{"scene": "rolling", "seed": seed, "t_s": t,
           "jellett": 1e-16 * t**0.5, "energy": 1e-16 * t}
@@ -36,14 +36,13 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_json_has_the_rows_and_the_ratios(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["tradeoff", "--quick", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
-    assert printed["schema"] == "tt_precise.tradeoff/1"
+    assert printed["schema"] == "tt_precise.tradeoff/2"
     assert [row["method"] for row in printed["rows"]] == [trial.method for trial in CASES]
     assert all(row.keys() >= KEYS for row in printed["rows"])
     loose, tight, peer = printed["rows"]
     assert tight["error"] < 1e-12 < loose["error"]
     assert (loose["peer"], peer["peer"]) == (False, True)
     assert all(row["seconds"] > 0 and row["jellett_drift"] < 1e-4 for row in printed["rows"])
-    assert "SIMD" in printed["ratios"]
     exponents = {name: value for name, value in printed["ratios"].items() if "growth" in name}
     assert exponents["growth of lambda, rolling, to 1e+03 s"] == pytest.approx(0.5)
     assert exponents["growth of E, rolling, to 1e+03 s"] == pytest.approx(1)
@@ -64,12 +63,11 @@ def test_tables_and_figures_are_written_where_they_are_wanted(
 def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    missing = methods.Method("SciPy DOP853, Python", ("nowhere",), lambda p, s: None, True)  # type: ignore[arg-type, return-value]
-    known = methods.methods() | {missing.name: missing}
-    monkeypatch.setattr(methods, "methods", lambda: known)
+    missing = Method("SciPy DOP853, Python", ("nowhere",), lambda p, s: None)  # type: ignore[arg-type, return-value]
+    monkeypatch.setitem(measure.METHODS, missing.name, missing)
     at_pole = Trial("heyoka", 0.0, "extended", scene="upright", coordinates="euler", until="0.03")
     trials = (CASES[0], at_pole, CASES[2])
-    monkeypatch.setattr(plan, "quick", lambda: iter([Group("small", trials, 1, 0.1)]))
+    monkeypatch.setattr(measure, "quick", lambda: iter([Group("small", trials, 1, 0.1)]))
     assert cli.main(["tradeoff", "--quick", "--json"]) == 0
     printed = capsys.readouterr()
     line = "SciPy DOP853, Python: needs nowhere (the extra peers)"
@@ -83,18 +81,3 @@ def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
 def test_a_folder_that_cannot_be_written_is_reported_at_once(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     assert cli.main(["tradeoff", "--quick", "--out", str(tmp_path / "file" / "x")]) == 2
-
-
-@pytest.mark.parametrize("option", ["--settings-table", "--knob"])
-def test_the_table_behind_digits_is_renewed_on_request(
-    option: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """``--knob`` is its spelling before 0.2.0."""
-    renewed: list[str] = []
-    nothing = tradeoff.Tradeoff(pandas.DataFrame(), ())
-    monkeypatch.setattr(tradeoff, "measure", lambda groups, announce, progress: nothing)
-    monkeypatch.setattr(findings, "findings", lambda tables: [])
-    monkeypatch.setattr(settings_table, "write", lambda progress: renewed.append("written"))
-    for asked in ([option], [], [option.replace("--", "--no-")]):
-        assert cli.main(["tradeoff", "--quick", *asked]) == 0
-    assert renewed == ["written"]

@@ -61,4 +61,4 @@ def test_it_shows_what_was_measured(
 
 def test_without_measurement_it_names_the_command(tmp_path: Path) -> None:
     (block,) = engines.section(tmp_path).blocks
-    assert "tt-precise engines --out reports/engines.json" in str(block)
+    assert "tt-precise engines --out reports/measured/engines.json" in str(block)

@@ -5,7 +5,7 @@ from pathlib import Path
 from tt_precise.report import maps
 from tt_precise.runtime.cache import fingerprint, unpacked
 
-FILE = Path(__file__).parents[2] / "reports" / maps.FILE
+FILE = Path(__file__).parents[2] / "reports/measured" / maps.FILE
 
 
 def test_the_committed_file_is_of_the_present_definition() -> None:

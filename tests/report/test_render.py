@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.report import archive, build, layout, render
+from tt_precise.report import build, layout, render
 from tt_precise.report.document import Figure, PageTable, Report, Section, Text
-from tt_precise.runtime.errors import InputError
 
 VOID = {"meta", "link", "input", "br"}
 
@@ -145,17 +144,6 @@ def test_sentences_are_distinguished() -> None:
     assert (layout.lead("One only."), layout.rest("One only.")) == ("One only.", "")
 
 
-def test_a_stored_report_is_laid_out_the_same(small_report: Report, tmp_path: Path) -> None:
-    file = tmp_path / "report.json.gz"
-    archive.keep(small_report, file)
-    again = archive.last(file)
-    assert render.html(again) == render.html(small_report)
-    assert render.markdown(again) == render.markdown(small_report)
-    file.write_bytes(b"spoiled")
-    with pytest.raises(InputError, match="expected one that `tt-precise report` has computed"):
-        archive.last(file)
-
-
 def test_what_is_written(small_report: Report, tmp_path: Path) -> None:
     written = build.write(small_report, tmp_path)
     assert {path.relative_to(tmp_path).as_posix() for path in written} == {
@@ -167,24 +155,19 @@ def test_what_is_written(small_report: Report, tmp_path: Path) -> None:
     assert results["claims"]["counts"]["refuted"] == 2
 
 
-def test_the_command_renders_and_opens(
-    small_report: Report,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+def test_the_command_opens_what_it_wrote(
+    small_report: Report, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[str] = []
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
 
     def browser(url: str) -> bool:
         opened.append(url)
         return True
 
     monkeypatch.setattr("webbrowser.open", browser)
-    assert main(["report", "--render", "--out", str(tmp_path / "out")]) == 2
-    assert "expected one that" in capsys.readouterr().err
-    archive.keep(small_report)
-    assert main(["report", "--render", "--open", "--out", str(tmp_path / "out")]) == 0
+    monkeypatch.setattr(build, "compute", lambda progress: small_report)
+    monkeypatch.setattr(build, "assemble", lambda computed, command: computed)
+    assert main(["report", "--open", "--out", str(tmp_path / "out")]) == 0
     page = tmp_path / "out" / "precision-report.html"
     assert page.is_file()
     assert opened == [page.resolve().as_uri()]

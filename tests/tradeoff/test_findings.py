@@ -6,9 +6,7 @@ from typing import Any
 import pandas
 import pytest
 
-from tt_precise.tradeoff.evaluators import TableEntry
-from tt_precise.tradeoff.findings import TradeoffComparison, comparisons, findings
-from tt_precise.tradeoff.tables import GROWTH, TABLE, TradeoffTables, read
+from tt_precise.tradeoff.findings import GROWTH, TABLE, TradeoffTables, findings, read
 
 DEFAULTS: dict[str, Any] = {
     "scene": "reference", "horizon_s": 8.0, "precision": "double", "bits": 53,
@@ -53,31 +51,11 @@ def test_ratios_to_the_fastest_peer() -> None:
     assert "any peer at 1e-03, euler" not in found
 
 
-def test_every_comparison_is_declared_once() -> None:
-    names = [comparison.name for comparison in comparisons()]
-    assert len(names) == len(set(names))
-
-
 def test_the_fastest_peer_is_named() -> None:
     (found,) = (
         f for f in findings(TradeoffTables(CURVES)) if f.name == "any peer at 1e-12, newton"
     )
     assert "(diffrax Dopri8)" in found.definition
-
-
-def test_what_was_aimed_at_and_not_measured_is_said() -> None:
-    (found,) = (f for f in findings(TradeoffTables(CURVES)) if f.name == "30 digits in quad")
-    assert (found.value, found.met) == (None, None)
-
-
-def test_aims_are_met_or_not() -> None:
-    met = {one.name: one.met for one in findings(TradeoffTables(CURVES))}
-    assert met["any peer at 1e-09, newton"] is False
-    assert met["any peer but CyRK at 1e-09, newton"] is True
-    assert met["full accuracy over 1e-6"] is False
-    assert met["any peer at 1e-03, newton"] is None
-    with pytest.raises(ValueError, match="at least"):
-        TradeoffComparison("x", TableEntry("seconds", {}), None, "", aim=("above", 1.0))
 
 
 def test_what_is_on_top_is_measured_against_what_is_below() -> None:

@@ -7,13 +7,16 @@ import pytest
 
 from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.errors import InputError
-from tt_precise.tradeoff import plan
-from tt_precise.tradeoff.methods import Settings, method_named, methods, registered
+from tt_precise.tradeoff import measure
+from tt_precise.tradeoff.heyoka_methods import OWN
+from tt_precise.tradeoff.measure import METHODS, method_named
+from tt_precise.tradeoff.methods import PEERS as METHODS_OF_PEERS
+from tt_precise.tradeoff.methods import Settings
 from tt_precise.tradeoff.problem import golden_problem
 
 DOUBLE = precision_named("double")
-HEYOKA = [name for name, method in methods().items() if not method.peer and "digits" not in name]
-PEERS = [name for name, method in methods().items() if method.peer]
+HEYOKA = [method.name for method in OWN if "digits" not in method.name]
+PEERS = [method.name for method in METHODS_OF_PEERS]
 SOME = ("heyoka", "heyoka, contact watched", "tt_precise, tolerance")  # compile in a second
 LOOSE = ("Radau", "RK45", "BDF", "odeint", "LSODA", "Adams")
 
@@ -78,12 +81,12 @@ def test_peers_converge_to_golden_data(name: str, coordinates: str) -> None:
 def test_every_case_of_the_plans_is_a_method() -> None:
     trials = [
         trial
-        for groups in (plan.whole(), plan.quick())
+        for groups in (measure.whole(), measure.quick())
         for group in groups
         for trial in group.trials
     ]
-    assert {trial.method for trial in trials} <= set(methods())
-    assert len({group.name for group in plan.whole()}) == len(list(plan.whole()))
+    assert {trial.method for trial in trials} <= set(METHODS)
+    assert len({group.name for group in measure.whole()}) == len(list(measure.whole()))
     assert numpy.all([0 <= trial.tolerance < 1 for trial in trials])
 
 
@@ -92,7 +95,5 @@ def test_an_unknown_method_is_refused() -> None:
         method_named("Euler")
 
 
-def test_a_name_is_registered_once() -> None:
-    methods()
-    with pytest.raises(ValueError, match="twice"):
-        registered("heyoka")(lambda problem, settings: None)  # type: ignore[arg-type, return-value]
+def test_a_name_has_one_method() -> None:
+    assert len(METHODS) == len(OWN) + len(METHODS_OF_PEERS)

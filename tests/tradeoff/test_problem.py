@@ -9,7 +9,8 @@ import pytest
 
 from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.errors import InputError
-from tt_precise.tradeoff.methods import Settings, method_named
+from tt_precise.tradeoff.measure import method_named
+from tt_precise.tradeoff.methods import Settings
 from tt_precise.tradeoff.problem import GoldenProblem, golden_problem
 
 DOUBLE, QUAD = precision_named("double"), precision_named("quad")

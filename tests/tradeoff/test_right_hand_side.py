@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.mechanics.formulations import FORMULATIONS, INTEGRATED, Formulation
 from tt_precise.scene.body import Parameters
-from tt_precise.tradeoff.right_hand_side import SHAPES, flat, source
+from tt_precise.tradeoff.methods import SHAPES, flat, source
 
 FORMS = [*FORMULATIONS.values(), *INTEGRATED.values()]
 VALUES: dict[str, Any] = {

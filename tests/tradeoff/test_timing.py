@@ -1,6 +1,6 @@
 """Interleaved timing, with actions that note that they were called."""
 
-from tt_precise.tradeoff.timing import Timings, Turn, interleaved
+from tt_precise.tradeoff.measure import Timings, Turn, interleaved
 
 
 def test_actions_are_timed_in_turn_each_beside_the_yardstick() -> None:

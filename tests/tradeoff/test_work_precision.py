@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from tt_precise.tradeoff.work_precision import Point, cost_of, front, slope
+from tt_precise.tradeoff.error_growth import slope
+from tt_precise.tradeoff.findings import Point, cost_of, front
 
 # error = cost^-2, so an accuracy e costs e^(-1/2)
 SQUARE = [Point(10.0 ** (-2 * n), 10.0**n) for n in range(5)]
@@ -37,5 +38,7 @@ def test_a_better_point_does() -> None:
 
 
 def test_slope_of_a_power_law() -> None:
-    assert slope([(x, 3 * x**1.75) for x in (1.0, 10.0, 40.0)]) == pytest.approx(1.75, rel=1e-14)
-    assert slope([(1.0, 1.0), (math.e, math.e**-2)]) == pytest.approx(-2, rel=1e-14)
+    assert slope([1.0, 10.0, 40.0], [3.0, 3 * 10**1.75, 3 * 40**1.75]) == pytest.approx(
+        1.75, rel=1e-14
+    )
+    assert slope([1.0, math.e], [1.0, math.e**-2]) == pytest.approx(-2, rel=1e-14)

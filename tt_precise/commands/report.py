@@ -18,18 +18,14 @@ SCHEMA = "tt_precise.report/1"
     help="Folder to write into.",
 )  # fmt: skip
 @click.option("--open", "opened", is_flag=True, help="Show it in a browser when it is done.")
-@click.option(
-    "--render", "rendered", is_flag=True,
-    help="Lay out again what the last report has computed; computes nothing.",
-)  # fmt: skip
 @JSON
-def command(out: str, opened: bool, rendered: bool, as_json: bool) -> int:
+def command(out: str, opened: bool, as_json: bool) -> int:
     """Write the precision report: HTML, Markdown, results.json and the figures."""
     from tt_precise.runtime.files import require_writable
 
     folder = Path(out)
     require_writable(folder / "results.json")  # found out now, not after a minute of work
-    written = _rendered(folder) if rendered else _built(folder)
+    written = _built(folder)
     if as_json:
         click.echo(json.dumps({"schema": SCHEMA, "files": [str(path) for path in written]}))
     else:
@@ -48,10 +44,3 @@ def _built(folder: Path) -> list[Path]:
 
     with progress_bar("claims and sections") as progress:
         return build(folder, f"tt-precise report --out {folder}", progress)
-
-
-def _rendered(folder: Path) -> list[Path]:
-    from tt_precise.report import archive
-    from tt_precise.report.build import write
-
-    return write(archive.last(), folder)

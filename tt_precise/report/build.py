@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 from tt_precise.claims.committed import run_record
-from tt_precise.report import archive, render
+from tt_precise.report import render
 from tt_precise.report.computing import WORKERS, Computed, compute
 from tt_precise.report.document import Report
 from tt_precise.report.evidence import SCENE
@@ -32,8 +32,7 @@ def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]
 
     ``progress`` is called with the share of sections and claims that are done.
     """
-    report = assemble(compute(folder, progress), command)
-    archive.keep(report)
+    report = assemble(compute(progress=progress), command)
     return write(report, folder)
 
 

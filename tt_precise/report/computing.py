@@ -25,6 +25,7 @@ from tt_precise.report.sections import (
     tradeoff,
 )
 from tt_precise.report.sections.overview import Headlines, headlines
+from tt_precise.runtime.files import shipped
 from tt_precise.runtime.processes import TaskGroup
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
@@ -55,7 +56,10 @@ class Computed:
     seconds: float
 
 
-def compute(folder: Path, progress: Progress = silent) -> Computed:
+MEASURED = shipped("reports") / "measured"
+
+
+def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
     """Judge the claims and make the sections that no judgement is part of.
 
     ``folder`` holds the tables that commands of their own have measured. ``progress`` is called

@@ -170,7 +170,7 @@ def _found(file: str, mark: str) -> pandas.DataFrame | None:
 
 def _folders() -> tuple[Path, ...]:
     checkout = Path(__file__).parents[2]
-    known = [checkout / "reports"] if (checkout / "pyproject.toml").is_file() else []
+    known = [checkout / "reports/measured"] if (checkout / "pyproject.toml").is_file() else []
     with contextlib.suppress(OSError):
         known.append(user_folder())
     return tuple(known)

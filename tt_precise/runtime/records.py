@@ -53,7 +53,8 @@ Document = TypeVar("Document", bound=Record)
 
 def encode(record: Record) -> str:
     """The JSON text of a record, indented by one space, doubles as their shortest texts."""
-    return msgspec_json.format(msgspec_json.encode(record), indent=1).decode("utf-8") + "\n"
+    content = msgspec_json.encode(record, enc_hook=_plain)
+    return msgspec_json.format(content, indent=1).decode("utf-8") + "\n"
 
 
 def load(path: Path, kind: type[Document], what: str) -> Document:
@@ -172,6 +173,11 @@ def of_its_form(path: Path, what: str) -> Iterator[None]:
     except MISSHAPEN as error:
         reason = f"{type(error).__name__}: {error}"
         raise InputError(f"{shown(path)}: not of its form ({reason}); expected {what}") from None
+
+
+def _plain(value: Json) -> Json:
+    """A NumPy scalar as Python's own."""
+    return value.item()
 
 
 def _object(pairs: list[tuple[str, Json]]) -> dict[str, Json]:

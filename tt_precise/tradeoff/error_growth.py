@@ -22,7 +22,7 @@ from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.tradeoff.bare_loop import bare_batch
+from tt_precise.tradeoff.heyoka_methods import bare_batch
 
 if TYPE_CHECKING:
     import pandas
@@ -148,12 +148,19 @@ def exponent(rows: pandas.DataFrame, scene: str, integral: str, until_s: float) 
     times = numpy.log(numpy.unique(mine["t_s"]))
     seeds = len(errors)
 
-    def slope(chosen: Array) -> Array:
+    def line(chosen: Array) -> Array:
         rms = numpy.sqrt((chosen**2).mean(axis=0))
         return numpy.polyfit(times, numpy.log(numpy.maximum(rms, 1e-20)), 1)
 
-    steep, level = slope(errors)
-    others = numpy.array([slope(numpy.delete(errors, i, axis=0))[0] for i in range(seeds)])
+    steep, level = line(errors)
+    others = numpy.array([line(numpy.delete(errors, i, axis=0))[0] for i in range(seeds)])
     spread = math.sqrt((seeds - 1) / seeds * float(((others - others.mean()) ** 2).sum()))
     rms_at_end = float(numpy.sqrt((errors[:, -1] ** 2).mean()))
     return Exponent(float(steep), spread, math.exp(level), seeds, until_s, rms_at_end)
+
+
+def slope(x: Array, y: Array) -> float:
+    """Exponent p of y = c x^p by least squares in logarithms; at least two points."""
+    import numpy
+
+    return float(numpy.polyfit(numpy.log(x), numpy.log(y), 1)[0])

@@ -1,275 +1,367 @@
-"""The findings of the trade-off: one declared list, evaluated on the measured tables.
+"""What the tables of ``tt-precise tradeoff`` say: costs of an accuracy, ratios, exponents.
 
-A comparison names a numerator, a denominator (or none), and what was aimed at. Unless it says
-otherwise it is about the reference scene, 0 to 8 s, in double, events off and compilation apart.
+Unless a definition says otherwise it is about the reference scene, 0 to 8 s, in double, without
+events, compilation apart. An error is the largest absolute one of k, L, v at the end,
+dimensionless.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
-from tt_precise.runtime.untyped import Json
-from tt_precise.tradeoff import error_growth, plan, statistics
-from tt_precise.tradeoff.evaluators import CostTo, Evaluator, Statistic, TableEntry
-from tt_precise.tradeoff.tables import ACCURACIES, WHOLE_S, TradeoffTables
+from tt_precise.tradeoff import error_growth
+from tt_precise.tradeoff.measure import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
 
-AIMS = ("at least", "at most", "below")
+if TYPE_CHECKING:
+    import pandas
+
+TABLE, GROWTH, ESTIMATES = "tradeoff.csv", "tradeoff-growth.csv", "estimates.csv"
+ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)
+WHOLE_S = 8.0  # the horizon of the reference scene
 FORMULATIONS = ("newton", "euler")
 BARE = "heyoka"
 WATCHED = "contact watched"
 # what is measured on top of what
 VARIANTS = {
     WATCHED: "",
-    **dict.fromkeys((*plan.EVENTS[1:], *plan.RECORDS), WATCHED),
+    **dict.fromkeys((*EVENTS[1:], *RECORDS), WATCHED),
     **dict.fromkeys(("high_accuracy", "fast_math", "compact_mode"), ""),
 }
-PEER_AIMS = {1e-9: 20.0, 1e-12: 25.0}
-WIDE = (("quad", 30, 2.0), ("mp", 50, 9.0))  # arithmetic, digits, seconds aimed at
+WIDE = (("quad", 30), ("mp", 50))  # arithmetic, digits
 SPANS = ((16, 300), (34, 300), (34, 100), (100, 300))  # digits; above 34 all is software
-GROWTH_UNTIL_S = sorted({one.until_s for one in (*error_growth.QUICK, *error_growth.WHOLE)})
 GROWING = {"jellett": "lambda", "energy": "E"}
+PRINTED = 1e-6  # the paper's "precision of order 1e-6" of lambda; section 2.1
+PAPER_METHOD = "SciPy odeint, Python"
+BROUWER = 0.5
+DIGITS_PER_BIT = 0.30103
+OPTIMISM = 0.5  # digits that an estimate may be above the truth
+
+
+class TradeoffTables(NamedTuple):
+    """What was measured; None where it was not."""
+
+    rows: pandas.DataFrame | None
+    long_runs: pandas.DataFrame | None = None
+    estimates: pandas.DataFrame | None = None
+
+
+def read(folder: Path) -> TradeoffTables:
+    """The tables that lie in a folder."""
+    import pandas
+
+    files = [folder / name for name in (TABLE, GROWTH, ESTIMATES)]
+    return TradeoffTables(*(pandas.read_csv(file) if file.is_file() else None for file in files))
 
 
 @dataclass(frozen=True)
-class TradeoffComparison:
-    """A declared finding; ``definition`` may quote ``{above}`` and ``{below}``, both ``Amount``."""
+class Finding:
+    """A number from the tables (None: they do not hold it), with its definition."""
 
     name: str
-    numerator: Evaluator
-    denominator: Evaluator | None
-    definition: str
-    unit: str = "times"
-    aim: tuple[str, float] | None = None
-
-    def __post_init__(self) -> None:
-        if self.aim and self.aim[0] not in AIMS:
-            raise ValueError(f"aim: got {self.aim[0]!r}, expected one of {', '.join(AIMS)}")
-
-    def evaluated(self, tables: TradeoffTables) -> Evaluated:
-        """The comparison on measured tables."""
-        above = self.numerator.amount(tables)
-        below = self.denominator.amount(tables) if self.denominator else None
-        value = above.value
-        if below is not None and value is not None:
-            value = value / below.value if below.value else None
-        return Evaluated(self, value, self.definition.format(above=above, below=below))
-
-
-@dataclass(frozen=True)
-class Evaluated:
-    """A comparison, its value (None where the tables do not hold what it takes), and in words."""
-
-    comparison: TradeoffComparison
     value: float | None
     definition: str
-
-    @property
-    def name(self) -> str:
-        return self.comparison.name
-
-    @property
-    def unit(self) -> str:
-        return self.comparison.unit
-
-    @property
-    def aim(self) -> tuple[str, float] | None:
-        return self.comparison.aim
-
-    @property
-    def met(self) -> bool | None:
-        """Whether the aim is met; None without an aim or a value."""
-        if self.aim is None or self.value is None:
-            return None
-        return met(self.aim, self.value)
+    unit: str = "times"
 
 
-def met(aim: tuple[str, float], value: float) -> bool:
-    """Whether a value is as aimed at."""
-    kind, limit = aim
-    if kind == "at least":
-        return value >= limit
-    return value < limit or (kind == "at most" and value == limit)
+def findings(tables: TradeoffTables) -> list[Finding]:
+    """All that the tables hold."""
+    rows, long_runs, estimates = tables
+    found: list[Finding] = []
+    if rows is not None:
+        found += [*_peers(rows), *_variants(rows), *_digits(rows), *_machine(rows)]
+        found += _conservation(rows)
+    if long_runs is not None:
+        found += _growth(long_runs)
+    if estimates is not None:
+        found += _estimates(estimates)
+    return [one for one in found if one.value is not None]
 
 
-def findings(tables: TradeoffTables) -> list[Evaluated]:
-    """All that the tables hold, and all that was aimed at in a table that is there."""
-    every = (
-        comparison.evaluated(tables)
-        for comparison in comparisons()
-        if getattr(tables, comparison.numerator.table) is not None
-    )
-    return [one for one in every if one.value is not None or one.aim is not None]
+class Point(NamedTuple):
+    """One setting of a method: the error it makes and what it costs, both above 0."""
+
+    error: float
+    cost: float
 
 
-def comparisons() -> Iterator[TradeoffComparison]:
-    """The list."""
-    yield from _peers()
-    yield from _variants()
-    yield from _digits()
-    yield from _tables_as_a_whole()
+def front(points: Iterable[Point]) -> list[Point]:
+    """The points that no other one beats in error and in cost, the cheapest first."""
+    best: list[Point] = []
+    for point in sorted(points, key=lambda p: (p.cost, p.error)):
+        if not best or point.error < best[-1].error:
+            best.append(point)
+    return best
 
 
-def _peers() -> Iterator[TradeoffComparison]:
+def cost_of(points: Iterable[Point], error: float) -> float | None:
+    """What an accuracy costs: on the front, log cost interpolated linearly in log error.
+
+    The cheapest point if even that is better; None if no point is good enough: a curve is not
+    extrapolated.
+    """
+    best = front(points)
+    if not best or best[-1].error > error:
+        return None
+    if best[0].error <= error:
+        return best[0].cost
+    coarse, fine = next(pair for pair in pairwise(best) if pair[1].error <= error)
+    part = math.log(error / coarse.error) / math.log(fine.error / coarse.error)
+    return float(coarse.cost * (fine.cost / coarse.cost) ** part)
+
+
+def points(rows: pandas.DataFrame, cost: str) -> list[Point]:
+    """Points (error at the end, cost) of the rows that have both."""
+    both = rows[["error", cost]].dropna()
+    return [Point(float(error), float(value)) for error, value in both.to_numpy() if error > 0]
+
+
+def chosen(rows: pandas.DataFrame, **wanted: object) -> pandas.DataFrame:
+    """Rows of the reference scene (unless another is wanted) with these values."""
+    for column, value in {"scene": SCENE, **wanted}.items():
+        rows = rows[rows[column] == value]
+    return rows
+
+
+def costs(
+    rows: pandas.DataFrame,
+    formulation: str,
+    cost: str,
+    accuracies: Iterable[float] = ACCURACIES,
+    precision: str = "double",
+) -> dict[str, dict[float, float]]:
+    """For each method what each accuracy costs over the whole horizon, where it reaches it.
+
+    ``cost`` is a column: "seconds", or "ratio" to the bare heyoka loop.
+    """
+    mine = chosen(rows, precision=precision, formulation=formulation, horizon_s=WHOLE_S)
+    wanted, found = tuple(accuracies), {}
+    for method, group in mine.groupby("method", sort=False):
+        prices = {accuracy: cost_of(points(group, cost), accuracy) for accuracy in wanted}
+        found[str(method)] = {a: price for a, price in prices.items() if price is not None}
+    return found
+
+
+def _cheapest(
+    rows: pandas.DataFrame, error: float, formulation: str = "newton", but: str = ""
+) -> tuple[float | None, str]:
+    """What ``error`` costs the fastest method in ``rows``, and its name."""
+    prices = {
+        method: known[error]
+        for method, known in costs(rows, formulation, "ratio", [error]).items()
+        if error in known and not (but and method.startswith(but))
+    }
+    fastest = min(prices, key=lambda method: prices[method], default="none")
+    return prices.get(fastest), fastest
+
+
+def _over(above: float | None, below: float | None) -> float | None:
+    return above / below if above is not None and below else None
+
+
+def _peers(rows: pandas.DataFrame) -> Iterator[Finding]:
+    peers, own = rows[rows["peer"].astype(str) == "True"], rows[rows["method"] == BARE]
     for formulation in FORMULATIONS:
         for error in ACCURACIES:
-            for name, but in (("any peer", None), ("any peer but CyRK", "CyRK")):
-                limit = PEER_AIMS.get(error) if formulation == "newton" else None
-                yield TradeoffComparison(
+            bare, _ = _cheapest(own, error, formulation)
+            for name, but in (("any peer", ""), ("any peer but CyRK", "CyRK")):
+                cost, which = _cheapest(peers, error, formulation, but)
+                yield Finding(
                     f"{name} at {error:.0e}, {formulation}",
-                    CostTo(error, formulation=formulation, but=but),
-                    CostTo(error, (BARE,), formulation),
-                    f"time of the fastest ({{above.which}}) over heyoka's, to an error of "
-                    f"{error:.0e} at 8 s",
-                    aim=("at least", limit) if limit else None,
+                    _over(cost, bare),
+                    f"time of the fastest ({which}) over heyoka's, to an error of {error:.0e} at "
+                    "8 s",
                 )
-    yield TradeoffComparison(
+    scipy, _ = _cheapest(rows[rows["method"].str.startswith("SciPy DOP853")], 1e-11)
+    yield Finding(
         "SciPy DOP853 at 1e-11, newton",
-        CostTo(1e-11, ("SciPy DOP853",)),
-        CostTo(1e-11, (BARE,)),
+        _over(scipy, _cheapest(own, 1e-11)[0]),
         "time of SciPy's DOP853 with its best right-hand side over heyoka's, to an error of 1e-11 "
         "at 8 s",
-        aim=("at least", 150.0),
     )
-    yield TradeoffComparison(
+    yield Finding(
         "full accuracy over 1e-6",
-        _at_best("", "newton"),
-        CostTo(1e-6, (BARE,)),
+        _over(_at_best(rows, BARE).ratio, _cheapest(own, 1e-6)[0]),
         "heyoka's time at its best double tolerance over that to an error of 1e-6",
-        aim=("below", 4.0),
     )
 
 
-def _at_best(variant: str, formulation: str) -> TableEntry:
-    """heyoka at its best double tolerance, beside the bare loop."""
-    return TableEntry("ratio", _row(variant, formulation))
+class _Best(NamedTuple):
+    """The fastest row of a method at its best tolerance; None where there is none."""
+
+    ratio: float | None
+    seconds: float | None
+    setup_s: float | None
+    error: float
+    method: str
 
 
-def _row(variant: str, formulation: str, **others: Any) -> dict[str, Json]:
-    return {
-        "method": f"{BARE}, {variant}" if variant else BARE,
-        "precision": "double", "formulation": formulation, "tolerance": 0.0, "horizon_s": WHOLE_S,
+def _at_best(rows: pandas.DataFrame, *methods: str, **others: object) -> _Best:
+    wanted = {
+        "precision": "double", "formulation": "newton", "tolerance": 0.0, "horizon_s": WHOLE_S,
     } | others  # fmt: skip
+    mine = chosen(rows[rows["method"].isin(methods)], **wanted)
+    if mine.empty:
+        return _Best(None, None, None, math.nan, "none")
+    least = mine.sort_values("ratio").iloc[0]
+    return _Best(*(least[name] for name in _Best._fields))
 
 
-def _variants() -> Iterator[TradeoffComparison]:
+def _variants(rows: pandas.DataFrame) -> Iterator[Finding]:
     for formulation in FORMULATIONS:
         for variant, without in VARIANTS.items():
-            yield TradeoffComparison(
-                f"{variant}, {formulation}",
-                _at_best(variant, formulation),
-                _at_best(without, formulation),
-                f"heyoka's time with over without ({without or 'the bare loop'}); error at the end "
-                "{above.error:.2g}, without {below.error:.2g}",
+            above = _at_best(rows, f"{BARE}, {variant}", formulation=formulation)
+            below = _at_best(
+                rows, f"{BARE}, {without}" if without else BARE, formulation=formulation
             )
-    lanes = tuple(f"{BARE}, {width} lanes" for width in (4, 8))
-    row = _row("", "newton")
-    del row["method"]
-    yield TradeoffComparison(
+            yield Finding(
+                f"{variant}, {formulation}",
+                _over(above.ratio, below.ratio),
+                f"heyoka's time with over without ({without or 'the bare loop'}); error at the end "
+                f"{above.error:.2g}, without {below.error:.2g}",
+            )
+    lanes = _at_best(rows, *(f"{BARE}, {width} lanes" for width in (4, 8)))
+    yield Finding(
         "SIMD",
-        _at_best("", "newton"),
-        TableEntry("ratio", row, {"method": lanes}),
-        "trajectories per second of {below.which} over those of the scalar loop, one core",
-        aim=("at least", 4.0),
+        _over(_at_best(rows, BARE).ratio, lanes.ratio),
+        f"trajectories per second of {lanes.method} over those of the scalar loop, one core",
     )
 
 
-def _digits() -> Iterator[TradeoffComparison]:
-    for precision, digits, seconds in WIDE:
-        yield TradeoffComparison(
+def _digits(rows: pandas.DataFrame) -> Iterator[Finding]:
+    own = rows[rows["method"] == BARE]
+    for precision, digits in WIDE:
+        error = 10.0**-digits
+        prices = costs(own, "newton", "seconds", [error], precision).get(BARE, {})
+        yield Finding(
             f"{digits} digits in {precision}",
-            CostTo(10.0**-digits, (BARE,), precision=precision, cost="seconds"),
-            None,
+            prices.get(error),
             f"seconds to an error of 1e-{digits} at 8 s, interpolated on the curve",
             "s",
-            ("below", seconds),
         )
     for low, high in SPANS:
         for column, what in (("seconds", "time"), ("setup_s", "compile time")):
-            yield TradeoffComparison(
+            yield Finding(
                 f"exponent of {what}, {low} to {high} digits",
-                Statistic("rows", partial(
-                    statistics.ladder_exponent, column=column, low=low, high=high
-                )),
-                None,
+                _ladder_exponent(rows, column, low, high),
                 f"p in {what} ~ digits^p, least squares over arithmetics from double to mp at "
-                f"their own eps, reference scene, 0 to {plan.SHORT} s",
+                f"their own eps, reference scene, 0 to {SHORT} s",
                 "",
-            )  # fmt: skip
-    for precision, bits in (("double", 53), ("extended", 64), *(("mp", n) for n in plan.LADDER)):
-        short = partial(_row, formulation="newton", precision=precision, bits=bits)
-        at = short("", horizon_s=float(plan.SHORT))
-        yield TradeoffComparison(
-            f"{bits} bits", TableEntry("seconds", at), None,
-            f"0 to {plan.SHORT} s in {precision}, error {{above.error:.1g}}", "s",
-        )  # fmt: skip
-        yield TradeoffComparison(
-            f"compiling, {bits} bits", TableEntry("setup_s", at), None, "for the run above", "s"
-        )
-        yield TradeoffComparison(
+            )
+    for precision, bits in (("double", 53), ("extended", 64), *(("mp", n) for n in LADDER)):
+        short = {"precision": precision, "bits": bits, "horizon_s": float(SHORT)}
+        plain = _at_best(rows, BARE, **short)
+        parallel = _at_best(rows, f"{BARE}, parallel_mode", **short)
+        where = f"0 to {SHORT} s in {precision}, error {plain.error:.1g}"
+        yield Finding(f"{bits} bits", plain.seconds, where, "s")
+        yield Finding(f"compiling, {bits} bits", plain.setup_s, "for the run above", "s")
+        yield Finding(
             f"parallel_mode, {bits} bits",
-            TableEntry("seconds", short("parallel_mode", horizon_s=float(plan.SHORT))),
-            TableEntry("seconds", at),
+            _over(parallel.seconds, plain.seconds),
             "time with over without",
         )
     quad, real = (
-        TableEntry(
-            "seconds", _row("", "newton", precision=name, bits=113, horizon_s=float(plan.SHORT))
-        )
+        _at_best(rows, BARE, precision=name, bits=113, horizon_s=float(SHORT)).seconds
         for name in ("quad", "mp")
     )
-    yield TradeoffComparison("113 bits as mp over quad", real, quad, "the same accuracy")
+    yield Finding("113 bits as mp over quad", _over(real, quad), "the same accuracy")
 
 
-def _tables_as_a_whole() -> Iterator[TradeoffComparison]:
-    end, start = (
-        TableEntry("seconds", {"scene": None, "method": "reference workload", "setting": when})
-        for when in ("end", "start")
-    )
-    yield TradeoffComparison(
-        "drift of the machine", end, start,
+def _ladder_exponent(rows: pandas.DataFrame, column: str, low: int, high: int) -> float | None:
+    """p in column ~ digits^p over the arithmetics from ``low`` to ``high`` digits."""
+    mine = chosen(rows, method=BARE, formulation="newton", horizon_s=float(SHORT), tolerance=0.0)
+    digits = mine["bits"] * DIGITS_PER_BIT
+    # ends that round to the number: 53 bits are 15.95 digits, 1,000 are 301
+    part = mine[digits.between(low - 0.5, high + 1.5)].assign(digits=digits)
+    if len(part) < 2 or part["digits"].max() <= high - 1.5:
+        return None
+    return error_growth.slope(part["digits"], part[column])
+
+
+def _machine(rows: pandas.DataFrame) -> Iterator[Finding]:
+    fastest = rows[rows["method"] == WORKLOAD].set_index("setting")["seconds"]
+    yield Finding(
+        "drift of the machine",
+        _over(fastest.get("end"), fastest.get("start")),
         "fastest bare heyoka loop at the end over the one at the start of the measurement",
-    )  # fmt: skip
-    for name, function, unit, definition in (
+    )
+
+
+def conservation_scatter(rows: pandas.DataFrame) -> pandas.DataFrame:
+    """Rows of all double methods on the reference scene with lambda's drift and an error."""
+    mine = chosen(rows, precision="double", horizon_s=WHOLE_S)
+    return mine[(mine["jellett_drift"] > 0) & (mine["error_on_way"] > 0)]
+
+
+def _conservation(rows: pandas.DataFrame) -> Iterator[Finding]:
+    mine = conservation_scatter(rows)
+    hidden = mine[mine["jellett_drift"] <= PRINTED].sort_values("error_on_way")[-1:]
+    of_paper = mine[
+        (mine["method"] == PAPER_METHOD) & (mine["formulation"] == "euler")
+        & (mine["tolerance"] == 0)
+    ][:1]  # fmt: skip
+    for name, row, definition in (
         (
-            "hidden by conservation", statistics.largest_hidden_error, "",
-            "largest error of the state on the way among all settings that hold lambda to "
-            f"{statistics.PRINTED:.0e}: {{above.which}}",
+            "hidden by conservation", hidden,
+            f"largest error of the state on the way among all settings that hold lambda to "
+            f"{PRINTED:.0e}",
         ),
         (
-            "error over drift, median", statistics.error_over_drift, "times",
-            "largest error of the state over largest drift of lambda, both on the way, over "
-            "{above.which}",
-        ),
-        (
-            "the paper's own way", statistics.error_of_the_paper_s_method, "",
-            "error of the state on the way with odeint's default tolerances in Euler form: "
-            "{above.which}",
+            "the paper's own way", of_paper,
+            "error of the state on the way with odeint's default tolerances in Euler form",
         ),
     ):  # fmt: skip
-        yield TradeoffComparison(name, Statistic("rows", function), None, definition, unit)
+        for _, one in row.iterrows():
+            which = f"{one['method']}, {one['setting']}, lambda held to {one['jellett_drift']:.1g}"
+            yield Finding(name, float(one["error_on_way"]), f"{definition}: {which}", "")
+    if not mine.empty:
+        ratios = mine["error_on_way"] / mine["jellett_drift"]
+        yield Finding(
+            "error over drift, median",
+            float(ratios.median()),
+            f"largest error of the state over largest drift of lambda, both on the way, over "
+            f"{len(mine)} settings of all methods; the largest is {ratios.max():.1g}",
+        )
+
+
+def _growth(long_runs: pandas.DataFrame) -> Iterator[Finding]:
     for scene in error_growth.SCENES:
-        for until in GROWTH_UNTIL_S:
+        mine = long_runs[long_runs["scene"] == scene]
+        for until in sorted(set(mine.groupby("seed")["t_s"].max())):
             for integral, symbol in GROWING.items():
-                growing = partial(
-                    statistics.growth_exponent, scene=scene, integral=integral, until_s=until
-                )
-                yield TradeoffComparison(
+                fit = error_growth.exponent(long_runs, scene, integral, until)
+                off = (fit.exponent - BROUWER) / fit.error if fit.error else math.nan
+                yield Finding(
                     f"growth of {symbol}, {scene}, to {until:.0e} s",
-                    Statistic("long_runs", growing), None,
-                    "p in rms error ~ t^p over {above.which}", "",
-                )  # fmt: skip
-    yield TradeoffComparison(
-        "digits requested and not delivered", Statistic("estimates", statistics.undelivered), None,
-        "of {above.which}", "scenes", ("below", 1.0),
-    )  # fmt: skip
-    yield TradeoffComparison(
-        "estimates too optimistic", Statistic("estimates", statistics.too_optimistic), None,
-        "of {above.which}", "scenes", ("below", 1.0),
-    )  # fmt: skip
-    yield TradeoffComparison(
-        "pessimism of the estimates", Statistic("estimates", statistics.pessimism), None,
-        "median of right digits less estimated ones; {above.which}", "digits",
-    )  # fmt: skip
+                    fit.exponent,
+                    f"p in rms error ~ t^p over {fit.seeds} seeds, standard error {fit.error:.2g} "
+                    f"({off:+.1f} of it from Brouwer's 1/2); rms at the end {fit.rms_at_end:.1g}",
+                    "",
+                )
+
+
+def _estimates(estimates: pandas.DataFrame) -> Iterator[Finding]:
+    ran = estimates[estimates["status"] != "raised"]
+    excess = ran["estimated"] - ran["right"]
+    yield Finding(
+        "digits requested and not delivered",
+        float((ran["right"] < ran["wanted"]).sum()),
+        f"of {len(ran)} random scenes; {len(estimates) - len(ran)} more were refused with an error",
+        "scenes",
+    )
+    yield Finding(
+        "estimates too optimistic",
+        float((excess > OPTIMISM).sum()),
+        f"of {len(excess)}, by more than {OPTIMISM:g} digit; the worst by {excess.max():.2f}",
+        "scenes",
+    )
+    yield Finding(
+        "pessimism of the estimates",
+        float(-excess.median()),
+        f"median of right digits less estimated ones; {-excess.min():.2f} at most",
+        "digits",
+    )

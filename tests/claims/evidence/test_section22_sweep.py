@@ -10,7 +10,7 @@ from tt_precise.runtime.cache import fingerprint, unpacked
 from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.specification import STARTS, Plan
 
-FILE = Path(__file__).parents[3] / "reports" / section22_sweep.FILE
+FILE = Path(__file__).parents[3] / "reports/measured" / section22_sweep.FILE
 
 
 def test_the_committed_file_is_of_the_present_definition() -> None:

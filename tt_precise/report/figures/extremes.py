@@ -1,7 +1,8 @@
 """Pictures of the extremes: the poles, friction, and the threshold of inverted spin.
 
 They are no figures about the paper's claims and stand in the section on the extremes; each is
-drawn from what the cases found (``reports/extremes.json``), or None if that has no such data.
+drawn from what the cases found (``reports/measured/extremes.json``), or None if that has no such
+data.
 """
 
 from __future__ import annotations

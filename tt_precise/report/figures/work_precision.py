@@ -10,9 +10,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import style
 from tt_precise.tradeoff.error_growth import INTEGRALS_SHOWN
-from tt_precise.tradeoff.statistics import PRINTED, conservation_scatter
-from tt_precise.tradeoff.tables import WHOLE_S, chosen, points
-from tt_precise.tradeoff.work_precision import Point, front
+from tt_precise.tradeoff.findings import (
+    PRINTED,
+    WHOLE_S,
+    Point,
+    chosen,
+    conservation_scatter,
+    front,
+    points,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     import pandas

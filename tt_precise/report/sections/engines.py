@@ -10,7 +10,7 @@ from tt_precise.runtime import records
 from tt_precise.runtime.untyped import Json
 
 FILE = "engines.json"
-COMMAND = "tt-precise engines --out reports/engines.json"
+COMMAND = "tt-precise engines --out reports/measured/engines.json"
 TITLE = "Other people's engines"
 
 

@@ -13,7 +13,7 @@ from tt_precise.runtime import records
 from tt_precise.runtime.untyped import Json
 
 FILE = "extremes.json"
-COMMAND = "tt-precise extremes --out reports/extremes.json"
+COMMAND = "tt-precise extremes --out reports/measured/extremes.json"
 TITLE = "At the extremes"
 
 

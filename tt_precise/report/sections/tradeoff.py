@@ -14,8 +14,15 @@ from tt_precise.report.figures.work_precision import (
 )
 from tt_precise.report.text import short
 from tt_precise.runtime.records import of_its_form
-from tt_precise.tradeoff.findings import Evaluated, findings
-from tt_precise.tradeoff.tables import ACCURACIES, TABLE, TradeoffTables, costs, read
+from tt_precise.tradeoff.findings import (
+    ACCURACIES,
+    TABLE,
+    Finding,
+    TradeoffTables,
+    costs,
+    findings,
+    read,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     import pandas
@@ -48,10 +55,7 @@ def _section(tables: TradeoffTables) -> Section:
         _costs_table(rows, "euler", "Euler form"),
         _findings_table(found),
     ]
-    results = {
-        one.name: {"value": None if one.value is None else short(one.value, 3), "met": one.met}
-        for one in found
-    }
+    results = {one.name: {"value": short(one.value, 3)} for one in found if one.value is not None}
     return Section(KEY, TITLE, blocks, results)
 
 
@@ -81,17 +85,13 @@ def _milliseconds(seconds: float | None) -> str:
     return "-" if seconds is None else short(1e3 * seconds)
 
 
-def _findings_table(found: list[Evaluated]) -> PageTable:
-    rows = []
-    for one in found:
-        aim = "" if one.aim is None else f"{one.aim[0]} {one.aim[1]:g}"
-        verdict = {True: "right", False: "missed", None: ""}[one.met]
-        value = "-" if one.value is None else f"{short(one.value, 3)} {one.unit}".strip()
-        rows.append((one.name, value, aim, verdict, one.definition))
+def _findings_table(found: list[Finding]) -> PageTable:
+    rows = [
+        (one.name, f"{short(one.value, 3)} {one.unit}".strip(), one.definition)
+        for one in found
+        if one.value is not None
+    ]
     return PageTable(
-        ("finding", "value", "aim", "verdict", "definition"),
-        rows,
-        "Computed from the tables.",
-        verdict="verdict",
+        ("finding", "value", "definition"), rows, "Computed from the tables.",
         name="tradeoff-findings",
-    )
+    )  # fmt: skip

@@ -3,22 +3,84 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
+from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import catalogue
-from tt_precise.integration.paired import Lane
+from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.system import Integrator, build
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.turning import TURNING
+from tt_precise.integration.system import Integrator, build, numeric_options
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, integrated
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.untyped import Adaptive
-from tt_precise.tradeoff.bare_loop import bare_adaptive, bare_batch
-from tt_precise.tradeoff.methods import Settings, Solve, SolverResult, registered
+from tt_precise.scene.scene import Scene
+from tt_precise.tradeoff.methods import Method, Prepare, Settings, Solve, SolverResult
 from tt_precise.tradeoff.problem import GoldenProblem
+
+
+def bare_adaptive(setup: Setup, state: Sequence[Scalar], parameters: Sequence[Scalar]) -> Adaptive:
+    """The equations as a ``taylor_adaptive``: no events, not even the end of contact."""
+    import heyoka
+
+    return heyoka.taylor_adaptive(
+        Equations.of(setup.formulation).system,
+        list(state),
+        pars=list(parameters),
+        fp_type=setup.precision.fp_type,
+        **numeric_options(setup),
+    )
+
+
+def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:
+    """The same in SIMD lanes: a column of ``state`` and of ``parameters`` for each."""
+    import heyoka
+
+    return heyoka.taylor_adaptive_batch(
+        Equations.of(setup.formulation).system,
+        state.copy(),
+        pars=parameters,
+        **numeric_options(setup),
+    )
+
+
+@cache
+def _compiled(setup: Setup) -> Adaptive:
+    form, number = setup.formulation, setup.precision.number
+    zero = setup.precision.context.mpf(0)
+    return bare_adaptive(
+        setup, [number(zero) for _ in form.columns], [number(zero + 1) for _ in form.parameters]
+    )
+
+
+def bare_loop(scene: Scene, tolerance: float = 0.0, precision: str = "double") -> Callable[[], int]:
+    """A function that propagates the Newton form of ``scene`` to its horizon; returns the steps.
+
+    ``tolerance`` 0 stands for full accuracy. It knows no contact: also where the table would have
+    to pull it goes on.
+    """
+    working = precision_named(precision)
+    form = integrated(scene.model, "newton", scene.body.law)
+    setup = Setup(formulation=form, precision=working, tolerance=tolerance)
+    adaptive, number = _compiled(setup), working.number
+    start = InitialState.of(scene, working.arithmetic)
+    state = list(map(number, start.state(form)))
+    parameters = list(map(number, start.parameters(form)))
+    until, zero = number(start.until), number(working.context.mpf(0))
+
+    def loop() -> int:
+        for i, value in enumerate(state):
+            adaptive.state[i] = value
+        for i, value in enumerate(parameters):
+            adaptive.pars[i] = value
+        adaptive.time = zero
+        return int(adaptive.propagate_until(until)[3])
+
+    return loop
+
 
 LANES = (4, 8)
 SPREAD = 1e-6  # of the starts in a batch: lanes that all take the same steps would flatter it
@@ -52,17 +114,6 @@ def bare(problem: GoldenProblem, settings: Settings, **options: Any) -> Solve:
     return _solver(adaptive, problem, settings)
 
 
-def turning(problem: GoldenProblem, settings: Settings) -> Solve:
-    """What ``digits=`` runs up to ten digits, alone: in double, with viscous friction.
-
-    The leaner equations in a frame that turns; the states are turned back.
-    """
-    lane = Lane.of(problem.start(settings.precision))
-    setup = replace(setup_of(problem, settings), formulation=TURNING)
-    adaptive = bare_adaptive(setup, lane.state, lane.parameters)
-    return _solver(adaptive, problem, settings, lane=lane)
-
-
 def supplied(
     problem: GoldenProblem,
     settings: Settings,
@@ -79,7 +130,6 @@ def _solver(
     problem: GoldenProblem,
     settings: Settings,
     made: Integrator | None = None,
-    lane: Lane | None = None,
 ) -> Solve:
     import heyoka
     import numpy
@@ -88,9 +138,9 @@ def _solver(
     number = precision.number
     zero = number(precision.context.mpf(0))
     entries = len(problem.form.columns)
-    start = problem.state(precision) if lane is None else list(lane.state)
+    start = problem.state(precision)
     start += [zero] * (len(adaptive.state) - entries)  # of quadratures
-    for i, value in enumerate(lane.parameters if lane else problem.parameters(precision)):
+    for i, value in enumerate(problem.parameters(precision)):
         adaptive.pars[i] = value
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
@@ -111,11 +161,6 @@ def _solver(
             states = [[rows[i, j] for j in range(entries)] for i in range(1, len(rows))]
         if outcome != heyoka.taylor_outcome.time_limit:
             raise ArithmeticError(f"heyoka stopped with {outcome}")
-        if lane is not None:
-            states = [
-                list(lane.inertial(time, state, math))
-                for time, state in zip(times, states, strict=True)
-            ]
         return SolverResult(states, steps, steps * adaptive.order, adaptive.order)
 
     return solve
@@ -179,29 +224,29 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
     return solve
 
 
-_register = partial(registered, peer=False)
-_register("heyoka", "heyoka")(bare)
-_register("heyoka, turning frame", "heyoka")(turning)
-_register("heyoka, high_accuracy", "heyoka")(partial(bare, high_accuracy=True))
-_register("heyoka, fast_math", "heyoka")(partial(bare, fast_math=True))
-_register("heyoka, compact_mode", "heyoka")(partial(bare, compact_mode=True))
-_register("heyoka, parallel_mode", "heyoka")(partial(bare, parallel_mode=True))
-for _request in ("tolerance", "digits"):
-    _register(f"tt_precise, {_request}", "heyoka")(partial(user, _request))
-for _width in LANES:
-    _register(f"heyoka, {_width} lanes", "heyoka")(partial(lanes, _width))
-_register("heyoka, contact watched", "heyoka")(supplied)
-_register("heyoka, one event", "heyoka")(partial(supplied, events=("theta_min",)))
-
-
-@_register("heyoka, all events", "heyoka")
 def all_events(problem: GoldenProblem, settings: Settings) -> Solve:
     """With every event that the model has."""
     return supplied(problem, settings, catalogue(problem.scene.model))
 
 
-for _name in ("phi", "x"):
-    _register(f"heyoka, records {_name}", "heyoka")(partial(supplied, record=(_name,)))
-_register("heyoka, records phi psi x y", "heyoka")(
-    partial(supplied, record=("phi", "psi", "x", "y"))
-)
+def _with_option(option: str) -> Prepare:
+    return lambda problem, settings: bare(problem, settings, **{option: True})
+
+
+_WAYS: dict[str, Prepare] = {
+    "heyoka": bare,
+    **{
+        f"heyoka, {option}": _with_option(option)
+        for option in ("high_accuracy", "fast_math", "compact_mode", "parallel_mode")
+    },
+    **{f"tt_precise, {request}": partial(user, request) for request in ("tolerance", "digits")},
+    **{f"heyoka, {width} lanes": partial(lanes, width) for width in LANES},
+    "heyoka, contact watched": supplied,
+    "heyoka, one event": partial(supplied, events=("theta_min",)),
+    "heyoka, all events": all_events,
+    **{
+        f"heyoka, records {' '.join(names)}": partial(supplied, record=names)
+        for names in (("phi",), ("x",), ("phi", "psi", "x", "y"))
+    },
+}
+OWN = tuple(Method(name, ("heyoka",), prepare, peer=False) for name, prepare in _WAYS.items())

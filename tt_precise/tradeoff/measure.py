@@ -1,0 +1,559 @@
+"""Measure speed against accuracy: the plan, the timing, one row a trial."""
+
+from __future__ import annotations
+
+import gc
+import itertools
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache, partial
+from importlib.util import find_spec
+from statistics import median
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from msgspec.structs import asdict
+
+from tt_precise.integration.precision import Precision, precision_named
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.records import Meta, Record
+from tt_precise.tradeoff.heyoka_methods import OWN
+from tt_precise.tradeoff.methods import PEERS, Method, Settings, Solve, SolverResult
+from tt_precise.tradeoff.problem import GoldenProblem, StateErrors, golden_problem
+
+if TYPE_CHECKING:
+    import pandas
+
+
+METHODS = {method.name: method for method in (*OWN, *PEERS)}
+SCENE = "reference"
+DECADES = tuple(float(f"1e-{n}") for n in range(3, 16))
+COARSE = (1e-3, 1e-6, 1e-9, 1e-12)
+QUICK = (1e-4, 1e-7, 1e-10, 1e-12, 1e-13, 1e-14, 1e-15)
+SHORT = "0.1"  # s; the ladder of digits to 1,000 bits, of which 8 s would take an hour
+SHORTEST = "0.02"  # s; mpmath's odefun
+TRUTH_BITS = 232  # for errors below golden data's 1e-33, on the whole horizon
+LADDER = (113, 167, 200, 333, 500, 665, 1000)  # bits: 34 to 301 digits
+EVENTS = ("contact watched", "one event", "all events")
+RECORDS = ("records phi", "records x", "records phi psi x y")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One method at one setting on one problem; ``until`` None is the scene's horizon."""
+
+    method: str
+    tolerance: float
+    precision: str = "double"
+    bits: int | None = None
+    coordinates: str = "newton"
+    scene: str = SCENE
+    until: str | None = None
+    truth_bits: int = 0
+
+    @property
+    def arithmetic(self) -> Precision:
+        """The precision with its bits."""
+        return precision_named(self.precision, self.bits)
+
+
+class Group(NamedTuple):
+    """Trials that are timed in turn: at most so many rounds, and seconds for each trial."""
+
+    name: str
+    trials: tuple[Trial, ...]
+    rounds: int
+    budget_s: float
+
+
+def method_named(name: str) -> Method:
+    """The method called ``name``.
+
+    Raises
+    ------
+    InputError
+        There is no such method.
+    """
+    if name not in METHODS:
+        raise InputError(f"method: got {name!r}, expected one of: {', '.join(METHODS)}")
+    return METHODS[name]
+
+
+# tolerances of each peer that it takes at all and bears: RK45 needs a minute for 1e-12
+TOLERANCES: dict[str, tuple[float, ...]] = {
+    "SciPy DOP853, numba": DECADES,
+    "SciPy RK45, numba": DECADES[:7],
+    "SciPy LSODA, numba": DECADES[:10],
+    "SciPy odeint, numba": (0.0, *DECADES[:11]),
+    "SciPy Radau, numba": (1e-3, 1e-4, 1e-5),
+    "SciPy DOP853, Python": COARSE,
+    "SciPy RK45, Python": (1e-3, 1e-6),
+    "SciPy LSODA, Python": (1e-3, 1e-6, 1e-9),
+    "SciPy odeint, Python": (0.0, 1e-9, 1e-12),
+    "SciPy Radau, Python": (1e-3,),
+    "diffrax Dopri8": DECADES,
+    "diffrax Tsit5": DECADES[:11],
+    "CyRK DOP853": DECADES,
+    "CyRK VERN8": DECADES,
+    "CyRK TSIT5": DECADES[:10],
+    "CyRK LSODA": DECADES[:11],
+    "SUNDIALS CVODE Adams": DECADES[:11],
+    "SUNDIALS CVODE BDF": (1e-3, 1e-6),
+}
+# with these alone the quick plan and the other scenes are measured
+BEST_PEERS = ("SciPy DOP853, numba", "diffrax Dopri8", "CyRK DOP853", "CyRK VERN8")
+QUICK_PEERS = (*BEST_PEERS, "SciPy odeint, numba", "SUNDIALS CVODE Adams")
+
+
+def whole() -> Iterator[Group]:
+    """Everything; under half an hour."""
+    yield Group("double, Newton form", tuple(_double("newton")), 9, 1.0)
+    yield Group("double, Euler form", tuple(_double("euler")), 5, 1.0)
+    yield Group("wide arithmetics", tuple(_wide()), 3, 15.0)
+    yield Group("digits", tuple(_digits(LADDER)), 3, 20.0)
+    yield Group("mpmath", tuple(_odefun((60, 113, 200))), 3, 10.0)
+    yield Group("golden scenes", tuple(_other_scenes()), 5, 0.5)
+
+
+def quick() -> Iterator[Group]:
+    """What shows the ratios, in under three minutes."""
+    trials = [Trial("heyoka", tolerance) for tolerance in (*DECADES[::2], 0.0)]
+    trials += [Trial(f"heyoka, {n} lanes", tolerance) for n in (4, 8) for tolerance in (0.0,)]
+    trials += [Trial(f"heyoka, {name}", 0.0) for name in ("contact watched", "all events")]
+    trials += [Trial("heyoka, records phi psi x y", 0.0)]
+    trials += [Trial("tt_precise, tolerance", 0.0)]
+    for name in QUICK_PEERS:
+        trials += [Trial(name, tolerance) for tolerance in QUICK if tolerance in TOLERANCES[name]]
+    trials += [Trial("SciPy odeint, Python", 0.0, coordinates="euler")]
+    for name in ("heyoka", "CyRK DOP853"):
+        trials += [Trial(name, tolerance, coordinates="euler") for tolerance in COARSE]
+    yield Group("double", tuple(trials), 9, 0.5)
+    yield Group(
+        "wide arithmetics", tuple(Trial("heyoka", t, "quad") for t in (1e-31, 0.0)), 1, 10.0
+    )
+    yield Group("digits", tuple(_digits(LADDER[:4])), 1, 10.0)
+
+
+def _double(coordinates: str) -> Iterator[Trial]:
+    def at(method: str, tolerances: Iterable[float]) -> Iterator[Trial]:
+        return (Trial(method, tolerance, coordinates=coordinates) for tolerance in tolerances)
+
+    yield from at("heyoka", (*DECADES, 0.0))
+    for option in ("high_accuracy", "fast_math", "compact_mode", "4 lanes", "8 lanes"):
+        yield from at(f"heyoka, {option}", (*COARSE[1:], 0.0))
+    for extra in (*EVENTS, *RECORDS):
+        yield from at(f"heyoka, {extra}", (1e-9, 0.0))
+    yield from at("tt_precise, tolerance", (*COARSE, 0.0))
+    if coordinates == "newton":
+        yield from at("tt_precise, digits", COARSE)
+    for name, tolerances in TOLERANCES.items():
+        yield from at(name, tolerances)
+    for tolerance in (1e-6, 1e-12, 1e-15, 0.0):
+        yield Trial("heyoka", tolerance, "extended", coordinates=coordinates)
+
+
+def _wide() -> Iterator[Trial]:
+    for tolerance in (1e-15, 1e-20, 1e-25, 1e-28, 1e-30, 1e-32, 0.0):
+        yield Trial("heyoka", tolerance, "quad")
+    yield Trial("heyoka", 0.0, "quad", coordinates="euler")
+    yield Trial("heyoka", 0.0, "mp", 113)
+    for bits, tolerance in ((176, 0.0), (184, 1e-52), (200, 1e-40), (200, 1e-52), (200, 0.0)):
+        yield Trial("heyoka", tolerance, "mp", bits, truth_bits=TRUTH_BITS)
+
+
+def _digits(bits: tuple[int, ...]) -> Iterator[Trial]:
+    truth = bits[-1] + 40
+    for name in ("double", "extended", "quad"):
+        yield Trial("heyoka", 0.0, name, until=SHORT, truth_bits=truth)
+    for one in bits:
+        yield Trial("heyoka", 0.0, "mp", one, until=SHORT, truth_bits=truth)
+    for one in bits[3::3]:
+        yield Trial("heyoka, parallel_mode", 0.0, "mp", one, until=SHORT, truth_bits=truth)
+
+
+def _odefun(bits: tuple[int, ...]) -> Iterator[Trial]:
+    for method in ("heyoka", "mpmath odefun"):
+        for one in bits:
+            yield Trial(method, 0.0, "mp", one, until=SHORTEST, truth_bits=bits[-1] + 40)
+
+
+def _other_scenes() -> Iterator[Trial]:
+    from tt_precise import golden
+    from tt_precise.scene.scene import load_scene
+
+    for scene in golden.scenes():
+        if scene == SCENE:
+            continue
+        at_pole = load_scene(scene).start.theta.at_pole
+        for coordinates in ("newton",) if at_pole else ("newton", "euler"):
+            for tolerance in (*COARSE[1:], 0.0):
+                yield Trial("heyoka", tolerance, coordinates=coordinates, scene=scene)
+            for name in BEST_PEERS:
+                for tolerance in COARSE[1:]:
+                    yield Trial(name, tolerance, coordinates=coordinates, scene=scene)
+        yield Trial("tt_precise, digits", 1e-9, scene=scene)
+
+
+Action = Callable[[], object]
+Clock = Callable[[], float]
+
+
+def processor_time() -> float:
+    """Seconds that processors have spent on this process, and on those that it has waited for."""
+    every = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(used.ru_utime + used.ru_stime for used in every)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """What is timed beside which baseline; ``prepare`` is called anew, untimed, before each.
+
+    ``clock`` counts in s; processor time does not depend on what else the machine has to do, but
+    is no time to wait where threads share the work.
+    """
+
+    prepare: Callable[[], Action]
+    baseline: Action
+    clock: Clock = time.perf_counter
+
+
+@dataclass
+class Timings:
+    """Seconds of one action, and of the baseline just before each of them."""
+
+    seconds: list[float] = field(default_factory=list)
+    baselines: list[float] = field(default_factory=list)
+
+    @property
+    def least(self) -> float:
+        """The fastest."""
+        return min(self.seconds)
+
+    @property
+    def median(self) -> float:
+        """The median."""
+        return median(self.seconds)
+
+    @property
+    def ratio(self) -> float:
+        """The median of the ratios to the baseline beside each: a slow minute slows both."""
+        return median(
+            one / beside for one, beside in zip(self.seconds, self.baselines, strict=True)
+        )
+
+
+def interleaved(
+    turns: Sequence[Turn],
+    *,
+    rounds: int,
+    budget_s: float,
+    progress: Progress = silent,
+) -> list[Timings]:
+    """Time every action in turn, ``rounds`` times, and each just after its baseline.
+
+    An action has at least one turn, and no further one that would bring it above ``budget_s``.
+    """
+    times = [Timings() for _ in turns]
+    for number in range(rounds):
+        for place, (turn, mine) in enumerate(zip(turns, times, strict=True)):
+            if number and (number + 1) * mine.median > budget_s:
+                continue
+            action = turn.prepare()
+            mine.baselines.append(timed(turn.baseline, turn.clock))
+            mine.seconds.append(timed(action, turn.clock))
+            progress((number + (place + 1) / len(turns)) / rounds)
+    return times
+
+
+def timed(action: Action, clock: Clock = time.perf_counter) -> float:
+    """Seconds that an action takes, without the collection of garbage."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        begin = clock()
+        action()
+        return clock() - begin
+    finally:
+        if enabled:
+            gc.enable()
+
+
+@dataclass
+class CompiledTrial:
+    """A trial, its compiled solver, and what its last runs gave.
+
+    ``setup_s`` is what importing and compiling took. ``grid`` is a run with samples on the way,
+    which is not timed; in the wide arithmetics samples cost nothing beside the steps, and the
+    timed run itself takes them.
+    """
+
+    trial: Trial
+    problem: GoldenProblem
+    solve: Solve
+    setup_s: float
+    times: list[Scalar]
+    grid: SolverResult | None = None
+    _end: SolverResult | None = None
+
+    @property
+    def wide(self) -> bool:
+        """Whether it computes in software, in seconds where double takes milliseconds."""
+        return self.trial.precision in ("quad", "mp")
+
+    def run(self) -> None:
+        """What is timed: from the start to the end."""
+        self._end = self.solve(self.times if self.wide else self.times[-1:])
+
+    @property
+    def ended(self) -> SolverResult:
+        """The last timed run."""
+        if self._end is None:
+            raise RuntimeError("a trial is compared with the truth after it was run")
+        return self._end
+
+    def errors(self) -> StateErrors:
+        """The error at the end, and the largest error and drift that are known of the way."""
+        truth, precision, end = self.problem.truth, self.trial.arithmetic, self.ended
+        given = None if end.published else self.times[len(self.times) - len(end.states) :]
+        found = truth.errors(end.states, precision, given)
+        way, drift = found.error_on_way, found.jellett_drift
+        if self.grid is not None and len(self.grid.states) > 1:
+            on_grid = truth.errors(self.grid.states, precision, self.times)
+            way, drift = max(way, on_grid.error_on_way), max(drift, on_grid.jellett_drift)
+        elif len(end.states) == 1:
+            way = None
+        return StateErrors(found.error, way, drift)
+
+
+def prepare(trial: Trial) -> CompiledTrial:
+    """Import and compile what a trial needs, and run it once.
+
+    Raises
+    ------
+    ArithmeticError, InputError
+        The method does not get through, or cannot be asked for this.
+    """
+    problem = _problem(trial.scene, trial.coordinates, trial.until, trial.truth_bits)
+    settings = Settings(trial.tolerance, trial.arithmetic)
+    made: list[Solve] = []
+    setup_s = timed(lambda: made.append(method_named(trial.method).prepare(problem, settings)))
+    times = problem.clock(settings.precision, problem.times)
+    ready = CompiledTrial(trial, problem, made[0], setup_s, times)
+    if not ready.wide:
+        ready.run()
+        ready.grid = ready.solve(times)
+    return ready
+
+
+@cache
+def _problem(scene: str, coordinates: str, until: str | None, truth_bits: int) -> GoldenProblem:
+    return golden_problem(scene, coordinates, until, truth_bits)
+
+
+WORKLOAD = "reference workload"
+WORKLOAD_ROUNDS = 40
+IMPORT = "import"
+IMPORTED = ("heyoka", "scipy.integrate", "numba", "diffrax", "CyRK", "sksundae.cvode", "mpmath")
+
+Notify = Callable[[str], None]
+
+
+class Row(Record, frozen=True):
+    """A method at a setting on a scene."""
+
+    scene: Annotated[str, Meta(description="name of the scene")]
+    horizon_s: Annotated[float, Meta(description="time until which it is integrated, in s")]
+    method: Annotated[str, Meta(description="name of the method")]
+    setting: Annotated[str, Meta(description="arithmetic, tolerance, formulation")]
+    precision: Annotated[str, Meta(description="the arithmetic")]
+    bits: Annotated[int, Meta(description="bits of its significand")]
+    formulation: Annotated[str, Meta(description="newton or euler")]
+    tolerance: Annotated[float, Meta(description="the method's tolerance; 0: its best or default")]
+    peer: Annotated[bool, Meta(description="whether it is somebody else's integrator")]
+    error: Annotated[
+        float | None,
+        Meta(description="largest absolute error of k, L, v at the end, dimensionless; null: none"),
+    ]
+    error_on_way: Annotated[
+        float | None, Meta(description="the same, largest at the golden times on the way")
+    ]
+    seconds: Annotated[float, Meta(description="least time of one trajectory in s")]
+    seconds_median: Annotated[float, Meta(description="median time of one trajectory in s")]
+    ratio: Annotated[
+        float, Meta(description="median of the ratios to a bare heyoka loop timed just before")
+    ]
+    rounds: Annotated[int, Meta(description="how often it was timed")]
+    setup_s: Annotated[float, Meta(description="time in s of compiling and building, done once")]
+    steps: Annotated[int | None, Meta(description="steps taken; null: not reported")]
+    work: Annotated[
+        int | None,
+        Meta(description="evaluations of the right-hand side, or Taylor coefficients of an entry"),
+    ]
+    order: Annotated[int | None, Meta(description="order of the method where it is fixed")]
+    jellett_drift: Annotated[
+        float | None, Meta(description="largest relative change of Jellett's integral")
+    ]
+
+
+class Machine(Record, frozen=True):
+    """How fast the machine was."""
+
+    method: Annotated[str, Meta(description='"reference workload" or "import"')]
+    setting: Annotated[str, Meta(description="start or end of the run, or what is imported")]
+    seconds: Annotated[float, Meta(description="least time in s")]
+    seconds_median: Annotated[float, Meta(description="median time in s")]
+    rounds: Annotated[int, Meta(description="how often it was timed")]
+
+
+class Tradeoff(NamedTuple):
+    """What was measured, how fast the machine was, and what was left out and why."""
+
+    rows: tuple[Row, ...]
+    machine: tuple[Machine, ...]
+    skipped: tuple[str, ...]
+
+    @property
+    def table(self) -> pandas.DataFrame:
+        """Rows of methods, then of the machine."""
+        import pandas
+
+        return pandas.DataFrame([asdict(row) for row in (*self.rows, *self.machine)])
+
+
+def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent) -> Tradeoff:
+    """Run the groups; ``notify`` is called with what is left out, and with what each group took."""
+    every = list(groups)
+    total = sum(len(group.trials) for group in every)
+    baseline = prepare(Trial("heyoka", 0.0, scene=SCENE)).run
+    machine, rows = [_workload(baseline, "start"), *_imports()], []
+    skipped, done = _Skipped(notify), 0
+    with _compiled_anew() as forget:
+        for group in every:
+            forget()
+            share = _part(progress, done / total, len(group.trials) / total)
+            rows += _group(group, baseline, skipped, notify, share)
+            done += len(group.trials)
+    machine.append(_workload(baseline, "end"))
+    return Tradeoff(tuple(rows), tuple(machine), tuple(skipped.lines))
+
+
+def _part(progress: Progress, base: float, share: float) -> Progress:
+    return lambda part: progress(base + share * part)
+
+
+def _group(
+    group: Group, baseline: Action, skipped: _Skipped, notify: Notify, progress: Progress
+) -> list[Row]:
+    moments = [time.monotonic()]
+    ready = list(_prepared(group.trials, skipped))
+    moments.append(time.monotonic())
+    times = interleaved(
+        [Turn(partial(getattr, one, "run"), baseline) for one in ready],
+        rounds=group.rounds,
+        budget_s=group.budget_s,
+        progress=progress,
+    )
+    moments.append(time.monotonic())
+    rows = [_row(one, mine) for one, mine in zip(ready, times, strict=True)]
+    moments.append(time.monotonic())
+    took = [f"{after - before:.0f} s" for before, after in itertools.pairwise(moments)]
+    notify(
+        f"{group.name}: {len(ready)} settings, prepared in {took[0]}, timed in {took[1]}, "
+        f"compared in {took[2]}"
+    )
+    return rows
+
+
+class _Skipped:
+    """Lines about what was left out, each once."""
+
+    def __init__(self, notify: Notify):
+        self.lines: list[str] = []
+        self._notify = notify
+
+    def add(self, line: str) -> None:
+        if line not in self.lines:
+            self.lines.append(line)
+            self._notify(f"skipped: {line}")
+
+
+def _prepared(trials: Iterable[Trial], skipped: _Skipped) -> Iterator[CompiledTrial]:
+    for trial in trials:
+        missing = method_named(trial.method).missing
+        if missing:
+            skipped.add(f"{trial.method}: needs {', '.join(missing)} (the extra peers)")
+            continue
+        try:
+            yield prepare(trial)
+        except (ArithmeticError, InputError) as error:
+            skipped.add(f"{trial.scene}, {trial.method}, {_setting(trial)}: {error}")
+
+
+@contextmanager
+def _compiled_anew() -> Iterator[Callable[[], None]]:
+    """Without heyoka's cache on disk; what it yields clears what is in memory.
+
+    So the first compilation of a group is what it costs at first, and a later one of the same
+    system, for another scene, costs nothing.
+    """
+    import heyoka
+
+    state = heyoka.llvm_state
+    enabled = state.get_diskcache_enabled()
+    state.set_diskcache_enabled(False)
+    try:
+        yield state.clear_memcache
+    finally:
+        state.set_diskcache_enabled(enabled)
+
+
+def _row(one: CompiledTrial, times: Timings) -> Row:
+    trial, end, errors = one.trial, one.ended, one.errors()
+    return Row(
+        scene=trial.scene,
+        horizon_s=float(one.problem.until),
+        method=trial.method,
+        setting=_setting(trial),
+        precision=trial.precision,
+        bits=trial.arithmetic.bits,
+        formulation=trial.coordinates,
+        tolerance=trial.tolerance,
+        peer=method_named(trial.method).peer,
+        error=float(errors.error),
+        error_on_way=None if errors.error_on_way is None else float(errors.error_on_way),
+        seconds=times.least / end.lanes,
+        seconds_median=times.median / end.lanes,
+        ratio=times.ratio / end.lanes,
+        rounds=len(times.seconds),
+        setup_s=one.setup_s,
+        steps=end.steps or None,
+        work=end.work or None,
+        order=end.order,
+        jellett_drift=float(errors.jellett_drift),
+    )
+
+
+def _setting(trial: Trial) -> str:
+    width = f"{trial.bits} bits, " if trial.bits else ""
+    tolerance = f"tol {trial.tolerance:g}" if trial.tolerance else "default tolerance"
+    return f"{width}{tolerance}, {trial.coordinates}"
+
+
+def _workload(baseline: Action, when: str) -> Machine:
+    """The bare heyoka loop, many times: the drift of the machine from start to end."""
+    seconds = [timed(baseline) for _ in range(WORKLOAD_ROUNDS)]
+    return Machine(WORKLOAD, when, min(seconds), median(seconds), WORKLOAD_ROUNDS)
+
+
+def _imports() -> Iterator[Machine]:
+    """Seconds to start Python and import a package, in a process of its own; and without one."""
+    for name in ("", *(one for one in IMPORTED if find_spec(one.partition(".")[0]))):
+        command = [sys.executable, "-c", f"import {name}" if name else ""]
+        seconds = timed(partial(subprocess.run, command, check=True))
+        yield Machine(IMPORT, name or "nothing", seconds, seconds, 1)
