@@ -170,7 +170,7 @@ def right_digits(trajectory: Trajectory) -> float:
             ]
         )
     bits = trajectory.precision.bits
-    return float(digits_over_rows(values, errors, trajectory.start.units, bits).min())
+    return float(digits_over_rows(values, errors, trajectory.start, bits).min())
 
 
 def _float(value: Scalar) -> float:

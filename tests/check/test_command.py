@@ -92,7 +92,7 @@ def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:
         input=theirs, capture_output=True, text=True, check=False, cwd=tmp_path,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
-    assert "standard input against scene reference: pass, 11.5 correct digits" in run.stdout
+    assert "standard input against scene reference: pass, 13.8 correct digits" in run.stdout
 
 
 def processor_seconds(arguments: list[str]) -> tuple[int, float]:

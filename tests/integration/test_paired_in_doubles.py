@@ -3,16 +3,16 @@
 from fractions import Fraction
 from typing import Any
 
-import mpmath
 import numpy
 import pytest
 
 from benchmarks.settings_table import MeasuredSetting, integrated, right_digits
 from tt_precise.integration import deviation, integrate
+from tt_precise.integration.accuracy import worst_digits
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.paired_in_doubles import PairInDoubles
 from tt_precise.integration.precision import precision_named
-from tt_precise.mechanics.formulations import COORDINATES, KINDS
+from tt_precise.mechanics.formulations import COORDINATES
 from tt_precise.scene.scene import load_scene
 from tt_precise.taylor.numbers import added, multiples, number
 
@@ -30,10 +30,8 @@ def test_the_estimate_is_what_is_lost(precision: str, tolerance: float) -> None:
     least = 99.0
     for t in times:
         ours, theirs = run.at(t).values, truth.at(t).values
-        for kind in (one for one in KINDS if one[0] in ours):
-            scale = max(abs(theirs[n]) for n in kind)
-            error = max(abs(ours[n] - theirs[n]) for n in kind)
-            least = min(least, float(-mpmath.log10(error / scale)))
+        errors = {name: abs(ours[name] - theirs[name]) for name in ours}
+        least = min(least, worst_digits(truth.at(t), errors, truth.start))
     assert run.digits_throughout == pytest.approx(least, abs=0.3)
 
 

@@ -12,9 +12,12 @@ import numpy
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import Measured, TrueRows
 from tt_precise.golden.table import Table
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
 from tt_precise.scene.scene import Scene
+from tt_precise.scene.start import LIFTED
 
 SPARE_DIGITS = 2.0  # by which the solution must be better than what is asked of the trajectory
 USUAL_DIGITS = 13.0  # what a trajectory in double can have
@@ -39,7 +42,9 @@ def recomputed(
     """
     from tt_precise.integration.precision import finer, precision_named
 
-    names = sorted({name for _, given in rows for name in given})
+    # the whole state says what errors count beside
+    every = [*NewtonState._fields, *EulerState._fields, *(LIFTED if scene.lifts else ())]
+    names = [*dict.fromkeys([*every, *(name for _, given in rows for name in given)])]
     scene = replace(scene, until=max(t for t, _ in rows), events=(), record=())
     enough = (USUAL_DIGITS if asked is None else asked) + SPARE_DIGITS
     wider = finer(precision_named("double")).name
@@ -91,7 +96,7 @@ def _measured(scene: Scene, true: Table, given: Sequence[Row]) -> Measured:
     times = {float(cell) for cell in true.column("t")}
     rows = [row for row in given if float(row[0]) in times]
     others = len(given) - len(rows)
-    names = [name for name in true.columns if name != "t"]
+    names = [name for name in true.columns if name in given[0][1]]
     found = TrueRows(scene, true).measure(
         numpy.array([float(t) for t, _ in rows]),
         {name: _floats(row[1].get(name) for row in rows) for name in names},

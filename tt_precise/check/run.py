@@ -24,6 +24,7 @@ from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.unit_guard import refuse_other_units
 from tt_precise.check.worst import RunningWorst
 from tt_precise.golden.places import Folder
+from tt_precise.mechanics.digits import MOST_GOLDEN
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.scene.scene import Scene, load_scene
@@ -98,8 +99,11 @@ class Request:
     def __post_init__(self) -> None:
         if self.until is not None:
             finite("until", self.until)
-        if self.digits is not None and finite("digits", self.digits) <= 0:
-            raise InputError(f"digits: got {self.digits!r}, expected a number above 0")
+        if self.digits is not None and not 0 < finite("digits", self.digits) <= MOST_GOLDEN:
+            raise InputError(
+                f"digits: got {self.digits!r}, expected a number above 0 and at most "
+                f"{MOST_GOLDEN}, where golden data end"
+            )
         if self.digits is not None and self.friction != "scene":
             raise InputError(
                 "digits: golden data obey the scene's friction; expected friction scene"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
+from tt_precise.mechanics.digits import RULE
 
 if TYPE_CHECKING:
     from tt_precise.check.result import Result
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 FAILED = 1
 
 
-@click.command("check")
+@click.command("check", epilog=f"Digits: {RULE}")
 @click.argument("trajectory")
 @click.option("--scene", required=True, help="A shipped name or a TOML file.")
 @click.option("--columns", multiple=True, help="Renames, as theirs=ours[,theirs=ours].")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
+from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import require_apart, require_writable
@@ -22,7 +23,7 @@ SCHEMA = "tt_precise.run/1"
 UNFINISHED = 1
 
 
-@click.command("run")
+@click.command("run", epilog=f"Digits: {RULE}")
 @click.argument("scene")
 @options.PRECISION
 @click.option("--bits", type=int, help="Bits of mp, instead of 200.")

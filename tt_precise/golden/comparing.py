@@ -13,11 +13,12 @@ import numpy
 import pandas
 
 from tt_precise.golden.digits import DIGITS
-from tt_precise.golden.distance import RULE, as_decimal
+from tt_precise.golden.distance import as_decimal
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.places import Folder
 from tt_precise.golden.seal import read_whole
+from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.plotting import new_figure, require_format, save, styled
@@ -50,7 +51,7 @@ class Comparison:
         return float(self.digits.min())
 
     def __str__(self) -> str:
-        lines = [f"{self.scene}: {len(self.over_time)} times compared, {RULE}"]
+        lines = [f"{self.scene}: {len(self.over_time)} times compared. {RULE}"]
         lines += [f"  {name:<10} {digits:5.1f}" for name, digits in self.digits.items()]
         if self.unmatched:
             lines.append(f"  {self.unmatched} rows are out of reach of golden data: not compared")

@@ -1,8 +1,7 @@
-"""The distance of a number from the true one, in significant correct digits: one rule for all.
+"""The distance of a number from the true one, in significant correct digits.
 
-An error counts relative to the true entry or, where that is smaller, to 1e-3 of the scale of its
-column: beside a zero of a component the errors of the others decide, not its own size. Digits lie
-between 0 and 34, which is what golden data have.
+What an error counts beside is said by ``mechanics.digits``. Digits lie between 0 and 34, which is
+what golden data have.
 """
 
 from __future__ import annotations
@@ -21,13 +20,7 @@ from tt_precise.scene.body import TippeTop, Units
 if TYPE_CHECKING:
     from tt_precise.golden.table import Table
 
-NEAR_ZERO = Decimal("1e-3")
 INFINITE = Decimal("Infinity")
-
-RULE = (
-    "significant digits relative to the golden entry, or to 1e-3 of the largest entry of its "
-    "column where it is smaller than that; at most 34"
-)
 
 
 def scales_by_kind(table: Table, body: TippeTop) -> dict[str, Decimal]:

@@ -16,8 +16,9 @@ import numpy
 
 from tt_precise.golden.carrying import Carrier
 from tt_precise.golden.digits import DIGITS
-from tt_precise.golden.distance import NEAR_ZERO, as_decimal, relative_error, scales_by_kind
+from tt_precise.golden.distance import as_decimal, relative_error
 from tt_precise.golden.table import Table
+from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Scene
@@ -64,12 +65,11 @@ class Measured:
 
 
 class TrueRows:
-    """A table of true rows. ``scales`` are the sizes that errors count by, by column."""
+    """A table of true rows, which has the state as vectors, as Euler angles, or both."""
 
-    def __init__(self, scene: Scene, table: Table, scales: Mapping[str, Decimal] | None = None):
+    def __init__(self, scene: Scene, table: Table):
         self._scene, self._table = scene, table
-        self.scales = scales_by_kind(table, scene.body) if scales is None else scales
-        self.names = [name for name in table.columns if name in self.scales]
+        self.names = [name for name in table.columns if name != "t"]
 
     @cached_property
     def times(self) -> numpy.ndarray:
@@ -86,10 +86,8 @@ class TrueRows:
 
     @cached_property
     def _sizes(self) -> dict[str, numpy.ndarray]:
-        return {
-            name: numpy.fmax(abs(values), float(self.scales[name] * NEAR_ZERO))
-            for name, values in self._numbers.items()
-        }
+        with numpy.errstate(all="ignore"):
+            return sizes(self._scene.body.numbers(float), self._numbers, numpy)
 
     @cached_property
     def _carrier(self) -> Carrier:
@@ -113,7 +111,7 @@ class TrueRows:
         ``largest_only`` decimals are spared where an error is certainly not the largest of its
         column: then it may be off by two roundings of the entry.
         """
-        names = [name for name in values if name in self.scales]
+        names = [name for name in values if name in self._cells]
         nearest, delays = self._nearest(t)
         here = abs(delays) <= SAME_TIME * abs(t)
         found = Measured(
@@ -195,5 +193,5 @@ class TrueRows:
 
     def _exact_error(self, name: str, row: int, given: Scalar) -> float:
         true = Decimal(self._cells[name][row])
-        size = max(abs(true), self.scales[name] * NEAR_ZERO)
+        size = Decimal(self._sizes[name][row])
         return float(relative_error(as_decimal(given), true, size))

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 from tt_precise.integration.columns import State
 from tt_precise.integration.precision import finer
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.formulations import KINDS, STATE_DIMENSIONS
+from tt_precise.mechanics.digits import sizes
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
-from tt_precise.scene.body import Units
 
 # A reference run in the same arithmetic has the same rounding errors, so the run must be coarser by
 # this many eps, that its truncation outweighs them. Double has a finer arithmetic for ten times its
@@ -68,41 +69,35 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
 
 
 def digits_over_rows(
-    columns: Mapping[str, Array], errors: Mapping[str, Array], units: Units, bits: int
+    columns: Mapping[str, Array], errors: Mapping[str, Array], start: InitialState, bits: int
 ) -> Array:
     """``worst_digits`` of many states at once: float64 arrays over rows in, one out."""
     import numpy
 
-    worst = numpy.zeros(len(next(iter(columns.values()))))
-    units = Units(*map(float, units))
+    unit = {n: float(start.units.of_dimension(STATE_DIMENSIONS[n])) for n in columns}
     with numpy.errstate(all="ignore"):
-        for kind in KINDS:
-            present = [name for name in kind if name in errors]
-            if not present:
-                continue
-            unit = {n: units.of_dimension(STATE_DIMENSIONS[n]) for n in present}
-            scale = numpy.max([numpy.abs(columns[name]) / unit[name] for name in present], axis=0)
-            scale = numpy.where(scale > 0, scale, 1.0)
-            for name in present:
-                # what is undefined in both, at a pole, has no error either
-                worst = numpy.fmax(worst, errors[name] / (unit[name] * scale))
+        own = {name: values / unit[name] for name, values in columns.items()}
+        beside = sizes(start.body.map(float), own, numpy)
+        # what is undefined in both, at a pole, has no error either
+        worst = numpy.fmax.reduce([errors[n] / (unit[n] * beside[n]) for n in errors], initial=0)
         return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
 
 
-def worst_digits(state: State, errors: Mapping[str, Scalar], units: Units) -> float:
+def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState) -> float:
     """Significant digits of the worst entry of ``state`` with these errors (SI).
 
-    Each is compared with the largest entry of its kind, both in their ``units``, and a kind that
-    is zero altogether with 1. Never more than the precision holds, never less than 0.
+    By the rule of ``mechanics.digits``; never more than the precision holds, never less than 0.
     """
-    values, context = state.values, state.precision.context
-    most = float(state.precision.bits * context.log10(2))
-    found = [most]
-    for kind in KINDS:
-        present = [name for name in kind if name in errors]
-        unit = {name: units.of_dimension(STATE_DIMENSIONS[name]) for name in present}
-        scale = max((abs(context.mpf(values[n])) / unit[n] for n in present), default=0) or 1
-        found += [
-            float(-context.log10(errors[n] / (unit[n] * scale))) for n in present if errors[n]
-        ]
-    return max(0.0, min(found))
+    context = state.precision.context
+    unit = {n: start.units.of_dimension(STATE_DIMENSIONS[n]) for n in state.values}
+    own = {
+        name: None if value is None else context.mpf(value) / unit[name]
+        for name, value in state.values.items()
+    }
+    beside = sizes(start.body.map(context.mpf), own, context)
+    found = [
+        float(-context.log10(errors[name] / (unit[name] * size)))
+        for name, size in beside.items()
+        if errors.get(name)
+    ]
+    return max(0.0, min([*found, float(state.precision.bits * context.log10(2))]))

@@ -35,7 +35,7 @@ def error_columns(
     every = tuple(dict.fromkeys([*state, *names]))
     values, errors = _values_and_errors(tables, every, times, references, end_errors)
     own = {name: errors[name] for name in state}
-    digits = digits_over_rows(values, own, tables.of.start.units, precision.bits)
+    digits = digits_over_rows(values, own, tables.of.start, precision.bits)
     seconds = numpy.array([float(t) for t in times])
     return {"t": seconds, **{name: errors[name] for name in names}, "digits": digits}
 

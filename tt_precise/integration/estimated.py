@@ -57,7 +57,7 @@ class Estimated:
     @cached_property
     def digits(self: Any) -> float:
         """Significant digits that ``error_estimate`` leaves to the worst entry of ``state``."""
-        return worst_digits(self.state, self.error_estimate, self.start.units)
+        return worst_digits(self.state, self.error_estimate, self.start)
 
     def error_over_time(self: Any, *names: str, beside: Sequence[Any] = ()) -> pandas.DataFrame:
         """Estimated absolute errors (SI) at ``sample_times``: columns t, names, and "digits".

@@ -123,7 +123,7 @@ def _errors_of_joint(
         context = of.precision.context
         apart = {name: distance(state[name], other_state[name], context) for name in state}
         values = {name: floats(column) for name, column in state.items()}
-        found = digits_over_rows(values, apart, of.start.units, of.precision.bits)
+        found = digits_over_rows(values, apart, of.start, of.precision.bits)
         digits = min(digits, float(found[0]))
     return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits])
 
@@ -174,7 +174,7 @@ def _beside(
     apart = {name: distance(values[name], others[name], other.precision.context) for name in names}
     floating = {name: floats(values[name]) for name in names}
     late[inner] = numpy.abs(floats(delay)) * float(of.start.units.time)
-    digits[inner] = digits_over_rows(floating, apart, of.start.units, of.precision.bits)
+    digits[inner] = digits_over_rows(floating, apart, of.start, of.precision.bits)
     return numpy.where(numpy.isfinite(late), late, math.inf), digits
 
 

@@ -51,7 +51,7 @@ class PairInDoubles:
         return digits_over_rows(
             {name: one.real for name, one in found.items()},
             {name: abs(one.imag) / SMALL for name, one in found.items()},
-            columns.start.units,
+            columns.start,
             columns.precision.bits,
         )
 

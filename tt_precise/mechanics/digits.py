@@ -1,0 +1,119 @@
+"""How many digits of an entry are right: one rule for all that is estimated, compared or checked.
+
+An error counts beside the size, at that time, of what the entry belongs to: an entry that passes
+through zero has not lost its digits, and an entry that has decayed inherits the errors of what
+moves beside it. ``integrate(digits=N)`` delivers N digits by this rule, and ``check --digits N``
+asks for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tt_precise.mechanics.conversion import horizontal_length, vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.motion import Motion
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import (
+    ANGLE,
+    ANGULAR_MOMENTUM,
+    ENERGY,
+    QUANTITIES,
+    RATE,
+    SPEED,
+    E,
+)
+from tt_precise.mechanics.vectors import Vector, dot
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Dimension, Parameters
+
+MOST_GOLDEN = 33  # digits that golden data can vouch for: they are rounded to 34
+
+RULE = (
+    "An error counts beside the size, at that time, of what the entry belongs to: the axis beside "
+    "1, L beside |L|, velocities beside |v_CM| + |omega||a|, rates beside the larger of themselves "
+    "and |omega|, angles beside 1 rad, positions beside the larger of their distance and R, "
+    "energies beside E, times beside the larger of themselves and sqrt(R/g); never beside less "
+    "than the natural I1 sqrt(g/R), sqrt(g R), sqrt(g/R), m g R. Near the vertical, where the "
+    "direction of the tilt is uncertain, |omega| for phi_dot and psi_dot, and |v_A| for nu_x and "
+    "nu_y, are divided by sin theta."
+)
+
+LENGTH = Dimension(0, 1, 0)
+ABOUT_THE_VERTICAL = ("phi_dot", "psi_dot")
+ALONG_THE_TILT = ("nu_x", "nu_y")
+
+
+def sizes(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> dict[str, Scalar]:
+    """What the error of each of ``columns`` counts beside, in any arithmetic; see ``RULE``.
+
+    ``columns`` are numbers, or arrays over time, in the units of ``body``: those of a state, as
+    vectors or Euler angles, and any others. One that is None is undefined and has no size. A
+    quantity whose dimension the rule does not name counts beside itself.
+    """
+    q = _motion(body, columns, fn)
+    rate = fn.sqrt(body.g / body.R)
+    omega, slip = _length(q.omega, fn), _length(q.state.v, fn)
+    spinning = larger(omega, rate)
+    moving = larger(_length(q.s_dot, fn) + omega * _length(q.a, fn), fn.sqrt(body.g * body.R))
+    turning = larger(_length(q.state.L, fn), body.I1 * rate)
+    found: dict[str, Scalar] = {}
+    for name, value in columns.items():
+        if value is None:
+            continue
+        dimension = _dimension(name)
+        if name in ABOUT_THE_VERTICAL:
+            found[name] = larger(abs(value), larger(omega / _tilt(q), spinning))
+        elif name in ALONG_THE_TILT:
+            found[name] = larger(slip / _tilt(q), moving)
+        elif dimension == ANGLE:
+            found[name] = 1 + 0 * omega
+        elif dimension == RATE:
+            found[name] = larger(abs(value), spinning)
+        elif dimension == SPEED:
+            found[name] = moving
+        elif dimension == ANGULAR_MOMENTUM:
+            found[name] = turning
+        elif dimension == LENGTH:
+            found[name] = larger(_distance(name, columns, fn), body.R)
+        elif dimension == ENERGY:
+            found[name] = larger(E(q), body.m * body.g * body.R)
+        else:
+            found[name] = abs(value)
+    return found
+
+
+def larger(a: Scalar, b: Scalar) -> Scalar:
+    """The larger of two sizes, in arithmetics that have no common name for it."""
+    return (a + b + abs(a - b)) / 2
+
+
+def _motion(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> Motion:
+    if "kx" in columns:
+        vectors = NewtonState(*(columns[name] for name in NewtonState._fields))
+    else:
+        euler = EulerState(*(columns[name] for name in EulerState._fields))
+        vectors = vectors_from_euler(body, euler, fn)
+    if "height" not in columns:
+        return Motion(body, vectors, fn)
+    return Motion(body, LiftedState(*vectors, columns["height"], columns["rise"]), fn)
+
+
+def _tilt(q: Motion) -> Scalar:
+    return horizontal_length(q.fn, q.state.kx, q.state.ky)
+
+
+def _length(vector: Vector, fn: Functions) -> Scalar:
+    return fn.sqrt(dot(vector, vector))
+
+
+def _distance(name: str, columns: Mapping[str, Scalar], fn: Functions) -> Scalar:
+    if "x" in columns and "y" in columns and name in ("x", "y"):
+        return horizontal_length(fn, columns["x"], columns["y"])
+    return abs(columns[name])
+
+
+def _dimension(name: str) -> Dimension:
+    return STATE_DIMENSIONS[name] if name in STATE_DIMENSIONS else QUANTITIES[name].dimension
