@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from decimal import Decimal
 from fractions import Fraction
 
 import pytest
@@ -13,13 +12,23 @@ import sympy
 pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
 import flint
+from flint import arb
 
 import tt_precise as tt
 from tt_precise.certify import NotProved
-from tt_precise.certify.energy_well import held
-from tt_precise.certify.forever import BITS
-from tt_precise.golden.enclosures import Enclosures
-from tt_precise.golden.table import Table
+from tt_precise.certify.energy_well import (
+    BITS,
+    NEVER,
+    UNDECIDED,
+    UPRIGHT,
+    fate_at_the_start,
+    forever,
+    held,
+)
+from tt_precise.certify.problem import units_of
+from tt_precise.golden import store
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
 from tt_precise.scene.body import Parameters
 
@@ -30,8 +39,25 @@ def precision() -> Iterator[None]:
         yield
 
 
-def row_at(enclosures: Enclosures, t: str) -> int:
-    return enclosures.rows.column("t").index(t)
+def states(name: str) -> Callable[[Fraction], NewtonState]:
+    """The printed states of a scene, dimensionless, as balls of a unit in their last place."""
+    table, units = store.read(name).trajectory, units_of(tt.load_scene(name))
+    rows = {Fraction(row[0]): dict(zip(table.columns, row, strict=True)) for row in table.rows}
+
+    def state(time: Fraction) -> NewtonState:
+        row = rows[time]
+        return NewtonState(
+            *(
+                arb(row[entry]) * (1 + arb(0, 1e-33)) / units.of_dimension(STATE_DIMENSIONS[entry])
+                for entry in NewtonState._fields
+            )
+        )
+
+    return state
+
+
+def at(name: str, time: str) -> NewtonState:
+    return states(name)(Fraction(time))
 
 
 def test_what_never_glides_keeps_its_inclination() -> None:
@@ -66,12 +92,9 @@ def test_no_state_has_less_than_the_least_energy() -> None:
     assert frame["E"].iloc[-1] / least.iloc[-1] < 1.001
 
 
-def test_strong_friction_is_held_long_before_it_contracts(
-    enclosures_of: Callable[[str], Enclosures],
-) -> None:
-    scene, known = tt.load_scene("tippetopsim"), enclosures_of("tippetopsim")
-    found = held(scene, known, row_at(known, "1.5"))
-    assert found.rate is None
+def test_strong_friction_is_held() -> None:
+    scene = tt.load_scene("tippetopsim")
+    found = held(scene, Fraction(3, 2), at("tippetopsim", "1.5"))
     assert found.force > 0.4
     run = tt.integrate(replace(scene, until=Fraction(8)))
     later = run.frame("theta", "g_n", numbers="float").query("t >= 1.5")
@@ -89,28 +112,81 @@ def test_strong_friction_is_held_long_before_it_contracts(
         ("contact-lost", "1", "W"),
     ],
 )
-def test_what_is_not_held(
-    name: str, t: str, why: str, enclosures_of: Callable[[str], Enclosures]
-) -> None:
-    known = enclosures_of(name)
+def test_what_is_not_held(name: str, t: str, why: str) -> None:
     with pytest.raises(NotProved, match=why):
-        held(tt.load_scene(name), known, row_at(known, t))
+        held(tt.load_scene(name), Fraction(t), at(name, t))
 
 
-def moved(known: Enclosures, t: str, column: str, by: str) -> Enclosures:
-    """One number of a row changed where it is printed; its last digits stay."""
-    table = known.stored.trajectory
-    row, place = row_at(known, t), table.columns.index(column)
-    cells = list(table.rows[row])
-    cells[place] = str(Decimal(cells[place]) + Decimal(by))
-    rows = (*table.rows[:row], tuple(cells), *table.rows[row + 1 :])
-    return replace(known, stored=replace(known.stored, trajectory=Table(table.columns, rows)))
-
-
-def test_more_energy_than_there_is_is_noticed(enclosures_of: Callable[[str], Enclosures]) -> None:
-    # the same row with the contact point gliding at 0.5 m/s
-    known, scene = enclosures_of("reference"), tt.load_scene("reference")
-    row = row_at(known, "7")
-    assert held(scene, known, row).force > 0
+def test_more_energy_than_there_is_is_noticed() -> None:
+    # the same state with the contact point gliding at 0.5 m/s
+    scene, state = tt.load_scene("reference"), at("reference", "7")
+    assert held(scene, Fraction(7), state).force > 0
+    faster = state._replace(vx=state.vx + arb("0.5") / units_of(scene).of_dimension(
+        STATE_DIMENSIONS["vx"]
+    ))  # fmt: skip
     with pytest.raises(NotProved, match="W"):
-        held(scene, moved(known, "7", "vx", "0.5"), row)
+        held(scene, Fraction(7), faster)
+
+
+def test_the_reference_inverts_for_ever() -> None:
+    scene = tt.load_scene("reference")
+    found = forever(scene, scene.sample_times, states("reference"))
+    first, last = found["held"], found["at_the_end"]
+    assert first.pole == last.pole == -1
+    assert 6 < float(first.since_s) < 7 < float(last.since_s) == 8
+    assert 0 < first.force < 0.1
+    assert last.force > 0.99
+    # heyoka in double, to 16 s: theta against the bounds, D and E~ against their limits
+    trajectory = tt.integrate(replace(scene, until=Fraction(16)))
+    frame = trajectory.frame("theta", "D", "E_tilde", "g_n", numbers="float")
+    weight = float(scene.body.m * scene.body.g)
+    for one in (first, last):
+        later = frame[frame["t"] >= float(one.since_s)]
+        assert (later["theta"] > 3.14159265 - 1.01 * float(one.tilt)).all()
+        assert (later["g_n"] >= float(one.force) * weight).all()
+        for name in ("D", "E_tilde"):
+            limit = float(one.limits[name])
+            assert abs(later[name].iloc[-1] / limit - 1) < 1e-4
+            assert abs(later[name].iloc[-1] - limit) < abs(later[name].iloc[0] - limit)
+
+
+@pytest.mark.parametrize("until", ["3", "6"])
+def test_too_early_nothing_is_held(until: str) -> None:
+    # still upright, and with too much energy left
+    scene = tt.load_scene("reference")
+    times = [t for t in scene.sample_times if t <= Fraction(until)]
+    with pytest.raises(NotProved, match="W"):
+        forever(scene, times, states("reference"))
+
+
+def test_a_slow_spin_is_not_held_up() -> None:
+    # below the threshold the inverted spin is unstable, wherever the state lies
+    scene = tt.load_scene("just-below-threshold")
+    with pytest.raises(NotProved, match="W"):
+        forever(scene, [Fraction(8)], states("reference"))
+
+
+@pytest.mark.parametrize("name", ["frictionless", "rolling", "upright", "coulomb-gliding"])
+def test_what_tends_nowhere(name: str) -> None:
+    scene = tt.load_scene(name)
+    with pytest.raises(NotProved, match=r"friction|vertical from"):
+        forever(scene, [Fraction(0)], lambda _: at("reference", "0"))
+
+
+@pytest.mark.parametrize(
+    ("omega_3", "fate"), [("20", UPRIGHT), ("40", NEVER), ("60", UNDECIDED), ("155", UNDECIDED)]
+)
+def test_what_the_energy_decides_at_the_start(omega_3: str, fate: str) -> None:
+    scene = tt.load_scene("reference")
+    scene = replace(scene, start=replace(scene.start, omega_3=Fraction(omega_3)))
+    assert fate_at_the_start(scene) == fate
+    run = tt.integrate(replace(scene, until=Fraction(60)))
+    heights = run.frame("kz", numbers="float")["kz"]
+    assert fate == UNDECIDED or heights.min() > 0
+    assert fate != UPRIGHT or heights.iloc[-1] > 0.99
+
+
+def test_a_top_that_flies_again_is_not_decided() -> None:
+    scene = tt.load_scene("flight")
+    slow = replace(scene, start=replace(scene.start, omega_3=Fraction(0)))
+    assert fate_at_the_start(slow) == UNDECIDED

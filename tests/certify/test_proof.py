@@ -4,6 +4,7 @@ import doctest
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
@@ -14,9 +15,11 @@ from flint import arb
 
 import tt_precise as tt
 import tt_precise.certify
-from tt_precise.certify import Enclosure, NotProved, Proof, problem_of, prove
+from tt_precise.certify import Enclosure, NotProved, Proof, events, problem_of, prove
+from tt_precise.certify.problem import units_of
 from tt_precise.golden import store
 from tt_precise.integration import catalogue
+from tt_precise.integration.events import event_named
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Inclination
 
@@ -204,6 +207,59 @@ def test_lost_contact_ends_the_proof() -> None:
     assert proof.lost.direction == -1
     assert proof.finish_s.overlaps(seconds)
     assert len(list(proof.rows())) < 11
+
+
+def test_nothing_is_said_of_what_follows_the_horizon() -> None:
+    # in the last step, which reaches beyond it, contact is lost
+    scene = replace(tt.load_scene("contact-lost"), until=Fraction("1.3367"))
+    proof = prove(scene)
+    assert proof.lost is None
+    assert proof.finish_s.overlaps(arb("1.3367"))
+    assert proof.enclosure.finish * units_of(scene).time > arb("1.33693")
+    assert proof.state("1.3367")["kx"] is not None
+    assert proof.normal_force_bound > 0
+    for seconds in ("1.3368", "1.33693"):
+        with pytest.raises(NotProved, match=r"time.*1.3367|horizon"):
+            proof.state(seconds)
+
+
+def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c() -> None:
+    scene = tt.load_scene("reference")
+    start = replace(
+        scene.start, theta=Inclination.parse("1.5"), theta_dot=Fraction(20), phi_dot=Fraction(-30)
+    )
+    proof = prove(replace(scene, start=start, until=Fraction(1, 100)))
+    assert proof.all_events["phi_dot_zero"].zeros == ()
+    assert all(state["phi_dot"] < 0 for _, state in proof.rows())  # type: ignore[operator]
+    times = proof.inversion
+    assert times.equator > 0
+    assert (times.C.t_init, times.C.t_end) == (None, None)
+    assert times.B.t_init == 0
+
+
+def test_a_truncated_proof_has_no_times_of_the_climb(proof: Proof) -> None:
+    begun = replace(
+        proof.enclosure, stretches=proof.enclosure.stretches[:5], failure=NotProved("S4", "as if")
+    )
+    with pytest.raises(NotProved, match=r"inversion.*the proof ends at 0\.0"):
+        _ = replace(proof, enclosure=begun).inversion
+
+
+def test_one_undecidable_event_leaves_the_others(
+    proof: Proof, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begins = events.onset
+
+    def undecided(scene: tt.Scene, evaluate: Any) -> Any:
+        if evaluate is event_named("nu_y_zero", "gliding").function:
+            raise NotProved("onset", "as if")
+        return begins(scene, evaluate)
+
+    monkeypatch.setattr(events, "onset", undecided)
+    found = replace(proof).all_events
+    assert found["nu_y_zero"].failure
+    assert {name for name, one in found.items() if one.failure} == {"nu_y_zero"}
+    assert len(found["theta_max"].zeros) == len(proof.all_events["theta_max"].zeros)
 
 
 def test_the_docstring_is_true() -> None:

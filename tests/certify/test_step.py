@@ -15,7 +15,7 @@ import tt_precise as tt
 from tt_precise.certify import NotProved, Problem, problem_of, step
 from tt_precise.certify.approximation import Piece, Steps
 from tt_precise.certify.error_set import ErrorSet
-from tt_precise.certify.step import Crossing, Prepared, cross
+from tt_precise.certify.step import Crossing, cross
 
 BITS = 200
 MU = 3  # position of mu among the parameters
@@ -141,16 +141,20 @@ def test_every_entry_that_the_norm_of_the_flow_admits_is_allowed_for(
 ) -> None:
     """max_i sum_j |Q_ij| w_j/w_i <= q holds of a matrix with a single entry q w_i/w_j."""
     seen: list[Any] = []
-    after = step._after
+    after, weigh = step._after, step._weights
 
     def noted(*given: Any) -> ErrorSet:
         seen.append(given[2])
         return after(*given)
 
+    def weighed(*given: Any) -> list[arb]:
+        seen.append(weigh(*given))
+        return seen[-1]
+
     monkeypatch.setattr(step, "_after", noted)
-    weights = Prepared.of(problem, piece).weights
+    monkeypatch.setattr(step, "_weights", weighed)
     crossed(problem, piece)
-    (bent,) = seen
+    weights, bent = seen
     found = [
         bound * weights[j] / weights[i] for i, row in enumerate(bent) for j, bound in enumerate(row)
     ]

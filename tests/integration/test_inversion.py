@@ -57,6 +57,12 @@ def test_a_later_negative_perigee_moves_definition_a() -> None:
     assert found.A.t_init == pytest.approx(8.5, rel=1e-15)
 
 
+def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c() -> None:
+    found = from_marks(replace(MARKS, backwards=True), math.pi)
+    assert found.C == NONE
+    assert (found.B.t_init, found.B.t_end) == (6.5, 14.5)
+
+
 def test_no_climb_has_no_times() -> None:
     found = from_marks(replace(MARKS, equator=[]), math.pi)
     assert (found.equator, found.A, found.B, found.C) == (None, NONE, NONE, NONE)

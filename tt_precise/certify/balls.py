@@ -7,7 +7,6 @@ midpoint-radius interval arithmetic", IEEE Trans. Comput. 66, 2017).
 
 from __future__ import annotations
 
-import copyreg
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
@@ -113,33 +112,6 @@ def bounds(number: arb) -> tuple[Fraction, Fraction]:
     """Exact lower and upper end of a finite ball."""
     middle, radius = fraction(number.mid()), fraction(number.rad())
     return middle - radius, middle + radius
-
-
-def _written(number: arb) -> tuple[int, int, int, int]:
-    """Mantissas and exponents of middle and radius."""
-    exact = number.is_exact()
-    middle, radius = number.mid().man_exp(), (0, 0) if exact else number.rad().man_exp()
-    return int(middle[0]), int(middle[1]), int(radius[0]), int(radius[1])
-
-
-def _read(middle: int, power: int, radius: int, its_power: int) -> arb:
-    """The same ball. A radius that is handed over is raised by one in its 30th bit, so less is."""
-    if not radius:
-        return arb((middle, power))
-    more = 31 - radius.bit_length()
-    found = arb((middle, power), ((radius << more) - 1, its_power - more))
-    if _written(found) != (middle, power, radius, its_power):
-        raise NotProved("balls", "a ball is not the same in another process")
-    return found
-
-
-def _read_polynomial(coefficients: list[tuple[int, int, int, int]]) -> arb_poly:
-    return arb_poly([_read(*one) for one in coefficients])
-
-
-# balls go to other processes and back as they are
-copyreg.pickle(arb, lambda x: (_read, _written(x)))
-copyreg.pickle(arb_poly, lambda p: (_read_polynomial, ([_written(c) for c in p.coeffs()],)))
 
 
 def require_outward_rounding() -> None:

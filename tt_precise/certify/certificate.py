@@ -17,7 +17,6 @@ from pathlib import Path
 from flint import arb
 
 from tt_precise.certify.balls import bounds
-from tt_precise.certify.forever import forever
 from tt_precise.certify.matching import match_events, match_rows
 from tt_precise.certify.pieces import FILE, content_of, packed
 from tt_precise.certify.printed import Tally, outward, rounded, tally
@@ -26,7 +25,7 @@ from tt_precise.certify.tables import State, tails_table
 from tt_precise.certify.verdict import NotProved
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import DIGITS, is_near_zero, scale_of
-from tt_precise.golden.enclosures import LABELS, Enclosures
+from tt_precise.golden.enclosures import LABELS
 from tt_precise.golden.manifest import scene_sha256
 from tt_precise.golden.seal import record_proof, require_manifest
 from tt_precise.golden.table import Table
@@ -111,12 +110,10 @@ def certify(
     return made
 
 
-def attempted(
-    scene: str, folder: Path | None, bits: int, pieces: bool, workers: int = 1
-) -> Certificate | str:
+def attempted(scene: str, folder: Path | None, bits: int, pieces: bool) -> Certificate | str:
     """What ``proved`` returns, or why nothing could be proved: for a worker process."""
     try:
-        return proved(scene, folder, bits, pieces, workers)
+        return proved(scene, folder, bits, pieces)
     except NotProved as why:
         return str(why)
 
@@ -126,7 +123,6 @@ def proved(
     folder: Path | None,
     bits: int,
     pieces: bool,
-    workers: int = 1,
     progress: Progress = silent,
 ) -> Certificate:
     """What can be proved about golden data; nothing is written.
@@ -145,7 +141,7 @@ def proved(
     require_manifest(stored)
     _require_numbers(stored)
     while True:
-        proof = prove(stored.scene, bits, workers=workers, progress=progress)
+        proof = prove(stored.scene, bits, progress=progress)
         certificate = compared(stored, proof)
         if certificate.settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
             break
@@ -216,7 +212,7 @@ def compared(stored: store.Stored, proof: Proof) -> Certificate:
         "mismatches": [*rows.mismatches, *happened.mismatches],
         "contact": _contact(proof),
         "inversion": _inversion(proof),
-        "forever": _forever(proof, Enclosures(stored, enclosure, tails)),
+        "forever": _forever(proof),
         "conserved_within": within,
         "proved_events": {
             name: len(found.zeros) for name, found in proof.all_events.items() if not found.failure
@@ -294,11 +290,9 @@ def _inversion(proof: Proof) -> dict[str, Json]:
     return found
 
 
-def _forever(proof: Proof, enclosures: Enclosures) -> dict[str, Json]:
+def _forever(proof: Proof) -> dict[str, Json]:
     try:
-        if proof.lost:
-            raise NotProved("F3", "contact is lost")
-        return {name: one.as_dict() for name, one in forever(proof.scene, enclosures).items()}
+        return {name: one.as_dict() for name, one in proof.forever.items()}
     except NotProved as why:
         return {"failure": str(why)}
 

@@ -10,22 +10,19 @@ from functools import cached_property
 import flint
 from flint import arb, arb_poly
 
-from tt_precise.certify.ahead import Ahead
 from tt_precise.certify.approximation import Piece, Steps
 from tt_precise.certify.balls import between, require_outward_rounding
 from tt_precise.certify.bands import Band, Frame
 from tt_precise.certify.error_set import ErrorSet
-from tt_precise.certify.invariant import exact_zeros, restored
+from tt_precise.certify.invariant import exact_zeros, restored, without
 from tt_precise.certify.problem import Problem
-from tt_precise.certify.sets import One, SetOfStarts
-from tt_precise.certify.step import Crossing
+from tt_precise.certify.step import Crossing, cross
 from tt_precise.certify.verdict import NotProved
 from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.workers import Inline, Pool
 
 GUARD_BITS = 16  # balls are this much finer than heyoka's numbers
-ALONE = Pool(Inline(), lambda: 1)
 MOST_HALVINGS = 12  # of a step that does not verify, before the proof ends there
+NEARLY, FORGETTING = 0.9, 1.01  # of the length of a step that failed; by which each step raises it
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +114,12 @@ def enclose(
     bits: int,
     *,
     ends: Callable[[Stretch], bool] | None = None,
-    starts: SetOfStarts | None = None,
-    pool: Pool = ALONE,
     progress: Progress = silent,
 ) -> Enclosure:
     """Enclose the solution from 0 to ``problem.until()``, or through the stretch where it ``ends``.
 
-    With ``starts`` all of these solutions of the problem. Workers of a ``pool`` prepare the steps.
+    A step that does not verify is made again, half as long; those to come are much alike, so its
+    length stays in mind for a while.
 
     Raises
     ------
@@ -133,27 +129,32 @@ def enclose(
     """
     with flint.ctx.workprec(bits + GUARD_BITS):
         require_outward_rounding()
-        zero = frozenset[int]() if starts else exact_zeros(problem)
-        course = starts or One(problem, zero, pool)
-        until, time = problem.until(), arb(0)
-        ahead = Ahead(course, Steps(course.stepped, bits), (until + 1).upper())
-        reached = course.stepped.start()
-        errors = ErrorSet.of([arb(0)] * len(course.problem.columns))
+        zeros = exact_zeros(problem)
+        stepped = without(problem, zeros)
+        steps, until, time = Steps(stepped, bits), problem.until(), arb(0)
+        longest = ceiling = limit = (until + 1).upper()
+        reached = stepped.start()
+        errors = ErrorSet.of([arb(0)] * len(stepped.columns))
         stretches: list[Stretch] = []
         halvings, failure = 0, None
         while not time > until:
-            made = ahead.next()
+            before = steps.state
             try:
-                piece, crossing = made.proved(course, reached, errors)
+                piece = steps.step(limit)
+                gaps = [x - y for x, y in zip(reached, piece.first, strict=True)]
+                crossing = cross(stepped, piece, errors.shifted(gaps))
             except NotProved as why:
                 halvings += 1
                 if halvings > MOST_HALVINGS:
                     failure = why
                     break
-                ahead.again(made)
+                steps.back(before)
+                ceiling = min(ceiling, steps.length) * NEARLY
+                limit = min(limit, steps.length) / 2
                 continue
-            halvings = 0
-            stretch = _stretch(problem, time, course.middle(piece), crossing, zero)
+            halvings, ceiling = 0, min(ceiling * FORGETTING, longest)
+            limit = min(limit * 5 / 4, ceiling)
+            stretch = _stretch(problem, time, piece, crossing, zeros)
             try:
                 ended = ends is not None and ends(stretch)
             except NotProved as why:

@@ -1,9 +1,7 @@
-"""Where the energy alone holds a solution for ever: a theorem for motions that contract too slowly.
+"""What a solution does for ever, once its energy holds it: a theorem.
 
-With strong friction the contact point almost rolls, and what is left of gliding takes hours to
-carry the axis to the vertical: no block of ``forever`` contracts where the enclosed solution is.
-The energy falls, though, as E' = -mu g_n v^2 (regularised friction has a positive, smooth function
-of v for mu), and lambda = -L.a is constant. Given both lambda and the inclination, with
+The energy falls as E' = -mu g_n v^2 (regularised friction has a positive, smooth function of v for
+mu), and lambda = -L.a is constant. Given both lambda and the inclination, with
 z = cos theta, the energy is least, U(z), for L = L* = -lambda I a/(a.I a) and a centre of mass at
 rest (``mechanics.thresholds.least_energy``), and
 
@@ -37,56 +35,168 @@ interval of theta only if omega_3 = 0, which W2 excludes. So theta is constant. 
 L' = phi_dot z x L, or phi_dot (L.k - I1 phi_dot cos theta) = -alpha m g R, hence phi_dot is not
 zero; then (c.e1)' = phi_dot c.e2 = 0 makes c and B zero: a tumbling motion, which W1 excludes. So
 it is vertical, at z0, with L parallel to k. ∎
+
+Of a start alone the energy says less, and sooner: where U(z) > E(0) at some z below the start's,
+the axis never gets past that inclination (``fate_at_the_start``), whether contact is lost or not.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR
+from fractions import Fraction
+
+import flint
 from flint import arb
 
-from tt_precise.certify.balls import Balls, around, between, largest
+from tt_precise.certify.balls import Balls, around, between, bounds, largest
+from tt_precise.certify.printed import outward, rounded
+from tt_precise.certify.problem import BALLS
 from tt_precise.certify.verdict import NotProved
-from tt_precise.certify.vertical_spin import Reduced, TrappingBlock, entries
-from tt_precise.golden.enclosures import Enclosures
+from tt_precise.golden.consensus import exact_decimal
+from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState, arm
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
 
 FORM = integrated("gliding", "newton")
+BITS = 128
 SLICES, MOST_SLICES = 64, 1000  # from z0 to where the solution is, and to z1
 WIDER = arb("1.04").mid()  # each slice than the one before, where the solution never comes
 SPEEDS = (None, 0.05, 0.1, 0.2, 0.4)  # v1 in units of sqrt(g R), tried in turn
 DIRECTIONS = 32  # of v, for W5
+WALLS = 64  # inclinations at which a start's energy may be too low
+LIMITS = ("D", "E", "E_tilde", "omega_3")
+UPRIGHT, NEVER, UNDECIDED = "goes upright", "never inverts", "undecided"
 
 
-def held(scene: Scene, enclosures: Enclosures, row: int) -> TrappingBlock:
-    """W1 to W5 with t0 at a row of an enclosure, for the pole that the axis is nearer to.
+@dataclass(frozen=True)
+class Held:
+    """A neighbourhood of the vertical spin that the solution never leaves again.
+
+    ``pole`` is -1 (inverted) or 1 (upright), ``force`` a bound of g_n/(m g) from ``since_s`` on,
+    ``tilt`` one of sin theta; ``limits`` are those of D, E, E~ and omega_3, in SI.
+    """
+
+    pole: int
+    since_s: str
+    force: arb
+    tilt: arb
+    limits: dict[str, arb]
+
+    def as_dict(self) -> dict[str, Json]:
+        """For proof.json."""
+        return {
+            "theta_tends_to": "pi" if self.pole < 0 else "0",
+            "since_s": self.since_s,
+            "g_n_at_least_mg": rounded(bounds(self.force)[0], ROUND_FLOOR, 4),
+            "sin_theta_at_most": rounded(bounds(self.tilt)[1], ROUND_CEILING, 4),
+            "limits": {
+                name: dict(zip(("middle", "radius"), outward(one, 30), strict=True))
+                for name, one in self.limits.items()
+            },
+        }
+
+
+def forever(
+    scene: Scene, times: Sequence[Fraction], state: Callable[[Fraction], NewtonState]
+) -> dict[str, Held]:
+    """What holds the solution for ever, from the first and from the last of these times on.
+
+    ``state`` is its proved state at one of the times (s), dimensionless. The ``held`` since the
+    first time at which that is proved has the largest bounds, that ``at_the_end`` the smallest.
+
+    Raises
+    ------
+    NotProved
+        It is not even held at the end; the scene may have to be proved for longer.
+    """
+    if scene.model != "gliding" or not scene.body.mu:
+        raise NotProved("W3", "without friction nothing tends to a vertical spin")
+    if scene.start.theta.at_pole:
+        raise NotProved("W4", "the axis is vertical from the start, and nothing tends to it")
+    if not times:
+        raise NotProved("W4", "no state is enclosed")
+    with flint.ctx.workprec(BITS):
+        last = first = held(scene, times[-1], state(times[-1]))
+        # where one time is held, those after it are, too
+        low, high = -1, len(times) - 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            try:
+                first, high = held(scene, times[middle], state(times[middle])), middle
+            except NotProved:
+                low = middle
+        return {"held": first, "at_the_end": last}
+
+
+def held(scene: Scene, time: Fraction, known: NewtonState) -> Held:
+    """W1 to W5 with t0 = ``time`` (s) and a state there, for the pole that the axis is nearer to.
 
     Raises
     ------
     NotProved
         One of them could not be verified.
     """
-    known = NewtonState(**entries(scene, enclosures, row))
-    reduced = Reduced(scene, 1 if known.kz > 0 else -1)
-    energy = arb(QUANTITIES["E"].evaluate(Motion(reduced.body, known, Balls)))
-    force, tilt = Well(reduced, known, energy.upper()).held()
-    since, limits = enclosures.rows.rows[row][0], reduced.limits()
-    return TrappingBlock(reduced.pole, since, None, force, tilt, arb(1), limits)
+    well = _Well(scene, known)
+    force, tilt = well.held()
+    return Held(well.pole, exact_decimal(time), force, tilt, well.limits())
 
 
-class Well:
-    """The states that a motion may still come to, with an energy no higher than it has now.
+def fate_at_the_start(scene: Scene) -> str:
+    """What the energy alone decides of a scene's start, for all times."""
+    if scene.lifts:
+        return UNDECIDED
+    with flint.ctx.workprec(BITS):
+        start = InitialState.of(scene, BALLS)
+        motion = start.motion(Balls)
+        try:
+            if motion.state.kz > 0 and scene.body.mu and scene.model == "gliding":
+                held(scene, Fraction(0), motion.state)
+                return UPRIGHT
+        except NotProved:
+            pass
+        lambda_, energy = jellett(motion), arb(QUANTITIES["E"].evaluate(motion))
+        walls = (arb(2 * i) / WALLS - 1 for i in range(WALLS))
+        barred = any(
+            z < motion.state.kz and arb(least_energy(start.body, z, lambda_)) > energy
+            for z in walls
+        )
+        return NEVER if barred else UNDECIDED
 
-    ``now`` may be a whole set of states, ``highest`` bounds the energies that they have.
-    """
 
-    def __init__(self, reduced: Reduced, now: NewtonState, highest: arb):
-        self.reduced, self.now, self.highest = reduced, now, highest
-        self.step = ((1 - reduced.pole * now.kz) / SLICES).upper().mid()
+class _Well:
+    """The states that a motion may still come to, with an energy no higher than it has ``now``."""
+
+    def __init__(self, scene: Scene, now: NewtonState):
+        if scene.body.law == "coulomb":
+            raise NotProved("W2", "Coulomb's friction has no derivative where v = 0")
+        start = InitialState.of(scene, BALLS)
+        self.body, self.units, self.now = start.body, start.units, now
+        self.lambda_ = arb(jellett(start.motion(Balls)))
+        self.pole = 1 if now.kz > 0 else -1
+        self.highest = arb(QUANTITIES["E"].evaluate(Motion(self.body, now, Balls))).upper()
+        self.step = ((1 - self.pole * now.kz) / SLICES).upper().mid()
+
+    def limits(self) -> dict[str, arb]:
+        """Values of conserved and other quantities at the vertical spin, SI."""
+        upright = NewtonState(0, 0, arb(self.pole), 0, 0, arb(1), 0, 0)
+        # lambda is linear in Lz
+        spin = self.lambda_ / jellett(Motion(self.body, upright, Balls))
+        motion = Motion(self.body, upright._replace(Lz=spin), Balls)
+        return {
+            name: arb(QUANTITIES[name].evaluate(motion))
+            * self.units.of_dimension(QUANTITIES[name].dimension)
+            for name in LIMITS
+        }
 
     def held(self) -> tuple[arb, arb]:
         """Verify W1 to W5: a bound of the contact force from now on, and one of sin theta.
@@ -114,7 +224,7 @@ class Well:
         NotProved
             One of W1 to W5 could not be verified.
         """
-        body, pole, lambda_ = self.reduced.body, self.reduced.pole, self.reduced.lambda_
+        body, pole, lambda_ = self.body, self.pole, self.lambda_
         if speed is not None and not dot(self.now.v, self.now.v) < speed * speed:
             raise NotProved("W5", "it glides faster")
         forces: list[arb] = []
@@ -138,12 +248,12 @@ class Well:
 
         The axis may lean towards X: all turns about the vertical are alike.
         """
-        body = self.reduced.body
+        body = self.body
         k = ((1 - z * z).nonnegative_part().sqrt(), arb(0), z)
         a = arm(body, k)
         # I a, for an inertia I1 across the axis and I3 along it
         turned = added(scaled(body.I1, a), scaled((body.I3 - body.I1) * dot(a, k), k))
-        middle = scaled(-self.reduced.lambda_ / dot(a, turned), turned)
+        middle = scaled(-self.lambda_ / dot(a, turned), turned)
         spread = around((budget * largest([arb(body.I1), arb(body.I3)])).sqrt().upper())
         L = added(middle, (spread, spread, spread))
         if speed is None:
@@ -151,13 +261,17 @@ class Well:
             state = FORM.motion(body, CentreState(*k, *L, any_speed, any_speed), Balls).state
         else:
             state = NewtonState(*k, *L, around(speed), around(speed))
-        force = arb(self.reduced.force_of(state))
+        force = arb(newton.normal_force(self._rubbed(state), state))
         if not force > 0 or dot(L, k).contains(0):
             raise NotProved("W2", "the contact force, or the spin, may vanish")
         for i in range(DIRECTIONS if speed is not None else 0):
             angle = between(arb(i) / DIRECTIONS, arb(i + 1) / DIRECTIONS) * 2 * arb.pi()
             state = state._replace(vx=speed * angle.cos(), vy=speed * angle.sin())
-            rate = self.reduced.rates_of(state)
+            rate = newton.rates(self._rubbed(state), state)
             if not rate.vx * state.vx + rate.vy * state.vy < 0:
                 raise NotProved("W5", "gliding may become faster")
         return force.lower()
+
+    def _rubbed(self, state: NewtonState) -> Parameters:
+        """The body with the friction that it has at this velocity."""
+        return friction.viscous_at(self.body, state.vx, state.vy, Balls)

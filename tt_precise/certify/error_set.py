@@ -9,14 +9,13 @@ well apart, else the orthogonal factor of that, the longest edge first.
 from __future__ import annotations
 
 import numpy
-from flint import arb, arb_mat, arb_poly
+from flint import arb, arb_mat
 
-from tt_precise.certify.balls import between, largest
+from tt_precise.certify.balls import largest
 from tt_precise.certify.verdict import NotProved
 
 # While its edges are this far from dependent, the box is carried along as it is and nothing wraps.
 LARGEST_CONDITION = 30
-PARTS = 8  # of a step, to follow a set through it
 
 
 class ErrorSet:
@@ -38,17 +37,6 @@ class ErrorSet:
     def hull(self) -> list[arb]:
         """A ball for each component."""
         return (self._basis * self._box).entries()
-
-    def along_a_flow(self, flow: list[list[arb_poly]], end: arb) -> list[arb]:
-        """Bounds of the components of P(s) x for every x in this set and 0 <= s <= end."""
-        found = [arb(0)] * len(flow)
-        for i in range(PARTS):
-            s = between(i * end / PARTS, (i + 1) * end / PARTS)
-            image = (arb_mat([[p(s) for p in row] for row in flow]) * self._basis) * self._box
-            found = [
-                largest((x, y.abs_upper())) for x, y in zip(found, image.entries(), strict=True)
-            ]
-        return found
 
     def shifted(self, more: list[arb]) -> ErrorSet:
         """Contains x + y for every x in this set and y in the balls ``more``."""

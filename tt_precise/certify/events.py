@@ -31,10 +31,14 @@ class _Search:
     def __init__(self, scene: Scene, name: str, observer: Observer, touches: Sequence[arb]):
         event = event_named(name, scene.model)
         self.name, self.direction, self.touches = name, event.direction, touches
-        self.function, self.begins = observer.of(event.function), onset(scene, event.function)
+        self.function = observer.of(event.function)
         self.found: list[Zero] = []
         self.failure: NotProved | None = None
-        self.ended = False
+        try:
+            self.begins = onset(scene, event.function)
+        except NotProved as why:
+            self.failure = why
+        self.ended = self.failure is not None
 
     def through(self, stretch: Stretch, end: arb) -> None:
         """Add the zeros in a stretch, up to the end of the motion."""

@@ -79,8 +79,10 @@ def zeros(
         yield from found
 
 
-def lower_bound(stretch: Stretch, function: Function, pieces: int = 8) -> arb:
-    """A number that the function is nowhere below on the stretch.
+def lower_bound(
+    stretch: Stretch, function: Function, pieces: int = 8, until: arb | None = None
+) -> arb:
+    """A number that the function is nowhere below on the stretch, up to a time ``until``.
 
     Raises
     ------
@@ -89,7 +91,10 @@ def lower_bound(stretch: Stretch, function: Function, pieces: int = 8) -> arb:
     """
     with flint.ctx.workprec(stretch.bits):
         band = function(stretch.tube)
-        step = stretch.piece.end / pieces
+        end = stretch.piece.end
+        if until is not None and until < stretch.finish:
+            end = min(end, ((until - stretch.begin) / stretch.piece.unit).upper())
+        step = end / pieces
         parts = (band.polynomial(between(i * step, (i + 1) * step)) for i in range(pieces))
         return -largest(-part for part in parts)
 

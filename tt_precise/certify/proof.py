@@ -13,20 +13,21 @@ from flint import arb
 
 from tt_precise.certify.balls import largest
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
+from tt_precise.certify.energy_well import Held, forever
 from tt_precise.certify.events import ProvedEvents, search
 from tt_precise.certify.interval_newton import Zero, lower_bound, zeros
-from tt_precise.certify.observed import columns_in_si, observed
+from tt_precise.certify.observed import Observer, columns_in_si, observed
 from tt_precise.certify.onset import onset
 from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
 from tt_precise.certify.verdict import NotProved
 from tt_precise.integration.events import catalogue, event_named
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, jellett
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.workers import local_pool
 from tt_precise.scene.numerals import exact
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -52,11 +53,22 @@ class Proof:
         return self.enclosure.failure is None
 
     @cached_property
-    def finish_s(self) -> arb:
-        """Time in s up to which the solution is enclosed as a motion of the model."""
-        end = self.lost.time if self.lost else self.enclosure.finish
+    def finish(self) -> arb:
+        """Time up to which the solution is enclosed as a motion of the model.
+
+        The last step may reach beyond the horizon, where nothing is said of the contact.
+        """
+        if self.lost:
+            return self.lost.time
         with flint.ctx.workprec(self.enclosure.working_bits):
-            return end * units_of(self.scene).time
+            until = self.enclosure.problem.until()
+            return until if self.complete else min(until, self.enclosure.finish)
+
+    @cached_property
+    def finish_s(self) -> arb:
+        """The same in s."""
+        with flint.ctx.workprec(self.enclosure.working_bits):
+            return self.finish * units_of(self.scene).time
 
     def state(self, seconds: str | int | Fraction) -> dict[str, arb | None]:
         """Balls for all vector and Euler columns at an exact time, in SI; None where undefined.
@@ -67,10 +79,16 @@ class Proof:
             The proof ends earlier.
         """
         with flint.ctx.workprec(self.enclosure.working_bits):
-            time = dimensionless_time(self.scene, exact(seconds, "t"))
-            if self.lost and not time < self.lost.time:
-                raise NotProved("time", "contact is lost before")
-            return columns_in_si(self.scene, self.enclosure.at(time))
+            return columns_in_si(self.scene, self._at(exact(seconds, "t")))
+
+    def _at(self, seconds: Fraction) -> list[arb]:
+        """The state at a time in s, dimensionless."""
+        if not self.lost and seconds > self.scene.until:
+            raise NotProved("time", f"the horizon is {self.scene.until} s")
+        time = dimensionless_time(self.scene, seconds)
+        if self.lost and not time < self.lost.time:
+            raise NotProved("time", "contact is lost before")
+        return self.enclosure.at(time)
 
     def rows(self) -> Iterator[tuple[Fraction, dict[str, arb | None]]]:
         """Time in s and state at each sample of the scene that the proof reaches.
@@ -80,12 +98,19 @@ class Proof:
         NotProved
             Whether it reaches a sample is undecided.
         """
-        end = self.lost.time if self.lost else self.enclosure.finish
-        for seconds in self.scene.sample_times:
-            with flint.ctx.workprec(self.enclosure.working_bits):
-                if dimensionless_time(self.scene, seconds) > end:
-                    return
+        for seconds in self.sample_times:
             yield seconds, self.state(seconds)
+
+    @property
+    def sample_times(self) -> list[Fraction]:
+        """The scene's samples (s) that the proof reaches, or may reach."""
+        end = self.lost.time if self.lost else self.enclosure.finish
+        with flint.ctx.workprec(self.enclosure.working_bits):
+            return [
+                seconds
+                for seconds in self.scene.sample_times
+                if not dimensionless_time(self.scene, seconds) > end
+            ]
 
     def event_state(self, zero: Zero) -> tuple[arb, dict[str, arb | None]]:
         """Time in s and state at an event."""
@@ -98,8 +123,10 @@ class Proof:
 
         Not available where contact is lost, as g_n comes down to zero there.
         """
-        function = _normal_force(self.scene)
-        return -max(-lower_bound(stretch, function, 16) for stretch in self.enclosure.stretches)
+        function, end = _normal_force(self.scene), self.finish
+        return -largest(
+            -lower_bound(stretch, function, 16, end) for stretch in self.enclosure.stretches
+        )
 
     @cached_property
     def drift_bounds(self) -> dict[str, arb]:
@@ -117,8 +144,7 @@ class Proof:
         """
         found = {}
         with flint.ctx.workprec(self.enclosure.working_bits):
-            times = [dimensionless_time(self.scene, seconds) for seconds, _ in self.rows()]
-            states = [self.enclosure.at(time) for time in times]
+            states = [self._at(seconds) for seconds in self.sample_times]
             for integral in conserved(self.scene.model, self.scene.body):
                 scale = arb(observed(self.scene, integral.scale)(states[0]))
                 evaluate = observed(self.scene, integral.evaluate)
@@ -144,11 +170,27 @@ class Proof:
         return self._search([name])[name]
 
     def _search(self, names: Sequence[str]) -> dict[str, ProvedEvents]:
-        with flint.ctx.workprec(self.enclosure.working_bits):
-            # the last stretch reaches beyond the horizon
-            end = self.lost.time if self.lost else self.enclosure.problem.until()
         touches = {name: self._touches if name == "phi_dot_zero" else () for name in names}
-        return search(self.scene, self.enclosure.stretches, end, touches)
+        return search(self.scene, self.enclosure.stretches, self.finish, touches)
+
+    @cached_property
+    def forever(self) -> dict[str, Held]:
+        """What holds the solution for ever, near a vertical spin (``energy_well``).
+
+        Raises
+        ------
+        NotProved
+            Nothing is proved of all later times.
+        """
+        if self.lost:
+            raise NotProved("W2", "contact is lost")
+        observer = Observer(self.scene)
+
+        def state(seconds: Fraction) -> NewtonState:
+            with flint.ctx.workprec(self.enclosure.working_bits):
+                return observer.motion(self._at(seconds)).state
+
+        return forever(self.scene, self.sample_times, state)
 
     @cached_property
     def _touches(self) -> tuple[arb, ...]:
@@ -162,11 +204,13 @@ class Proof:
         """
         if self.scene.body.mu and self.scene.model == "gliding":
             return ()
-        begins = [
-            onset(self.scene, event_named(name, self.scene.model).function)
-            for name in ("phi_dot_zero", "theta_max")
-        ]
-        precession, turn = begins
+        try:
+            precession, turn = (
+                onset(self.scene, event_named(name, self.scene.model).function)
+                for name in ("phi_dot_zero", "theta_max")
+            )
+        except NotProved:
+            return ()
         if precession is None or precession.order < 2 or turn is None or turn.order != 1:
             return ()
         same = self.events("theta_max" if turn.sign > 0 else "theta_min")
@@ -184,8 +228,12 @@ class Proof:
         Raises
         ------
         NotProved
-            An event that they depend on is undecided.
+            An event that they depend on is undecided, or the proof ends before the horizon.
         """
+        if not self.complete:
+            raise NotProved("inversion", f"the proof ends at {float(self.finish_s):.6g} s")
+        if self.all_events["equator"].failure:
+            raise self.all_events["equator"].failure
         rows = []
         climbs = any(zero.direction < 0 for zero in self.all_events["equator"].zeros)
         for name in NEEDED if climbs else ("equator",):
@@ -211,12 +259,8 @@ class Proof:
         return bool(lambda_ < 0)
 
 
-def prove(
-    scene: str | Scene, bits: int = BITS, *, workers: int = 1, progress: Progress = silent
-) -> Proof:
+def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) -> Proof:
     """Enclose the scene's exact solution until its horizon, or until contact is lost.
-
-    What is proved is the same, bit for bit, for any number of ``workers`` (processes).
 
     Raises
     ------
@@ -236,8 +280,7 @@ def prove(
     start = arb(function(problem_of(scene).start()))
     if not start > 0:
         raise NotProved("contact", "g_n is not proved to be positive at t = 0")
-    with local_pool(workers) as pool:
-        enclosure = enclose(problem_of(scene), bits, ends=ends, pool=pool, progress=progress)
+    enclosure = enclose(problem_of(scene), bits, ends=ends, progress=progress)
     if enclosure.failure and scene.body.law == "coulomb":
         raise NotProved(
             "friction",
@@ -266,12 +309,14 @@ def _require_certainty(rows: list[dict[str, Scalar]]) -> None:
             names = f"{row['name']} and {after['name']}"
             raise NotProved("inversion", f"which of {names} comes first is undecided")
     for row in rows:
-        if row["name"] not in ("theta_min", "theta_max"):
-            continue
-        compared = {name: row[name] for name in ("phi_dot", "kz", "theta")}
-        theta = row["theta"]
-        compared["pi/2 - theta"] = None if theta is None else arb.pi() / 2 - theta
-        compared["pi - theta"] = None if theta is None else arb.pi() - theta
+        compared = {}
+        if row["name"] in ("theta_min", "theta_max", "equator"):
+            compared["phi_dot"] = row["phi_dot"]
+        if row["name"] in ("theta_min", "theta_max"):
+            theta = row["theta"]
+            compared |= {"kz": row["kz"], "theta": theta}
+            compared["pi/2 - theta"] = None if theta is None else arb.pi() / 2 - theta
+            compared["pi - theta"] = None if theta is None else arb.pi() - theta
         for name, value in compared.items():
             if value is None or value.contains(0):
                 raise NotProved("inversion", f"the sign of {name} at an event is undecided")

@@ -27,7 +27,6 @@ FLOW_DEGREE = 10
 LONGEST_FLOW = 72  # terms; strong damping makes them large before they get small
 SMALL_TERM = 1e-10  # of the flow's polynomial, where it ends
 MOST_SPREAD = 1e-6  # of the flow's derivative, relative; wider ones add up over the steps
-WIDE = arb("1.5").mid()  # of what a set's errors come to in a thinner tube: room for them
 MOST_GROWTH = 1e5  # of the norm in one step; five digits of what the step adds
 
 
@@ -100,86 +99,6 @@ class _Look:
         rates = self.problem.tape(self.problem.parameters(), self.tube)
         return tuple(Band.of(rate, self.tube[0].frame) * self.piece.unit for rate in rates)
 
-    def widely(
-        self, errors: ErrorSet, defects: list[arb]
-    ) -> tuple[list[list[arb_poly]], list[list[arb]], list[arb], list[arb]]:
-        """P, and for ``cross_widely`` bounds of Q, x and e, component by component."""
-        flow, uneven = _flow(self.jacobian, self.frame)
-        bound = [[largest((arb(0), x)) for x in row] for row in _upper(self.jacobian)]
-        response = (arb_mat(bound) * self.piece.end).exp() * self.piece.end
-        bent = response * arb_mat(uneven)
-        added = (response * arb_mat(len(defects), 1, defects)).entries()
-        hull = arb_mat(len(added), 1, [x.abs_upper() for x in errors.hull])
-        beyond = zip((bent * hull).entries(), added, strict=True)
-        moved = errors.along_a_flow(flow, self.piece.end)
-        radius = [(x + y + z).upper() for x, (y, z) in zip(moved, beyond, strict=True)]
-        return flow, bent.tolist(), added, radius
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """Hypotheses S1 to S3, whatever the errors are: all that takes long about a step.
-
-    ``flow`` is P at the end, ``room`` the width of the tube in the norm of ``weights``, ``spread``
-    bounds that of Q.
-    """
-
-    end: arb
-    tube: tuple[Band, ...]
-    rates: tuple[Band, ...]
-    flow: list[list[arb]]
-    weights: list[arb]
-    defect: arb
-    gain: arb
-    growth: arb
-    spread: arb
-    room: arb
-
-    @classmethod
-    def of(cls, problem: Problem, piece: Piece) -> Prepared:
-        """Verify them for one piece.
-
-        Raises
-        ------
-        NotProved
-            A hypothesis did not verify.
-        """
-        defects = _defects(problem, piece)
-        with flint.ctx.workprec(TUBE_BITS):
-            centre = [Band.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
-            radii = [TUBE * size for size in _sizes(centre)]
-            look = _Look.into(problem, piece, centre, radii)
-            defect = _size(defects, look.weights)
-            room = min((r / w).lower() for r, w in zip(radii, look.weights, strict=True))
-            flow, spread = look.flow()
-            return cls(
-                piece.end, look.tube, look.moving, _at(flow, piece.end), look.weights, defect,
-                look.gain, look.growth, spread, room,
-            )  # fmt: skip
-
-    def crossing(self, errors: ErrorSet) -> Crossing:
-        """S4 for these errors, and what is proved.
-
-        Raises
-        ------
-        NotProved
-            It did not verify.
-        """
-        with flint.ctx.workprec(TUBE_BITS):
-            weights, defect = self.weights, self.defect
-            reached = ((_size(errors.hull, weights) + defect * self.end) * self.growth).upper()
-            if not reached < self.room:
-                raise NotProved(
-                    "S4",
-                    f"errors up to {float(reached):.2g} may leave the tube of "
-                    f"{float(self.room):.2g}",
-                )
-            bent = [[self.spread * wi / wj for wj in weights] for wi in weights]
-            added = [w * defect * self.gain for w in weights]
-            after = _after(errors, self.flow, bent, added)
-            radius = tuple((w * reached).upper() for w in weights)
-            return Crossing(radius, after, self.tube, self.rates)
-
 
 def _size(x: Sequence[arb], weights: Sequence[arb]) -> arb:
     """max |x_i|/w_i."""
@@ -207,39 +126,24 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
     NotProved
         A hypothesis did not verify; that of a shorter step may.
     """
-    return Prepared.of(problem, piece).crossing(errors)
-
-
-def cross_widely(
-    problem: Problem, piece: Piece, errors: ErrorSet, defects: list[arb], spread: list[arb]
-) -> Crossing:
-    """The same for all solutions of a set: p(s, u) for each u instead of p(s).
-
-    p(s, u) is within ``spread`` of ``piece`` and has ``defects`` at most. The tube is as wide as
-    that, and bounds are taken component by component. With a matrix N of numbers at least as large
-    as M_ii and, i not j, |M_ij| for every M in A(s), |W(S) W(s)^-1| <= exp(N (S - s)) <= R =
-    exp(N' S), where N' has N's entries but no negative ones. So |Q| <= S R q for bounds q_ij of
-    M P - P', and |x| <= S R d. In place of S4, |P(s) e0| + S R (q |e0| + d) is verified to stay
-    within the tube: so far as e is in it this bounds |e| by the second part of the theorem, and e
-    is never at the wall a first time.
-
-    Raises
-    ------
-    NotProved
-        A hypothesis did not verify; that of a shorter step may.
-    """
+    defects = _defects(problem, piece)
     with flint.ctx.workprec(TUBE_BITS):
         centre = [Band.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
-        radii = [(TUBE * x + y).upper() for x, y in zip(_sizes(centre), spread, strict=True)]
-        for _ in range(2):
-            look = _Look.into(problem, piece, centre, radii)
-            flow, bent, added, radius = look.widely(errors, defects)
-            if all(x + y < r for x, y, r in zip(radius, spread, radii, strict=True)):
-                reach = [(x + y).upper() for x, y in zip(radius, spread, strict=True)]
-                after = _after(errors, _at(flow, piece.end), bent, added)
-                return Crossing(tuple(reach), after, look.tube, look.moving)
-            radii = [(r + x * WIDE).upper() for r, x in zip(radii, radius, strict=True)]
-        raise NotProved("S4", "the set may leave its tube")
+        radii = [TUBE * size for size in _sizes(centre)]
+        look = _Look.into(problem, piece, centre, radii)
+        weights, defect = look.weights, _size(defects, look.weights)
+        room = min((r / w).lower() for r, w in zip(radii, weights, strict=True))
+        flow, spread = look.flow()
+        reached = ((_size(errors.hull, weights) + defect * piece.end) * look.growth).upper()
+        if not reached < room:
+            raise NotProved(
+                "S4", f"errors up to {float(reached):.2g} may leave the tube of {float(room):.2g}"
+            )
+        bent = [[spread * wi / wj for wj in weights] for wi in weights]
+        added = [w * defect * look.gain for w in weights]
+        after = _after(errors, _at(flow, piece.end), bent, added)
+        radius = tuple((w * reached).upper() for w in weights)
+        return Crossing(radius, after, look.tube, look.moving)
 
 
 def _defects(problem: Problem, piece: Piece) -> list[arb]:

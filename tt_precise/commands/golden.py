@@ -142,8 +142,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
-    help="Processes, a scene each; by default one for each core. More than one share a scene only "
-    "if asked for.",
+    help="Processes, a scene each; by default one for each core.",
 )
 @options.JSON
 def certify_command(
@@ -187,10 +186,8 @@ def certify_command(
     for name in scenes:  # found out now, not after minutes
         require_writable(require(name, folder).path / PROOF)
     found, nothing = [], []
-    # two that share a scene are no faster than one, for 1.4 times the processor time
-    shared = workers or 1 if len(scenes) == 1 else 1
     workers = workers or cores()
-    calls = [Call(name, (name, folder, bits, certificate, shared)) for name in scenes]
+    calls = [Call(name, (name, folder, bits, certificate)) for name in scenes]
     with (
         local_pool(min(workers, len(calls))) as pool,
         progress_bar("proving") as progress,

@@ -188,7 +188,7 @@ def inversion(stored: Stored, enclosures: Enclosures) -> InversionTimes:
     rows: dict[str, list[dict[str, Json]]] = {}
     for row, cells in zip(stored.events.rows, enclosures.of(EVENTS), strict=True):
         rows.setdefault(row[0], []).append({**cells, "direction": int(row[2])})
-    rising = [row["t"] for row in rows.get("equator", []) if row["direction"] < 0]
+    rising = [row for row in rows.get("equator", []) if row["direction"] < 0]
     if not rising:
         return from_marks(Marks([], NO_TURNS, NO_TURNS, [], [], []), pi())
     first = next(enclosures.of(TRAJECTORY))
@@ -206,12 +206,13 @@ def inversion(stored: Stored, enclosures: Enclosures) -> InversionTimes:
         )
 
     marks = Marks(
-        equator=rising,
+        equator=[row["t"] for row in rising],
         minima=turns("theta_min"),
         maxima=turns("theta_max"),
         phi_dot_zero=times("phi_dot_zero"),
         aligned=times("Lk_equals_Lz"),
         opposed=times("Lk_equals_minus_Lz"),
+        backwards=sign * rising[0]["phi_dot"] < 0,
     )
     return from_marks(marks, pi())
 

@@ -8,7 +8,8 @@ b = sign(phi_dot)(pi - theta), at the first change from + to -. Smooth in the in
 B, algebraic: the last time before theta = pi/2 with L.k = L.z; the first after it with
 L.k = -L.z. Exact events, but a staircase in the initial data.
 
-C, literal: the ends of the maximal interval around the climb in which phi_dot > 0.
+C, literal: the ends of the maximal interval around the climb in which phi_dot > 0; there is none
+where phi_dot < 0 at the climb.
 
 The climb is the first crossing of theta = pi/2 from below. Where it is under way from the start,
 so that nothing of the kind happens before it, t_init is 0. A time that does not exist, because the
@@ -55,7 +56,8 @@ class Turns(NamedTuple):
 class Marks:
     """The events ``NEEDED``, each kind in order of time: numbers of any one arithmetic.
 
-    ``equator`` holds only the crossings of theta = pi/2 from below.
+    ``equator`` holds only the crossings of theta = pi/2 from below; ``backwards`` says that
+    phi_dot < 0 at the first of them.
     """
 
     equator: Sequence[Scalar]
@@ -64,6 +66,7 @@ class Marks:
     phi_dot_zero: Sequence[Scalar]
     aligned: Sequence[Scalar]
     opposed: Sequence[Scalar]
+    backwards: bool = False
 
 
 @dataclass(frozen=True)
@@ -98,13 +101,15 @@ def from_events(
         here = name == wanted
         return Turns(t[here].tolist(), theta[here].tolist(), (sign * phi_dot[here]).tolist())
 
+    rises = (name == "equator") & (direction < 0)
     marks = Marks(
-        equator=t[(name == "equator") & (direction < 0)].tolist(),
+        equator=t[rises].tolist(),
         minima=turns("theta_min"),
         maxima=turns("theta_max"),
         phi_dot_zero=times("phi_dot_zero"),
         aligned=times("Lk_equals_Lz"),
         opposed=times("Lk_equals_minus_Lz"),
+        backwards=any(sign * one < 0 for one in phi_dot[rises][:1].tolist()),
     )
     return from_marks(marks, pi)
 
@@ -116,11 +121,12 @@ def from_marks(marks: Marks, pi: Scalar) -> InversionTimes:
         return InversionTimes(None, none, none, none)
     climb = marks.equator[0]
     reversal = marks.phi_dot_zero
+    literal = Climb(_last_before(reversal, climb), _first_after(reversal, climb))
     return InversionTimes(
         climb,
         Climb(_perigee(marks.minima, climb, pi), _apogee(marks.maxima, climb, pi)),
         Climb(_last_before(marks.aligned, climb), _first_after(marks.opposed, climb)),
-        Climb(_last_before(reversal, climb), _first_after(reversal, climb)),
+        Climb(None, None) if marks.backwards else literal,
     )
 
 

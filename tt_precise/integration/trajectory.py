@@ -377,7 +377,7 @@ class Trajectory(Estimated):
         run = self if complete else self.again(events=NEEDED, record=(), paired=False)
         double = self.precision.name == "double"
         return from_events(
-            run.event_table(("theta", "phi_dot"), at=("theta_min", "theta_max")),
+            run.event_table(("theta", "phi_dot"), at=("theta_min", "theta_max", "equator")),
             math.pi if double else +self.precision.context.pi,
             mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
         )

@@ -67,9 +67,9 @@ class Proved:
 
     @property
     def for_ever(self) -> dict[str, Json] | None:
-        """What holds from some time of the proof on (``certify.forever``); None if nothing does.
+        """What holds from some time of the proof on (``certify.energy_well``); None if nothing.
 
-        With ``theta_tends_to``, ``limits``, ``g_n_at_least_mg``, ``rate_per_s`` if there is one.
+        With ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
         """
         found = self.proof.record.content["forever"] if self.proof else {}
         return found.get("at_the_end", found.get("held"))
@@ -78,15 +78,6 @@ class Proved:
     def inverts(self) -> bool:
         """Whether the inverted spin is proved to be the limit of the motion, for t -> infinity."""
         return bool(self.for_ever and self.for_ever["theta_tends_to"] == "pi")
-
-    @property
-    def approach(self) -> str:
-        """In words, how fast the limit is approached."""
-        found = self.for_ever
-        if not found or not found["rate_per_s"]:
-            return "at a rate that is not proved"
-        since, rate = found["since_s"], Decimal(found["rate_per_s"])
-        return f"at least as fast as exp(-{rate} t/s) from t = {since} s on"
 
     @property
     def span(self) -> str:

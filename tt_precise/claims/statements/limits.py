@@ -66,7 +66,7 @@ def limits_in_the_future(scene: evidence.SceneLike = "reference") -> Finding:
     return all_of(
         checks,
         "The approach is exponential, and the inverted spin with this lambda attracts (TH-01)."
-        + known.sentence(proved, f"theta -> pi, L -> L1 z, D -> D1, E~ -> E~1, {known.approach}"),
+        + known.sentence(proved, "theta -> pi, L -> L1 z, D -> D1, E~ -> E~1"),
         proved=proved,
     )
 

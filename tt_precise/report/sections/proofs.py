@@ -36,11 +36,9 @@ FOREVER = (
     "still come to is a bounded set of states, on which contact is proved to be kept; in it "
     "nothing but the vertical spin goes on without gliding. So contact is never lost, theta tends "
     "to pi (or 0), v_A to 0, and D and E (and the modified energy, with E) to their values at that "
-    "spin: the first line of a scene, with the earliest sample of which that is proved. Nearer "
-    "to the spin a block of states is proved to contract at a rate, and sin theta is at most the "
-    "bound times exp(-rate (t - t0)): the second line has the earliest sample in such a block, the "
-    "third the last sample. Theorems and proofs stand in the docstrings of "
-    "tt_precise.certify.energy_well and tt_precise.certify.forever. Scenes without a line lose "
+    "spin: the first line of a scene has the earliest sample of which that is proved, the second "
+    "the last. Theorem and proof stand in the docstring of tt_precise.certify.energy_well. Scenes "
+    "without a line lose "
     "contact, have no friction, spin upright or inverted from the start, or are slower than the "
     "threshold and tend to a tumbling motion."
 )
@@ -105,8 +103,8 @@ def section() -> Section:
                   "Proved times of initiation and end.", name="times-table", folded=True),
             Text(FOREVER),
             PageTable(
-                ("scene", "theta tends to", "from t (s)", "sin theta at most", "rate (1/s)",
-                 "contact force", "D tends to (kg m^2/s)", "E tends to (J)"),
+                ("scene", "theta tends to", "from t (s)", "sin theta at most", "contact force",
+                 "D tends to (kg m^2/s)", "E tends to (J)"),
                 ends,
                 "What is proved for all later times.",
                 name="forever-table",
@@ -164,11 +162,10 @@ def _ends(scene: str, found: dict[str, Json]) -> list[tuple[str, ...]]:
             block["theta_tends_to"],
             block["since_s"],
             block["sin_theta_at_most"],
-            block["rate_per_s"] or "-",
             f"g_n > {Decimal(block['g_n_at_least_mg']):f} m g",
             *(f"{Decimal(block['limits'][name]['middle']):.12g}" for name in ("D", "E")),
         )
-        for block in (found.get(name) for name in ("held", "entered", "at_the_end"))
+        for block in (found.get(name) for name in ("held", "at_the_end"))
         if block
     ]
 
