@@ -45,7 +45,7 @@ def proof(short: tt.Scene) -> Proof:
 
 def test_the_proof_reaches_the_horizon(proof: Proof) -> None:
     assert proof.complete
-    assert proof.finish_s >= arb(0.1)
+    assert proof.finish_s.overlaps(arb("0.1"))
     assert proof.lost is None
     assert len(list(proof.rows())) == 11
 
@@ -226,9 +226,10 @@ def test_nothing_is_said_of_what_follows_the_horizon() -> None:
 def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c() -> None:
     scene = tt.load_scene("reference")
     start = replace(
-        scene.start, theta=Inclination.parse("1.5"), theta_dot=Fraction(20), phi_dot=Fraction(-30)
-    )
-    proof = prove(replace(scene, start=start, until=Fraction(1, 100)))
+        scene.start, theta=Inclination.parse("1.5"), theta_dot=Fraction(8), phi_dot=Fraction(-2),
+        omega_3=Fraction(-30),
+    )  # fmt: skip
+    proof = prove(replace(scene, start=start, until=Fraction(1, 60)))
     assert proof.all_events["phi_dot_zero"].zeros == ()
     assert all(state["phi_dot"] < 0 for _, state in proof.rows())  # type: ignore[operator]
     times = proof.inversion

@@ -49,7 +49,7 @@ On it stand proved signs (g_n > 0 throughout, so E' = -mu g_n v^2 <= 0: the ener
 proved zeros (``interval_newton``: existence, uniqueness, enclosure of time and state; at t = 0,
 where many functions vanish, ``onset`` decides exactly), hence proved initiation and ending times,
 and the count of printed digits that are proved (``printed``). What comes after the horizon is the
-subject of ``forever``; ``checker`` is a second opinion that shares nothing with all this.
+subject of ``energy_well``; ``checker`` is a second opinion that shares nothing with all this.
 
     >>> import dataclasses
     >>> import tt_precise as tt

@@ -61,7 +61,7 @@ from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState, arm
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
-from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
+from tt_precise.mechanics.thresholds import energy_excludes, least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.body import Parameters
@@ -73,7 +73,6 @@ SLICES, MOST_SLICES = 64, 1000  # from z0 to where the solution is, and to z1
 WIDER = arb("1.04").mid()  # each slice than the one before, where the solution never comes
 SPEEDS = (None, 0.05, 0.1, 0.2, 0.4)  # v1 in units of sqrt(g R), tried in turn
 DIRECTIONS = 32  # of v, for W5
-WALLS = 64  # inclinations at which a start's energy may be too low
 LIMITS = ("D", "E", "E_tilde", "omega_3")
 UPRIGHT, NEVER, UNDECIDED = "goes upright", "never inverts", "undecided"
 
@@ -148,7 +147,7 @@ def held(scene: Scene, time: Fraction, known: NewtonState) -> Held:
     """
     well = _Well(scene, known)
     force, tilt = well.held()
-    return Held(well.pole, exact_decimal(time), force, tilt, well.limits())
+    return Held(well.pole, str(exact_decimal(time)), force, tilt, well.limits())
 
 
 def fate_at_the_start(scene: Scene) -> str:
@@ -164,12 +163,8 @@ def fate_at_the_start(scene: Scene) -> str:
                 return UPRIGHT
         except NotProved:
             pass
-        lambda_, energy = jellett(motion), arb(QUANTITIES["E"].evaluate(motion))
-        walls = (arb(2 * i) / WALLS - 1 for i in range(WALLS))
-        barred = any(
-            z < motion.state.kz and arb(least_energy(start.body, z, lambda_)) > energy
-            for z in walls
-        )
+        lambda_, energy = jellett(motion), QUANTITIES["E"].evaluate(motion)
+        barred = energy_excludes(start.body, energy, lambda_, motion.state.kz, to=-1)
         return NEVER if barred else UNDECIDED
 
 
