@@ -11,7 +11,7 @@ import pytest
 from tt_precise.exact import identities
 from tt_precise.exact.identities import IDENTITIES, prove
 from tt_precise.exact.proof import POINTS, RATIONAL_POINTS, SYMBOLIC, Identity
-from tt_precise.mechanics import conversion, euler, friction, newton, polar, rolling, turning
+from tt_precise.mechanics import conversion, euler, friction, newton, polar, rolling
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.errors import InputError
 
@@ -98,7 +98,6 @@ CONTROLS: dict[str, Spoil] = {
     "E changes by the power of any contact force": _entry(newton, "swing", 1),
     "dry friction: size, direction and loss": _entry(friction, "coefficient"),
     "Coulomb's law in polar form": _field(polar, "rates", "ex"),
-    "turning frame = Newton form": _field(turning, "rates", "lx"),
     "rolling meets gliding at the cone": _entry(rolling, "constraint_force", 0),
 }
 

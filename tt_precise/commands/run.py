@@ -107,7 +107,6 @@ def command(
             bits=bits,
             contact=contact,
             progress=progress,
-            estimated=True,
         )
     if out is not None:
         from tt_precise.runtime.files import atomic_write
@@ -210,8 +209,8 @@ def lines(trajectory: Trajectory) -> list[str]:
 
 def _require_columns(names: tuple[str, ...]) -> bool:
     """Refuse unknown columns; whether the pose is among them."""
-    from tt_precise.integration.estimated import DIGITS, ERROR
     from tt_precise.integration.pose import POSE_COLUMNS
+    from tt_precise.integration.tables import DIGITS, ERROR
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.mechanics.quantities import QUANTITIES
 

@@ -16,7 +16,6 @@ from fractions import Fraction
 from typing import TypeVar
 
 from tt_precise.exact import friction as friction  # registers its identities
-from tt_precise.exact import turning as turning  # registers its identity
 from tt_precise.exact.chart import (
     EulerChart,
     EulerChartAtAzimuth0,

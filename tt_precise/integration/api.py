@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
-from tt_precise.integration.cost_table import Setting
-from tt_precise.integration.once import integrate_once
-from tt_precise.integration.precision import DOUBLES, NAMES
-from tt_precise.integration.to_digits import expected_gain, integrate_to_digits
+from tt_precise.integration.digits import Rung, integrate_to_digits
+from tt_precise.integration.setup import Setup
 from tt_precise.integration.trajectory import Trajectory
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
@@ -26,10 +23,7 @@ def integrate(
     bits: int | None = None,
     contact: str = "unilateral",
     tolerance: float = 0.0,
-    options: dict[str, Any] | None = None,
-    dense: bool = False,
     progress: Progress | None = None,
-    estimated: bool = False,
 ) -> Trajectory:
     """Integrate a scene with an adaptive Taylor method.
 
@@ -43,11 +37,9 @@ def integrate(
         hundred times faster than ``quad`` and ``mp``.
     digits
         Instead of a precision: correct significant digits wanted in every component, at every
-        sample, in every event and at the end (``Trajectory.digits_throughout``). The cheapest
-        precision, tolerance and formulation whose own error estimate delivers them are used; the
-        trajectory names them. Up to ten digits or so the estimate is made in the same run, in a
-        second lane of its batch; recorded events and quadratures, or another form, make it a run
-        of its own.
+        sample, in every event and at the end (``Trajectory.digits_throughout``). The first of a
+        ladder of precisions and tolerances whose own error estimate delivers them is used; the
+        trajectory names it.
     formulation
         ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
         pole).
@@ -59,17 +51,9 @@ def integrate(
         may start, with g_n < 0, where the equations hold and no table does; its status then is
         "contact_ignored".
     tolerance
-        heyoka's relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
-    options
-        Further keyword arguments for ``heyoka.taylor_adaptive``, for measurements.
-    dense
-        Store the dense output of a run in double at once, for one that will be read between its
-        samples: when that is first asked for, the same integration is repeated otherwise.
+        The relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
     progress
         Called with the fraction done, now and then.
-    estimated
-        ``error_estimate`` will be asked for: what it needs is compiled meanwhile, in a thread.
-        With ``digits`` it is made anyway.
 
     Returns
     -------
@@ -82,42 +66,20 @@ def integrate(
         The scene or an argument cannot be used, or the digits cannot be reached.
     """
     loaded = load_scene(scene)
-    asked: dict[str, Any] = {
-        "events": events, "record": record, "contact": contact, "dense": dense,
-        "progress": progress,
-    }  # fmt: skip
+    events, record = (None if one is None else tuple(one) for one in (events, record))
+
+    def run(rung: Rung) -> Trajectory:
+        setup = Setup.of(
+            loaded, rung.precision, bits=rung.bits, tolerance=rung.tolerance,
+            formulation=formulation, events=events, record=record, contact=contact,
+        )  # fmt: skip
+        return Trajectory(loaded, setup, progress)
+
     if digits is None:
-        return integrate_once(
-            loaded,
-            precision or "double",
-            bits=bits,
-            formulation=formulation or "newton",
-            tolerance=tolerance,
-            options=options,
-            paired=False,
-            estimated=estimated,
-            **asked,
-        )
-    if precision is not None or bits is not None:
-        raise InputError("digits: got a precision too, expected one of digits and precision")
-    if tolerance or options:
-        raise InputError(
-            f"digits: got {'a tolerance' if tolerance else 'options'} too, which digits choose; "
-            "expected it with a precision"
-        )
-
-    def run(setting: Setting) -> Trajectory:
-        return integrate_once(
-            loaded,
-            setting.precision,
-            bits=setting.bits or None,
-            formulation=setting.formulation,
-            tolerance=setting.tolerance,
-            options=None,
-            paired=True,
-            **asked,
-        )
-
-    pieces = loaded.in_pieces  # which heyoka's arithmetics integrate alone
-    precisions = [name for name in NAMES if not (pieces and name in DOUBLES)]
-    return integrate_to_digits(digits, formulation, run, expected_gain(loaded), precisions)
+        return run(Rung(precision or "double", tolerance, bits))
+    for name, given in (("precision", precision), ("bits", bits), ("tolerance", tolerance)):
+        if given:
+            raise InputError(
+                f"digits: got a {name} too, which digits choose; expected one of the two"
+            )
+    return integrate_to_digits(digits, loaded, run, euler=formulation == "euler")

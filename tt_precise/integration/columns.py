@@ -10,6 +10,7 @@ from tt_precise.integration.pose import dimension as pose_dimension
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.sizes import SIZE, size_of
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -97,7 +98,8 @@ class Columns:
         return self.form.coordinates == "newton" or "phi" in self.record
 
     def dimension(self, name: str) -> Dimension:
-        """The dimension of a column; refuses unknown names."""
+        """The dimension of a column, or of a size; refuses unknown names."""
+        name = name.removeprefix(SIZE)
         if name in QUANTITIES:
             return QUANTITIES[name].dimension
         if name in self.names:
@@ -188,6 +190,8 @@ class Columns:
         return float(value) if self.precision.name == "double" and value is not None else value
 
     def _entry(self, name: str, row: tuple[Scalar, ...], q: Motion) -> Scalar:
+        if name.startswith(SIZE):
+            return size_of(name.removeprefix(SIZE), q, self._recorded(row))
         if name in self.record:
             return self._recorded(row)[name]
         if name in LIFTED_COLUMNS:

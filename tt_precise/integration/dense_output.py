@@ -78,7 +78,7 @@ class DenseOutput:
         self.setup, self.start, self.propagation = setup, start, propagation
         self.precision = setup.precision
         self._pieces, self._too_long = pieces, False
-        self._samples = samples
+        self.samples = samples
         self._lock = threading.RLock()
         self._propagate = again or self._propagate_alone
 
@@ -213,7 +213,7 @@ class DenseOutput:
         """
         import numpy
 
-        samples = self._samples
+        samples = self.samples
         if samples and self.propagation.status in ARRIVED and tuple(times) == samples.exact:
             return samples.doubles
         seconds, rounded, delay = Times.of(times, self.start.units.time)
@@ -253,7 +253,7 @@ class DenseOutput:
             for entry, values in zip(entries, output(rounded[chosen].astype(given)).T, strict=True):
                 entry[chosen] = values
 
-        if taken is not None and self._samples and times is self._samples.doubles:
+        if taken is not None and self.samples and times is self.samples.doubles:
             for entry, values in zip(entries, taken.T, strict=True):
                 entry[1:] = values
         else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Hashable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Generic, TypeVar
 
 Key = TypeVar("Key", bound=Hashable)
@@ -20,16 +20,11 @@ class Idle(Generic[Key, Made]):
     def __init__(self, build: Callable[[Key], Made], most: int = MOST, kinds: int = KINDS):
         self._build, self._most, self._kinds = build, most, kinds
         self._waiting: dict[Key, list[Made]] = {}
-        self._coming: dict[Key, threading.Thread] = {}
         self._lock = threading.Lock()
 
     @contextmanager
     def lent(self, key: Key) -> Iterator[Made]:
         """One of an earlier run for this key, or one that is built now."""
-        with self._lock:
-            coming = self._coming.pop(key, None)
-        if coming is not None:
-            coming.join()
         with self._lock:
             waiting = self._waiting.get(key)
             taken = waiting.pop() if waiting else None
@@ -48,28 +43,6 @@ class Idle(Generic[Key, Made]):
             del self._waiting[next(iter(self._waiting))]
         if sum(map(len, self._waiting.values())) < self._most:
             waiting.append(made)
-
-    def prepare(self, key: Key) -> None:
-        """Begin to build one for this key, in a thread of its own, unless there is one.
-
-        The next who asks for it waits until it is done. Where building fails, it is tried again
-        then, and raises.
-        """
-
-        def build() -> None:
-            with suppress(Exception):
-                made = self._build(key)
-                with self._lock:
-                    self._keep(key, made)
-
-        with self._lock:
-            if self._waiting.get(key) or key in self._coming:
-                return
-            # no daemon: compiled code must not be left half made when the process ends
-            coming = threading.Thread(target=build, name="compiling ahead")
-            with suppress(RuntimeError):  # the system gives no more threads
-                coming.start()
-                self._coming[key] = coming
 
     def waiting(self, key: Key) -> int:
         """How many wait for their next run with this key."""

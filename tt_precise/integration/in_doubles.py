@@ -22,9 +22,9 @@ from tt_precise.integration.propagate import (
     without_start,
 )
 from tt_precise.integration.quadratures import extended_rates, motion
-from tt_precise.integration.setup import Setup
+from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.integration.step_limit import longest_step
-from tt_precise.integration.system import MOST_EVENTS, Hit, full_tolerance, terminal_functions
+from tt_precise.integration.system import MOST_EVENTS, Hit, terminal_functions
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.errors import InputError
@@ -162,9 +162,7 @@ class _Run:
 
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start, self.fn = setup, start, setup.precision.context
-        self.system, self.terminal = _compiled(
-            setup.but(tolerance=0.0, contact="", paired=False, options=())
-        )
+        self.system, self.terminal = _compiled(setup.but(tolerance=0.0, contact="", options=()))
         self.events = {name: event_named(name, setup.formulation.model) for name in setup.events}
         self.names = (*self.terminal, *self.events)
         self.size = len(setup.formulation.columns) + len(setup.record)

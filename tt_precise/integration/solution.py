@@ -1,35 +1,59 @@
-"""``solve``: a scene integrated once, as a set-up says, with a reference run where it is free."""
+"""``solve``: a scene integrated once, as a set-up says."""
 
 from __future__ import annotations
 
 import threading
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 from tt_precise.integration.contact import require_contact
 from tt_precise.integration.continuing import propagated
 from tt_precise.integration.dense_output import DenseOutput, StoredPieces
+from tt_precise.integration.in_doubles import propagate_in_doubles
 from tt_precise.integration.lifting import bouncing, flying, flying_on
-from tt_precise.integration.paired import Beginning, Pair, can_be_paired, propagate_pair
-from tt_precise.integration.paired_in_doubles import PairInDoubles, pair_in_doubles, run_in_doubles
 from tt_precise.integration.pieces import MotionPiece, joined
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.propagate import propagate
+from tt_precise.integration.propagate import Pieces, Propagation, propagate
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.stick_slip import pieces_of
+from tt_precise.integration.times import SampleTimes
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LiftedStart
 
+MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
+
 
 class Solution(NamedTuple):
-    """An initial state and what became of it; ``pair`` where a reference run was made with it."""
+    """An initial state and what became of it."""
 
     start: InitialState
     output: DenseOutput
-    pair: Pair | PairInDoubles | None = None
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """The start of a scene in one precision; what follows from it is computed once."""
+
+    start: InitialState
+    precision: Precision
+    scene: Scene
+
+    @cached_property
+    def samples(self) -> SampleTimes | None:
+        """The scene's sample times, where the states there are worth keeping."""
+        scene = self.scene
+        if not 0 < scene.until <= MOST_SAMPLES * scene.sample_every:
+            return None
+        return SampleTimes.of(scene, self.start)
+
+    @cached_property
+    def rounded_otherwise(self) -> InitialState:
+        """The start with every number on the other side of the exact one."""
+        return self.start.map(self.precision.other_side)
 
 
 def solve(
@@ -38,7 +62,6 @@ def solve(
     progress: Progress | None = None,
     *,
     rounded_otherwise: bool = False,
-    dense: bool = False,
 ) -> Solution:
     """Integrate ``scene`` from its start; arguments as of ``Trajectory``.
 
@@ -49,23 +72,18 @@ def solve(
     """
     precision = setup.precision
     begun = beginning(scene, precision, setup.contact, threading.get_ident())
-    start = begun.reference if rounded_otherwise else begun.start
+    start = begun.rounded_otherwise if rounded_otherwise else begun.start
     if precision.doubles and scene.in_pieces:
         raise InputError(
             f"{scene.name}: got {precision.name}, expected double, extended, quad or mp for a "
             "motion that may come in pieces"
         )
     if precision.doubles:
-        run = run_in_doubles(setup, start, progress)
-        return Solution(start, run, pair_in_doubles(run, begun) if setup.paired else None)
-    if setup.paired and can_be_paired(setup):
-        lanes = propagate_pair(setup, begun, scene.sample_every)
-        if lanes:
-            return Solution(start, lanes.run, lanes)
+        return Solution(start, _in_doubles(setup, start, begun.samples, progress))
     pieces = _pieces(scene, setup, start, progress)
     if pieces:
         return Solution(start, joined(pieces, setup, start))
-    if precision.name == "double" and not dense:
+    if precision.name == "double":
         times = begun.samples
         samples = None if times is None else times.doubles.rounded[1:]
         propagation = propagate(setup, start, samples=samples, progress=progress)
@@ -74,6 +92,18 @@ def solve(
     stored = StoredPieces(setup)
     propagation = propagate(setup, start, dense=stored, progress=progress)
     return Solution(start, DenseOutput(setup, start, propagation, stored.pieces))
+
+
+def _in_doubles(
+    setup: Setup, start: InitialState, samples: SampleTimes | None, progress: Progress | None
+) -> DenseOutput:
+    stored = StoredPieces(setup)
+    propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)
+
+    def again(pieces: Pieces, progress: Progress | None) -> Propagation:
+        return propagate_in_doubles(setup, start, dense=pieces, progress=progress)
+
+    return DenseOutput(setup, start, propagation, stored.pieces, again, samples)
 
 
 @lru_cache(maxsize=64)

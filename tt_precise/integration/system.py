@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import EXTREMUM, ZERO, Event, event_named
 from tt_precise.integration.idle import Idle
-from tt_precise.integration.precision import Precision
-from tt_precise.integration.setup import Setup
+from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.mechanics import compliant, friction, newton
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.initial_state import InitialState
@@ -130,11 +129,6 @@ def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
     return _idle.lent(setup)
 
 
-def compile_ahead(setup: Setup) -> None:
-    """Begin to compile an integrator for ``setup``, beside what else is done."""
-    _idle.prepare(setup)
-
-
 def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
     """Functions that are positive where the model holds; it ends where one falls to zero."""
     if form.model == "flight":
@@ -207,15 +201,6 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
     options["tol"] = number(tolerance)
     return options | dict(setup.options)
-
-
-def full_tolerance(precision: Precision) -> Scalar:
-    """The tolerance below which an arithmetic gains nothing any more, as an mpmath number.
-
-    In double it is eps/16: at eps heyoka takes order 20, whose truncation error shows in lambda
-    beside the rounding (6e-15 against 2e-15 on the reference scene); order 21 costs 5 %.
-    """
-    return precision.eps / 16 if precision.name == "double" or precision.doubles else precision.eps
 
 
 def along(expression: Scalar, equations: Equations) -> Scalar:

@@ -8,10 +8,11 @@ wide numbers (``mpfr``), with guard bits.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.dense_output import DenseOutput
@@ -19,7 +20,7 @@ from tt_precise.integration.propagate import ARRIVED
 from tt_precise.integration.times import has_long_double, long_double
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.progress import Progress
 from tt_precise.scene.numerals import shortest_texts
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     import pandas
 
 Numbers = Literal["native", "float", "text"]
+ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
 
 
 @dataclass(frozen=True)
@@ -179,3 +181,42 @@ class Tables:
             integral.name: (drift(integral, motions)[1] * ones).astype(float)
             for integral in integrals
         }
+
+
+class Reference(NamedTuple):
+    """A run beside another: its tables, where it ends (s), and whether it ends in the same way."""
+
+    tables: Tables
+    end: Fraction
+    ends_alike: bool
+
+
+def floats(values: Array | Sequence[Scalar]) -> Array:
+    """Numbers of any kind as a float64 array, with NaN where one is undefined."""
+    import numpy
+
+    if isinstance(values, numpy.ndarray) and values.dtype != object:
+        return values.astype(float)
+    return numpy.array([math.nan if _missing(v) else float(v) for v in values])
+
+
+def distance(values: Array, others: Array, fn: Functions) -> Array:
+    """Absolute distances of two columns, as a float64 array with NaN where one is undefined."""
+    import numpy
+
+    if all(getattr(one, "dtype", None) in (float, numpy.longdouble) for one in (values, others)):
+        with numpy.errstate(invalid="ignore"):
+            apart: Array = numpy.abs(values - others).astype(float)
+        return numpy.where(numpy.isfinite(apart), apart, math.nan)
+    pairs = zip(values, others, strict=True)
+    return numpy.array(
+        [
+            math.nan if _missing(a) or _missing(b) else float(abs(fn.mpf(a) - fn.mpf(b)))
+            for a, b in pairs
+        ],
+        dtype=float,
+    )
+
+
+def _missing(value: Scalar) -> bool:
+    return value is None or value != value

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple
 
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.mpfr import Mpfr
+from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene
+from tt_precise.taylor.numbers import MOST_PARTS, moments, multiples
 
 EXACT = 2**53  # integers up to here are doubles, so that a quotient of two is rounded once
 
@@ -44,11 +49,23 @@ class Times(NamedTuple):
         return cls(seconds, rounded, (inner - rounded).astype(float))
 
 
-class SampleTimes(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class SampleTimes:
     """The sample times of a scene: exact, in s, and as doubles."""
 
     exact: tuple[Fraction, ...]
     doubles: Times
+    start: InitialState
+
+    @cached_property
+    def parts(self) -> Array:
+        """The dimensionless times, each as three doubles: axes (time, part)."""
+        import numpy
+
+        until = self.start.until
+        step = to_mpmath(self.exact[1], until.context) / self.start.units.time
+        inner = multiples(step, numpy.arange(len(self.exact) - 1))
+        return numpy.concatenate([inner, moments([until])])
 
     @classmethod
     def of(cls, scene: Scene, start: InitialState) -> SampleTimes:
@@ -56,7 +73,13 @@ class SampleTimes(NamedTuple):
         times = Times.of(scene.sample_times, start.units.time)
         horizon = float(start.until)
         times.rounded[-1], times.delay[-1] = horizon, float(start.until - horizon)
-        return cls(scene.sample_times, times)
+        return cls(scene.sample_times, times, start)
+
+
+def in_parts(times: Sequence[Fraction], unit: Scalar, wide: Mpfr) -> Array:
+    """Exact times in s as dimensionless ones, each as three doubles: axes (time, part)."""
+    with wide.precision():
+        return wide.in_parts(wide.of_fractions(times) / wide.number(unit), MOST_PARTS)
 
 
 def long_double(value: Scalar) -> Scalar:

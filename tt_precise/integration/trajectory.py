@@ -9,26 +9,24 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
-from tt_precise.integration.accuracy import End
 from tt_precise.integration.columns import State
-from tt_precise.integration.estimated import Estimated, is_estimate
+from tt_precise.integration.errors import End, Errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.integration.pieces import MotionPart, parts, reading
 from tt_precise.integration.pose import POSE, POSE_NAMES, expanded
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.propagate import ARRIVED, Status
-from tt_precise.integration.setup import Setup
-from tt_precise.integration.solution import Solution, solve
-from tt_precise.integration.system import full_tolerance
-from tt_precise.integration.tables import Numbers
+from tt_precise.integration.setup import Setup, full_tolerance
+from tt_precise.integration.solution import solve
+from tt_precise.integration.tables import DIGITS, ERROR, Numbers
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
 from tt_precise.scene.body import Dimension
-from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import RECORDABLE, Scene
 
 if TYPE_CHECKING:
@@ -38,7 +36,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Trajectory(Estimated):
+def is_estimate(name: str) -> bool:
+    """Whether a column of ``frame`` is one of estimated errors."""
+    return name == DIGITS or name.startswith(ERROR)
+
+
+class Trajectory:
     """A solution of a scene, from t = 0 to ``t_end``; made by integrating as ``setup`` says.
 
     Look at ``status`` before anything else: only "complete" reached the scene's horizon as a
@@ -69,16 +72,12 @@ class Trajectory(Estimated):
         progress: Progress | None = None,
         *,
         rounded_otherwise: bool = False,
-        dense: bool = False,
-        solution: Solution | None = None,
     ):
-        solution = solution or solve(
-            scene, setup, progress, rounded_otherwise=rounded_otherwise, dense=dense
-        )
+        solution = solve(scene, setup, progress, rounded_otherwise=rounded_otherwise)
         propagation = solution.output.propagation
         self.scene, self.setup, self.start = scene, setup, solution.start
         self._rounded_otherwise = rounded_otherwise
-        self._pair, self._dense_output = solution.pair, solution.output
+        self._dense_output = solution.output
         self._columns, self._tables = reading(solution.output)
         self.status: Status = propagation.status
         self.steps, self.order = propagation.steps, propagation.order
@@ -247,6 +246,62 @@ class Trajectory(Estimated):
         found = run._tables.columns(missing, self._alike(exact, run), numbers) | found
         return {name: found[name] for name in ("t", *wanted)}
 
+    def _with_errors(
+        self, table: dict[str, Array], wanted: Sequence[str], numbers: Numbers
+    ) -> dict[str, Array]:
+        named = [name.removeprefix(ERROR) for name in wanted if name.startswith(ERROR)]
+        errors = self.errors.over_time(named)
+        found = {"t": table["t"]}
+        for name in wanted:
+            if is_estimate(name):
+                values = errors[name.removeprefix(ERROR)]
+                found[name] = shortest_texts(values) if numbers == "text" else values
+            else:
+                found[name] = table[name]
+        return found
+
+    @cached_property
+    def errors(self) -> Errors:
+        """What is known of the run's errors, by reference runs."""
+        return Errors(self)
+
+    @property
+    def error_estimate(self) -> dict[str, Scalar]:
+        """Estimated absolute error of each entry of ``state`` (SI) and of ``t_end`` (s)."""
+        return self.errors.at_end
+
+    @property
+    def digits(self) -> float:
+        """Significant digits that ``error_estimate`` leaves to the worst entry of ``state``."""
+        return self.errors.digits_at_end
+
+    @property
+    def digits_throughout(self) -> float:
+        """Significant digits that hold at every sample, in every event, and in ``t_end``."""
+        return self.errors.digits_throughout
+
+    def error_over_time(self, *names: str, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
+        """Estimated absolute errors (SI) at ``sample_times``: columns t, names, and "digits".
+
+        ``names`` are columns of ``frame``, by default all entries of the state. "digits" are the
+        significant ones of the worst entry of the state. By reference runs, or by other
+        trajectories of the scene, which are given as ``beside``.
+        """
+        import pandas
+
+        errors = Errors(self, beside) if beside else self.errors
+        return pandas.DataFrame(errors.over_time(names or self._columns.names))
+
+    def event_errors(self, *, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
+        """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
+
+        "digits" are the significant ones of the worst entry of the state at the event, or of its
+        time, where that has fewer: beside itself, or the unit of time where that is longer.
+        """
+        import pandas
+
+        return pandas.DataFrame((Errors(self, beside) if beside else self.errors).events())
+
     def _alike(self, times: Sequence[Fraction], run: Trajectory) -> tuple[Fraction, ...]:
         """``times`` in another run of the scene, whose end stands for that of this one."""
         if self.status in ARRIVED:
@@ -374,7 +429,7 @@ class Trajectory(Estimated):
         Integrates again, in the same set-up, if it lacks the events.
         """
         complete = set(NEEDED) <= set(self.setup.events)
-        run = self if complete else self.again(events=NEEDED, record=(), paired=False)
+        run = self if complete else self.again(events=NEEDED, record=())
         double = self.precision.name == "double"
         return from_events(
             run.event_table(("theta", "phi_dot"), at=("theta_min", "theta_max", "equator")),

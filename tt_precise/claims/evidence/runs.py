@@ -105,7 +105,7 @@ def turning_values(
     """
     import pandas
 
-    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",), dense=True)
+    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
     times = [0, *run.events["t"], run.t_end]
     return pandas.DataFrame({"t": times, "value": list(run.frame(name, times=times)[name])})
 

@@ -1,0 +1,303 @@
+"""``Errors``: what a trajectory says of its own errors, by runs that it is compared with.
+
+A run has no exact solution beside it, so it is integrated once more: with ``RATIO`` times smaller
+truncation errors, or in a finer arithmetic, and with body and start rounded the other way. Both
+are compared at the samples: their states differ by so little that the difference is exact, and
+what a column differs by follows from that to first order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from tt_precise.integration.event_errors import event_errors
+from tt_precise.integration.pose import POSE_NAMES
+from tt_precise.integration.precision import finer
+from tt_precise.integration.propagate import ARRIVED
+from tt_precise.integration.setup import Setup, full_tolerance
+from tt_precise.integration.sizes import SIZE, digits_of_time, digits_over_rows
+from tt_precise.integration.tables import Reference, Tables, distance, floats
+from tt_precise.integration.times import in_parts, long_double
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.scene.numerals import as_fraction
+
+# A reference run in the same arithmetic has the same rounding errors, so the run must be coarser by
+# this many eps, that its truncation outweighs them. Double has a finer arithmetic for ten times its
+# price; extended has none below 150 times.
+COARSE = {"double": 1000}
+COARSE_WIDE = 64
+RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
+SMALL = 2.0**-600  # of deviations, so that their squares vanish where values are zero
+
+
+class End(NamedTuple):
+    """Where a run ended: its status, the time (s), and the entries of the state there (SI)."""
+
+    status: str
+    t: Scalar
+    values: Mapping[str, Scalar | None]
+
+
+def reference_runs(setup: Setup) -> list[dict[str, Any]]:
+    """The runs that a run with ``setup`` is compared with: what ``Trajectory.again`` changes.
+
+    A coarse run is compared in its own arithmetic, which costs less; as both round the start and
+    the body, the reference run rounds each number the other way. In Euler form rounding may be
+    what spoils a coarse run: its reference is no better, and may happen to come out close to it.
+    So there a second one repeats the run itself, rounded the other way.
+    """
+    precision = setup.precision
+    again = {"events": (), "rounded_otherwise": True}
+    if setup.tolerance >= COARSE.get(precision.name, COARSE_WIDE) * precision.eps or (
+        precision.doubles and setup.tolerance >= RATIO * full_tolerance(precision)
+    ):
+        if setup.formulation.coordinates == "newton":
+            # heyoka bounds a step by the events' functions too, which the reference does not have
+            fine = setup.events and not precision.doubles
+            return [again | {"tolerance": 0.0 if fine else setup.tolerance / RATIO}]
+        return [again | {"tolerance": tolerance} for tolerance in (0.0, setup.tolerance)]
+    return [{"events": (), "tolerance": 0.0, "precision": finer(precision)}]
+
+
+class Errors:
+    """The errors of a ``run``, by other trajectories of its scene, or by ``reference_runs``.
+
+    ``run`` is a ``Trajectory``, whose module imports this one.
+    """
+
+    def __init__(self, run: Any, beside: Sequence[Any] = ()):
+        self._run, self._beside = run, tuple(beside)
+
+    @cached_property
+    def references(self) -> tuple[Any, ...]:
+        """The trajectories that errors are estimated from, made when they are first asked for."""
+        if self._beside:
+            return self._beside
+        return tuple(self._run.again(**changes) for changes in reference_runs(self._run.setup))
+
+    @cached_property
+    def at_end(self) -> dict[str, Scalar]:
+        """Absolute error of each entry of the state at the end (SI), and of ``t_end`` (s)."""
+        run = self._run
+        return error_estimate(run.end, (one.end for one in self.references), run.precision.context)
+
+    @property
+    def digits_at_end(self) -> float:
+        """Significant digits of the worst entry of the state at the end."""
+        run = self._run
+        names = [name for name in run.state.values if name in self.at_end]
+        sizes = run._columns.of_rows([SIZE + name for name in names], [run._dense_output.end_row])
+        found = [_most(run)]
+        for name in names:
+            (size,), error = sizes[SIZE + name], self.at_end[name]
+            if error and size is not None:
+                found.append(float(-run.precision.context.log10(error / size)))
+        return max(0.0, min(found))
+
+    def over_time(self, names: Sequence[str] = ()) -> dict[str, Array]:
+        """Float64 columns at the samples: t, the errors of ``names`` (SI), "digits".
+
+        These are those of the state's worst entry. An error is the largest of the distances from
+        the references, infinite where one of them has ended in another way.
+        """
+        import numpy
+
+        run, state = self._run, self._run._columns.names
+        every = tuple(dict.fromkeys([*state, *names]))
+        times = run.sample_times
+        wanted = [SIZE + name for name in state]
+        if _in_pieces(run._tables):
+            own, found = None, run._tables.columns(wanted, times, "float")
+        else:
+            own = States(run._tables, times)
+            found = run._columns.of_arrays(wanted, tuple(own.floats), float)
+        sizes = {name: floats(found[SIZE + name]) for name in state}
+        errors = {name: numpy.zeros(len(times)) for name in every}
+        for reference in self._references:
+            for name, apart in self._distances(reference, every, times, own).items():
+                errors[name] = numpy.fmax(errors[name], apart)
+        digits = digits_over_rows({name: errors[name] for name in state}, sizes, _most(run))
+        seconds = numpy.array([float(t) for t in times])
+        return {"t": seconds, **{name: errors[name] for name in names}, "digits": digits}
+
+    def events(self) -> dict[str, Array]:
+        """Of the recorded events, in order of time: name, t, error (s), and "digits"."""
+        return event_errors(self._run._tables, self._references)
+
+    @cached_property
+    def digits_throughout(self) -> float:
+        """Significant digits that hold at every sample, in every event, and in ``t_end``."""
+        import numpy
+
+        run = self._run
+        found = [*self.over_time()["digits"]]
+        if run._dense_output.propagation.hits:
+            found += [*self.events()["digits"]]
+        if run.status not in ARRIVED:
+            error, unit = float(self.at_end["t_end"]), float(run.start.units.time)
+            found.append(digits_of_time(numpy.float64(error), float(run.t_end), unit))
+        return float(min(found))
+
+    @property
+    def _references(self) -> list[Reference]:
+        return [
+            Reference(
+                one._tables, as_fraction(one._dense_output.end), one.status == self._run.status
+            )
+            for one in self.references
+        ]
+
+    def _distances(
+        self,
+        reference: Reference,
+        names: Sequence[str],
+        times: Sequence[Fraction],
+        own: States | None,
+    ) -> dict[str, Array]:
+        """How far the columns are from those of a reference; NaN where a value is undefined."""
+        import numpy
+
+        arrived = self._run.status in ARRIVED
+        # where the model ends before its horizon, each run has an end of its own
+        inner = list(times if arrived else times[:-1])
+        end = reference.end  # two runs to one horizon differ by roundings
+        while inner and inner[-1] > end and not math.isclose(inner[-1], end, rel_tol=1e-15):
+            inner.pop()
+        same = own if len(inner) == len(times) else None
+        found = compared(self._run._tables, reference.tables, names, inner, same)
+        for name in names:
+            apart = numpy.full(len(times), math.inf)
+            apart[: len(inner)] = found[name]
+            if reference.ends_alike:
+                rest = math.nan if arrived else self.at_end.get(name, math.nan)
+                apart[len(inner) :] = float(rest)
+            found[name] = apart
+        return found
+
+
+def error_estimate(end: End, references: Iterable[End], fn: Functions) -> dict[str, Scalar]:
+    """Absolute distance of each entry of an end, and of its time "t_end", from reference runs'.
+
+    The largest of the distances, and infinite where a reference run ends in another way: then
+    neither can be trusted.
+    """
+    estimate: dict[str, Scalar] = {}
+    entries = {"t_end": end.t, **end.values}
+    for reference in references:
+        better = {"t_end": reference.t, **reference.values}
+        for name, value in entries.items():
+            if value is not None and better[name] is not None:
+                same = reference.status == end.status
+                found = abs(fn.mpf(value) - fn.mpf(better[name])) if same else fn.inf
+                estimate[name] = max(found, estimate.get(name, found))
+    return estimate
+
+
+def compared(
+    run: Tables,
+    reference: Tables,
+    names: Sequence[str],
+    times: Sequence[Fraction],
+    states: States | None = None,
+) -> dict[str, Array]:
+    """Absolute distances (SI) of the columns ``names`` of two runs, as float64 arrays.
+
+    By first order from the exact differences of their ``states``, where both integrate the same
+    equations all the way; otherwise column by column.
+    """
+    import numpy
+
+    from tt_precise.integration import deviation
+
+    alike = not (_in_pieces(run) or _in_pieces(reference))
+    alike &= (run.of.form, run.of.record) == (reference.of.form, reference.of.record)
+    if not alike or POSE_NAMES & {*names}:
+        own, other = (one.columns(names, times, "native") for one in (run, reference))
+        context = reference.of.precision.context
+        return {name: distance(own[name], other[name], context) for name in names}
+    if not len(times):
+        return {name: numpy.zeros(0) for name in names}
+    values, apart = (states or States(run, times)).beside(States(reference, times))
+    entries = numpy.empty(values.shape, dtype=complex)
+    entries.real, entries.imag = values, SMALL * apart
+    with numpy.errstate(all="ignore"):
+        found = run.of.of_arrays(names, tuple(entries), float, deviation)
+        errors = {name: numpy.abs(numpy.imag(one)) / SMALL for name, one in found.items()}
+    return {
+        name: numpy.where(numpy.isfinite(numpy.real(found[name])), error, math.nan)
+        for name, error in errors.items()
+    }
+
+
+class States:
+    """The states of a run under one set of equations at some times: axes (entry, time)."""
+
+    def __init__(self, tables: Tables, times: Sequence[Fraction]):
+        self._of, self._output, self._times = tables.of, tables.dense_output, times
+        self.in_long_double = tables.in_long_double
+        self.precision = tables.of.precision
+
+    def beside(self, other: States) -> tuple[Array, Array]:
+        """The states, and what they exactly differ by from others at the same times: float64."""
+        both = self, other
+        if all(one.in_long_double for one in both):
+            apart = self.long_doubles - other.long_doubles
+        elif all(one.kept_in_parts for one in both):
+            parts = min(len(self.parts), len(other.parts))
+            # the first parts are close to each other, so their differences are exact
+            apart = sum(self.parts[:parts] - other.parts[:parts])
+            apart = apart + sum(self.parts[parts:]) - sum(other.parts[parts:])
+        else:
+            wide = max((one.precision for one in both), key=lambda one: one.bits).wide
+            with wide.precision():
+                apart = self.wide - other.wide
+        return self.floats, apart.astype(float)
+
+    @cached_property
+    def floats(self) -> Array:
+        """In float64."""
+        if self.in_long_double:
+            return self.long_doubles.astype(float)
+        return self.parts[0] if self.kept_in_parts else self.wide.astype(float)
+
+    @property
+    def kept_in_parts(self) -> bool:
+        """Whether all series are there, in several doubles."""
+        return bool(self.precision.doubles) and self._output.stored
+
+    @cached_property
+    def long_doubles(self) -> Array:
+        """In long double."""
+        import numpy
+
+        return numpy.array(self._output.arrays(self._output.times(self._times), long_double))
+
+    @cached_property
+    def parts(self) -> Array:
+        """In several doubles, of which this is the first axis."""
+        samples = self._output.samples
+        if samples and tuple(self._times) == samples.exact:
+            moments = samples.parts
+        else:
+            moments = in_parts(self._times, self._of.start.units.time, self.precision.wide)
+        found: Array = self._output.in_parts(moments).transpose(1, 2, 0)
+        return found
+
+    @cached_property
+    def wide(self) -> Array:
+        """In wide numbers."""
+        import numpy
+
+        return numpy.array(self._output.wide_arrays(self.precision.wide.of_fractions(self._times)))
+
+
+def _in_pieces(tables: Tables) -> bool:
+    return hasattr(tables.dense_output, "pieces")
+
+
+def _most(run: Any) -> float:
+    return float(run.precision.bits * math.log10(2))
