@@ -25,9 +25,7 @@ def healthy() -> Callable[..., pandas.DataFrame]:
         if key not in made:
             times = [Fraction(until) * i / (rows - 1) for i in range(rows)]
             names = VECTORS if scene in ("upright", "inverted") else (*VECTORS, *EULER)
-            # compiles the rolling model in a tenth of the time
-            options = {"compact_mode": True} if scene == "rolling" else None
-            run = tt.integrate(scene, options=options)
+            run = tt.integrate(scene)
             made[key] = run.frame(*names, times=times)
         return made[key].copy()
 

@@ -14,7 +14,6 @@ from tt_precise.integration import (
     Trajectory,
     dense_output,
     integrate,
-    paired,
     propagate,
     solution,
 )
@@ -28,7 +27,7 @@ QUADRATURES = ("phi", "psi", "x", "y")
 
 @pytest.fixture(scope="module")
 def recorded(half: Scene) -> Trajectory:
-    return integrate(half, record=QUADRATURES, options={"compact_mode": True})
+    return integrate(half, record=QUADRATURES)
 
 
 def test_dense_output_ends_in_the_end_state(double: Trajectory, half_quad: Trajectory) -> None:
@@ -324,30 +323,9 @@ def test_not_more_samples_are_kept_than_are_worth_it(
     half: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = integrate(half).frame("kx")
-    monkeypatch.setattr(paired, "MOST_SAMPLES", 10)
+    monkeypatch.setattr(solution, "MOST_SAMPLES", 10)
     solution.beginning.cache_clear()
     run = integrate(half)
     assert run._dense_output.propagation.samples is None
     assert run.frame("kx").equals(expected)
     solution.beginning.cache_clear()
-
-
-def test_dense_output_stored_at_once_is_that_of_a_repetition(
-    half: Scene,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Bit for bit, between samples and at them; and without repeating anything."""
-    times = ["0", "0.01", "0.123456789", "0.3", "0.5"]
-    later = integrate(half, events=("extremum:nu_x",))
-    expected = later.frame("theta", "nu_x", times=times)
-
-    def never(*_: object) -> None:
-        raise AssertionError("integrated again")
-
-    monkeypatch.setattr(dense_output.DenseOutput, "_again", never)
-    run = integrate(half, events=("extremum:nu_x",), dense=True)
-    assert run.frame("theta", "nu_x", times=times).equals(expected)
-    assert run.frame("theta").equals(later.frame("theta"))
-    assert run.events.equals(later.events)
-    with pytest.raises(AssertionError, match="integrated again"):
-        integrate(half, events=("extremum:nu_x",)).frame("theta", times=times)

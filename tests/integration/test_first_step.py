@@ -26,8 +26,7 @@ def test_events_of_the_first_step_are_found(
         slow_start,
         precision,
         formulation=formulation,
-        events=("theta_min", "theta_max"),
-        options={"compact_mode": True},  # compiles faster
+        events=("theta_min", "theta_max"),  # compiles faster
     ).events
     assert list(events["name"]) == ["theta_min", "theta_max"]
     # by the Euler form, whose first steps are short

@@ -55,7 +55,7 @@ def final(scene: Scene) -> Any:
 def test_two_formulations_agree_and_the_laws_of_conservation_hold(law: str) -> None:
     scene = dry(law)
     newton, euler = (
-        tt.integrate(scene, formulation=form, options={"compact_mode": True})  # compiles faster
+        tt.integrate(scene, formulation=form)  # compiles faster
         for form in ("newton", "euler")
     )
     frame = newton.frame()

@@ -1,7 +1,5 @@
 """Idle integrators: one user each, never one that was interrupted, and not too many."""
 
-import threading
-
 import pytest
 
 from tt_precise.integration.idle import Idle
@@ -34,39 +32,6 @@ def test_they_do_not_pile_up() -> None:
     with idle.lent("a"), idle.lent("a"), idle.lent("b"):
         pass
     assert idle.waiting("a") + idle.waiting("b") == 1
-
-
-def test_what_was_prepared_is_waited_for_and_lent() -> None:
-    ready, built = threading.Event(), []
-
-    def build(key: str) -> object:
-        ready.wait(10)
-        built.append((key, threading.current_thread() is threading.main_thread()))
-        return object()
-
-    idle: Idle[str, object] = Idle(build)
-    idle.prepare("a")
-    idle.prepare("a")
-    assert idle.waiting("a") == 0
-    ready.set()
-    with idle.lent("a"), idle.lent("a"):
-        pass
-    # the first beside the main thread, the second in it; and then there is no need of another
-    assert built == [("a", False), ("a", True)]
-    idle.prepare("a")
-    with idle.lent("a"):
-        pass
-    assert len(built) == 2
-
-
-def test_what_cannot_be_prepared_fails_where_it_is_asked_for() -> None:
-    def build(key: str) -> object:
-        raise ValueError(key)
-
-    idle: Idle[str, object] = Idle(build)
-    idle.prepare("a")
-    with pytest.raises(ValueError, match="a"), idle.lent("a"):
-        pass
 
 
 def test_the_kind_that_nobody_asked_for_the_longest_goes() -> None:

@@ -13,6 +13,7 @@ from tt_precise.golden.places import home
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.events import EVENTS
 from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import KINDS
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
@@ -132,8 +133,10 @@ def test_what_it_lacks_is_refused_in_one_line() -> None:
     for scene in ("coulomb-stick-slip", "elastic-linear"):
         with pytest.raises(InputError, match=f"{scene}: got triple-double, expected double, ext"):
             integrate(scene, "triple-double")
+    reference = load_scene("reference")
+    setup = Setup.of(reference, "double-double", options={"compact_mode": True})
     with pytest.raises(InputError, match=r"options: got compact_mode with precision double-double"):
-        integrate("reference", "double-double", options={"compact_mode": True})
+        Trajectory(reference, setup)
 
 
 def test_events_beyond_lost_contact_are_found_and_it_is_said(lost: Trajectory) -> None:

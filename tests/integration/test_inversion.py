@@ -142,7 +142,7 @@ def test_a_horizon_before_the_climb(reference: Scene, double: Trajectory) -> Non
 def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
     """With g_n < 0 on the way, as asked for; unilateral the top would leave the table first."""
     scene = reference.varied(phi_dot="-30", until="12")
-    setup: Any = {"contact": "bilateral", "tolerance": 1e-13, "options": {"compact_mode": True}}
+    setup: Any = {"contact": "bilateral", "tolerance": 1e-13}
     at_once = integrate(scene, events=NEEDED, **setup)
     assert at_once.inversion.A.t_init == pytest.approx(1.486, abs=1e-3)
     assert at_once.inversion.A.t_end == pytest.approx(5.834, abs=1e-3)

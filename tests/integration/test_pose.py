@@ -76,8 +76,7 @@ def test_what_was_recorded_is_used_and_else_integrated_once(half: Scene) -> None
 
 
 def test_euler_form_too(half: Scene, half_quad: Trajectory) -> None:
-    quick = {"compact_mode": True}  # compiles in a tenth of the time
-    table = integrate(half, formulation="euler", options=quick).frame(pose=True, times=["0.5"])
+    table = integrate(half, formulation="euler").frame(pose=True, times=["0.5"])
     other = half_quad.frame(pose=True, times=["0.5"], numbers="float")
     assert np.abs(table.to_numpy() - other.to_numpy()).max() < 1e-11
 

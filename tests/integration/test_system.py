@@ -54,7 +54,6 @@ def test_recorded_quadratures_do_not_disturb_the_state(quad: Trajectory) -> None
             "reference",
             record=("phi", "psi", "x", "y"),
             tolerance=tolerance,
-            options={"compact_mode": True},  # compiles faster
         )
         assert abs(recorded.state.psi) > 100
         apart = [recorded.state.values[k] - float(quad.state.values[k]) for k in ("kx", "ky", "kz")]
@@ -78,9 +77,8 @@ def test_a_numeric_option_reaches_heyoka() -> None:
 
 
 def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Scene) -> None:
-    options = {"compact_mode": True}  # compiles faster
-    fine = integrate(half, options=options)
-    coarse = integrate(half, tolerance=1e-6, options=options)
+    fine = integrate(half)
+    coarse = integrate(half, tolerance=1e-6)
     assert coarse.order < fine.order
     assert coarse.drift["jellett"] > 1000 * fine.drift["jellett"]
 

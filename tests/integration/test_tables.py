@@ -24,10 +24,7 @@ def runs(request: pytest.FixtureRequest) -> Iterator[tuple[Trajectory, Trajector
     scene = load_scene(request.param)
     scene = replace(scene, until=min(scene.until, Fraction(1)))
     names = [name for name in EVENTS if scene.model == "gliding" or name != "phi_dot_zero"]
-    quick = {"compact_mode": True}  # compiles faster
-    runs = tuple(
-        integrate(scene, events=names, record=("phi", "x"), options=quick) for _ in range(2)
-    )
+    runs = tuple(integrate(scene, events=names, record=("phi", "x")) for _ in range(2))
     with pytest.MonkeyPatch.context() as patch:
         slow = tables.has_long_double
         patch.setattr(tables, "has_long_double", lambda: False)

@@ -75,7 +75,7 @@ def test_each_thread_computes_in_a_context_of_its_own(double: Trajectory) -> Non
 
 
 def test_a_trajectory_goes_to_another_process(half: Scene) -> None:
-    trajectory = integrate(half, events=("equator",), options={"compact_mode": True})
+    trajectory = integrate(half, events=("equator",))
     spawned = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=spawned) as pool:
         assert pool.submit(operator.attrgetter("state"), trajectory).result() == trajectory.state
@@ -98,6 +98,6 @@ def test_a_pickle_holds_names_and_exact_numbers_only(half: Scene) -> None:
 
 
 def test_a_reference_run_is_pickled_with_its_rounding(half: Scene) -> None:
-    coarse = integrate(half, tolerance=1e-8, options={"compact_mode": True})
-    for run in coarse.reference_runs:
+    coarse = integrate(half, tolerance=1e-8)
+    for run in coarse.errors.references:
         assert pickle.loads(pickle.dumps(run)).start == run.start

@@ -11,6 +11,7 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.times import SampleTimes, Times
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.scene.scene import load_scene
+from tt_precise.taylor.numbers import added, number
 
 
 @pytest.mark.parametrize("bits", [10, 52, 53, 54, 60, 80, 200])
@@ -42,3 +43,20 @@ def test_the_last_sample_is_the_horizon_to_the_last_bit() -> None:
 
 def test_no_times_are_no_times() -> None:
     assert Times.of([], mpmath.mpf(1)).seconds.tolist() == []
+
+
+def test_samples_in_parts_are_exact_multiples() -> None:
+    scene = load_scene("reference")
+    precision = precision_named("mp", 400)
+    start = InitialState.of(scene, precision.arithmetic)
+    samples = SampleTimes.of(scene, start)
+    for t, row in zip(samples.exact[::97], samples.parts[::97].tolist(), strict=True):
+        true = precision.exact(t) / start.units.time
+        assert abs(number(row, precision.context) - true) <= true * 2.0**-155
+
+
+def test_sums_in_parts_are_rounded_behind_the_last() -> None:
+    terms = [numpy.array([1.0]), numpy.array([2.0**-70]), numpy.array([-1.0]), numpy.array([3e-30])]
+    exact = sum(Fraction(float(term[0])) for term in terms)
+    total = number(added(terms, 3)[0].tolist(), mpmath.mp)
+    assert float(total) == float(exact)

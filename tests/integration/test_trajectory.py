@@ -112,10 +112,9 @@ SPOILED = {
 def test_a_term_off_by_1e_10_shows(
     half: Scene, half_quad: Trajectory, spoiled_rates: Spoiler, term: str
 ) -> None:
-    options = {"compact_mode": True}
-    honest = integrate(half, options=options)
+    honest = integrate(half)
     spoiled_rates("newton", SPOILED[term])
-    wrong = integrate(half, options=options)
+    wrong = integrate(half)
     assert digits_between(honest, half_quad) > 11
     assert digits_between(wrong, half_quad) < 11
     if term == "friction":
@@ -161,7 +160,7 @@ def test_drift_is_computed_finer_than_the_numbers_are(double: Trajectory) -> Non
 def test_drift_counts_the_state_at_the_end(half: Scene, spoiled_rates: Spoiler) -> None:
     spoiled_rates("newton", SPOILED["torque"])
     once = replace(half, sample_every=Fraction(1))
-    wrong = integrate(once, options={"compact_mode": True})
+    wrong = integrate(once)
     assert list(wrong.sample_times) == [0, Fraction(1, 2)]
     assert wrong.drift["jellett"] > 1e-14
 

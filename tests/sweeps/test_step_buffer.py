@@ -45,8 +45,7 @@ def turns(found: LaneResults, row: int, rising: bool) -> Any:
 def test_turning_points_are_those_of_the_scalar_integration(name: str) -> None:
     scene = replace(load_scene(name), until=load_scene("reference").until / 4)
     found = integrated(scene, record=("max_theta",), bodies=3)
-    quick = {"compact_mode": True}  # compiles faster
-    run = tt.integrate(scene, events=("theta_min", "theta_max"), options=quick)
+    run = tt.integrate(scene, events=("theta_min", "theta_max"))
     unit = run.start.units.time
     for rising, event in ((False, "theta_min"), (True, "theta_max")):
         expected = run.events["t"][run.events["name"] == event].to_numpy(float) / unit

@@ -9,12 +9,11 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
-from tt_precise.extremes.perturbed import Integrate
 from tt_precise.extremes.pole_passages import vector_distance
 from tt_precise.extremes.toy import varied
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.setup import Setup
 from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.untyped import Json
@@ -57,11 +56,12 @@ def _allowed(until: str) -> float:
     source="variational equations, with one rounding error of eps a step; higher precision",
     over={"flag": tuple(FLAGS)},
     quick=lambda flag: flag in ("opt_level 0", "compact_mode"),
-    control={"integrate": perturbed.integrating(alpha="1e-11")},
+    control={"wrong": {"alpha": "1e-11"}},
 )
-def flags_in_double(flag: str, integrate: Integrate = integrate) -> Observation:
+def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Observation:
     """How much of a result in double is the compiler's."""
-    run = integrate(varied(until=HORIZON_S), options=FLAGS[flag])
+    scene = varied(until=HORIZON_S).perturbed(**(wrong or {}))
+    run = Trajectory(scene, Setup.of(scene, options=FLAGS[flag]))
     moved = vector_distance(run, _plain(HORIZON_S)) / EPS
     finite([moved])
     return together(
@@ -98,7 +98,8 @@ def flags_in_wide(
     options = dict((flags or WIDE)[flag])
     tolerance = options.pop("tol", 0.0)
     one = integrate(scene, precision)
-    other = integrate(scene, precision, options=options, tolerance=tolerance)
+    setup = Setup.of(scene, precision, options=options, tolerance=tolerance)
+    other = Trajectory(scene, setup)
     return together(
         same(other.state.as_text() == one.state.as_text(), True),
         same(other.steps, one.steps),

@@ -78,7 +78,7 @@ def integrate_to_digits(
 
 
 def _mp(digits: float) -> Rung:
-    return Rung("mp", 0.0, max(160, math.ceil(digits / DIGITS_PER_BIT)))
+    return Rung("mp", 0.0, max(128, math.ceil(digits / DIGITS_PER_BIT)))
 
 
 def _missed(wanted: int, trajectory: Trajectory, reached: float) -> str:
@@ -97,11 +97,10 @@ def _missed(wanted: int, trajectory: Trajectory, reached: float) -> str:
 
 def seconds_for(digits: int, scene: Scene) -> float:
     """What ``digits`` of a scene cost about, in s of a core; 0 where no mp is needed."""
-    rung = _mp(digits + LOST)
-    if rung.digits <= LADDER[-1].digits or rung.bits is None:
+    if digits + LOST <= LADDER[-1].digits:
         return 0.0
     units = float(scene.until) / math.sqrt(float(scene.body.R / scene.body.g))
-    return SECONDS * units / UNITS * (rung.bits / BITS) ** GROWTH
+    return SECONDS * units / UNITS * ((digits + LOST) / DIGITS_PER_BIT / BITS) ** GROWTH
 
 
 def _require_practical(wanted: int, scene: Scene) -> None:

@@ -1,16 +1,17 @@
-"""Errors that are stated, against the truth; digits that are wanted, delivered or refused."""
+"""Errors that are stated, against the truth."""
 
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import numpy
 import pytest
 
-from tt_precise.integration import Trajectory, cost_table, dense_output, integrate, to_digits
-from tt_precise.integration import propagate as propagation
-from tt_precise.integration.accuracy import worst_digits
-from tt_precise.runtime.errors import InputError
-from tt_precise.scene.scene import Inclination, Scene, Start
+from tt_precise.integration import Trajectory, dense_output, deviation, integrate
+from tt_precise.integration.columns import Columns
+from tt_precise.integration.sizes import SIZE
+from tt_precise.mechanics.formulations import COORDINATES
+from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
 
 
 def true_errors(trajectory: Trajectory, truth: Trajectory) -> dict[str, Any]:
@@ -22,8 +23,11 @@ def true_errors(trajectory: Trajectory, truth: Trajectory) -> dict[str, Any]:
 
 
 def true_digits(trajectory: Trajectory, truth: Trajectory) -> float:
-    """Digits of the worst entry."""
-    return worst_digits(truth.state, true_errors(trajectory, truth), truth.start)
+    """Digits of the worst entry at the end, each beside the size of what it belongs to."""
+    errors, context = true_errors(trajectory, truth), truth.precision.context
+    sizes = truth._columns.of_rows([SIZE + n for n in errors], [truth._dense_output.end_row])
+    found = [-context.log10(e / sizes[SIZE + name][0]) for name, e in errors.items() if e]
+    return float(min(found))
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +72,7 @@ def test_an_end_of_its_own_has_an_error_too(rough: Scene) -> None:
 def test_the_estimate_follows_a_coarser_tolerance(
     short: Scene, truth: Trajectory, tolerance: float
 ) -> None:
-    coarse = integrate(short, tolerance=tolerance, options={"compact_mode": True})
+    coarse = integrate(short, tolerance=tolerance)
     found = true_digits(coarse, truth)
     # The reference run, of the same arithmetic, errs 1e-14 or so: a tenth of the error at 1e-11.
     assert coarse.digits == pytest.approx(found, abs=0.05)
@@ -76,18 +80,17 @@ def test_the_estimate_follows_a_coarser_tolerance(
 
 
 def test_a_coarse_run_is_compared_in_its_own_arithmetic(short: Scene) -> None:
-    options = {"compact_mode": True}
-    coarse = integrate(short, tolerance=1e-8, options=options)
-    (finer,) = coarse.reference_runs
-    euler = integrate(short, tolerance=1e-8, formulation="euler", options=options)
-    finest, twin = euler.reference_runs
+    coarse = integrate(short, tolerance=1e-8)
+    (finer,) = coarse.errors.references
+    euler = integrate(short, tolerance=1e-8, formulation="euler")
+    finest, twin = euler.errors.references
     assert finer.precision == finest.precision == twin.precision == coarse.precision
     assert finest.tolerance < 1e-16 < finer.tolerance < twin.tolerance == coarse.tolerance
     for one in (finer, finest, twin):
         # k and L are exact in no double, so that the reference run starts on the other side of each
         assert one.start.body.alpha != coarse.start.body.alpha
         assert one.start.vectors.ky == coarse.start.vectors.ky == 0
-    (wider,) = integrate(short, tolerance=1e-14, options=options).reference_runs
+    (wider,) = integrate(short, tolerance=1e-14).errors.references
     assert wider.precision.name == "extended"
 
 
@@ -95,7 +98,7 @@ def test_neither_a_run_nor_its_reference_is_integrated_twice_for_errors_at_sampl
     short: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     coarse = integrate(short, tolerance=1e-8)
-    assert len(coarse.reference_runs) == 1
+    assert len(coarse.errors.references) == 1
     monkeypatch.setattr(dense_output, "propagate", None)  # that a second propagation calls
     assert 5 < coarse.digits_throughout < 10
 
@@ -128,73 +131,6 @@ def test_entries_that_vanish_altogether_are_compared_with_their_unit(reference: 
     assert 13 < trajectory.digits < 16
 
 
-@pytest.mark.parametrize(
-    ("wanted", "expected"),
-    [
-        (3, "double"),
-        (11, "double"),
-        (15, "double-double"),
-        (28, "double-double"),
-        (31, "triple-double"),
-        (40, "triple-double"),
-        (50, "mp"),
-    ],
-)
-def test_wanted_digits_are_delivered_by_the_cheapest_arithmetic(
-    short: Scene, truth: Trajectory, wanted: int, expected: str
-) -> None:
-    trajectory = integrate(short, digits=wanted)
-    assert trajectory.precision.name == expected
-    assert true_digits(trajectory, truth) >= wanted
-    assert trajectory.digits >= wanted
-
-
-def test_a_rung_that_does_not_deliver_is_passed(
-    short: Scene, truth: Trajectory, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What the table promises too much (here 7 digits, then 10) is added to the next request."""
-    promised = {"double": 20.5, "extended": 28.0, "quad": 40.0}
-    ladder = [cost_table.Setting("newton", name, 0, 0.0, d, 1.0) for name, d in promised.items()]
-    monkeypatch.setattr(to_digits, "settings", lambda *_: list(ladder))
-    trajectory = integrate(short, digits=20)
-    assert trajectory.precision.name == "quad"
-    assert true_digits(trajectory, truth) >= 20
-
-
-def test_a_machine_without_80_bit_floats_and_llvmlite_goes_on_to_quad(
-    short: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("tt_precise.integration.precision._has_80_bit_floats", lambda: False)
-    monkeypatch.setattr("tt_precise.integration.precision._has_llvmlite", lambda: False)
-    assert integrate(short, digits=18).precision.name == "quad"
-
-
-@pytest.mark.parametrize("wanted", [0, -3, 3001, 2.5, "12", True, float("nan")])
-def test_what_is_no_number_of_digits_is_refused(short: Scene, wanted: Any) -> None:
-    with pytest.raises(InputError, match=r"digits: got .*, expected a whole number from 1 to 3000"):
-        integrate(short, digits=wanted)
-
-
-def test_digits_that_are_not_reached_are_refused(
-    short: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(to_digits, "settings", lambda *_: [])
-    monkeypatch.setattr(Trajectory, "digits_throughout", 29.96)
-    reached = r"digits: got 30, but triple-double with \d+ bits reaches 30\.0"
-    with pytest.raises(InputError, match=reached):
-        integrate(short, digits=30)
-
-
-def test_digits_of_a_hopeless_start_are_refused(
-    reference: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "mp", 5)
-    monkeypatch.setattr(to_digits, "settings", lambda *_: [])
-    hopeless = replace(reference, body=replace(reference.body, mu="1e300"))
-    with pytest.raises(InputError, match="digits: got 10, but the integration of reference fails"):
-        integrate(hopeless, digits=10)
-
-
 def test_two_arithmetics_that_end_differently_leave_no_digits(rough: Scene) -> None:
     """A horizon so close to the loss of contact that double cannot decide which comes first."""
     at_the_edge = replace(rough, until=Fraction("0.65771882639144194"))
@@ -202,3 +138,61 @@ def test_two_arithmetics_that_end_differently_leave_no_digits(rough: Scene) -> N
     assert (torn.status, integrate(at_the_edge, "quad").status) == ("complete", "contact_lost")
     assert torn.digits == 0
     assert torn.error_estimate["theta"] == float("inf")
+
+
+@pytest.mark.parametrize(
+    ("precision", "tolerance"),
+    [
+        ("double", 1e-9),
+        ("double-double", 1e-22),
+        ("triple-double", 1e-33),
+    ],
+)
+def test_digits_all_along_are_those_beside_the_truth(precision: str, tolerance: float) -> None:
+    scene = load_scene("reference").varied(until="0.25")
+    run = integrate(scene, precision, tolerance=tolerance)
+    truth = integrate(scene, "triple-double")
+    right = run.error_over_time(beside=[truth])["digits"].min()
+    assert run.digits_throughout == pytest.approx(right, abs=0.1)
+    # what is compared column by column, without first order, says the same
+    by_column = [
+        max(
+            abs(ours - theirs)
+            for ours, theirs in zip(run.frame(n)[n], truth.frame(n)[n], strict=True)
+        )
+        for n in ("kx", "Lx", "vx")
+    ]
+    at_once = run.error_over_time("kx", "Lx", "vx", beside=[truth])
+    for name, worst in zip(("kx", "Lx", "vx"), by_column, strict=True):
+        assert float(worst) == pytest.approx(at_once[name].max(), rel=0.05)
+
+
+def test_a_scene_at_rest_in_v_a_loses_nothing_beside_itself() -> None:
+    """Planar motion: all rates vanish where it turns back; and v_A decays to nothing."""
+    rocking = integrate("rocking", tolerance=1e-10, events=("theta_max",))
+    assert rocking.digits_throughout > 6
+    decayed = integrate(load_scene("reference").varied(until="60"), tolerance=1e-10)
+    assert decayed.digits_throughout > 5
+    assert max(abs(decayed.state.vx), abs(decayed.state.vy)) < 1e-8
+
+
+@pytest.mark.parametrize("model", ["gliding", "rolling"])
+@pytest.mark.parametrize("coordinates", COORDINATES)
+def test_deviations_of_every_column_are_those_of_finite_differences(
+    model: str, coordinates: str
+) -> None:
+    scene = load_scene("reference" if model == "gliding" else "rolling").varied(until="0.1")
+    record = ("phi", "psi", "x", "y")
+    run = integrate(scene, formulation=coordinates, record=record, events=())
+    columns, row = Columns(run.setup, run.start), numpy.array(run._dense_output.propagation.state)
+    apart = numpy.random.default_rng(22).uniform(-1, 1, len(row))
+
+    def read(h: Any, fn: Any = numpy) -> Any:
+        entries = tuple((row + h * apart)[:, None])
+        return columns.of_arrays(columns.names, entries, float, fn)
+
+    found, ahead, behind = read(1e-20j, deviation), read(1e-6), read(-1e-6)
+    for name, one in found.items():
+        slope, size = (ahead[name] - behind[name])[0] / 2e-6, 1 + abs(one.real[0])
+        assert one.real[0] == pytest.approx(read(0)[name][0], rel=1e-15)
+        assert one.imag[0] / 1e-20 == pytest.approx(slope, rel=1e-6, abs=1e-6 * size), name

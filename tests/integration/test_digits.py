@@ -1,0 +1,158 @@
+"""Digits asked for: by which rung, delivered at every golden row, or refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import tt_precise as tt
+from tt_precise.integration import Trajectory, digits, integrate
+from tt_precise.integration import propagate as propagation
+from tt_precise.integration.digits import HEYOKAS, LADDER, SPARE, Rung, integrate_to_digits
+from tt_precise.integration.precision import DOUBLES
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene, shipped
+
+
+class Runs:
+    """Stands for the integration: each run loses ``lost`` digits, and has ``most`` at most."""
+
+    def __init__(self, lost: float = 1.0, most: float = 1e9):
+        self.lost, self.most = lost, most
+        self.rungs: list[Rung] = []
+
+    def __call__(self, rung: Rung) -> Any:
+        self.rungs.append(rung)
+        return SimpleNamespace(
+            status="complete", digits_throughout=min(rung.digits - self.lost, self.most),
+            scene=load_scene("reference"), precision=SimpleNamespace(name="double", bits=53),
+        )  # fmt: skip
+
+
+def climbed(wanted: int, runs: Runs) -> list[Rung]:
+    integrate_to_digits(wanted, load_scene("reference"), runs)
+    return runs.rungs
+
+
+def test_the_first_rung_that_mostly_suffices_is_tried_first() -> None:
+    assert [climbed(n, Runs())[0].digits >= n + digits.LOST for n in range(1, 60)]
+    assert climbed(6, Runs()) == [LADDER[0]]
+    assert climbed(34, Runs())[0].precision == "triple-double"
+    assert climbed(60, Runs())[0].precision == "mp"
+
+
+def test_what_an_estimate_lacks_is_added_to_the_next_rung() -> None:
+    assert climbed(8, Runs(lost=2.5)) == [LADDER[0], LADDER[1]]
+    assert climbed(8, Runs(lost=6)) == [LADDER[0], LADDER[2]]
+    # so much is spared on top of what is asked for
+    enough = 10 - 8 - SPARE
+    assert climbed(8, Runs(lost=enough - 0.01)) == [LADDER[0]]
+    assert climbed(8, Runs(lost=enough + 0.01)) == [LADDER[0], LADDER[1]]
+
+
+def test_a_retry_that_cannot_help_is_not_made() -> None:
+    runs = Runs(most=0.0)
+    with pytest.raises(InputError, match="digits: got 9, but reference has 0"):
+        climbed(9, runs)
+    assert len(runs.rungs) == 2
+
+
+@pytest.mark.parametrize("wanted", [0, -3, 2.5, "12", True, float("nan")])
+def test_what_is_no_number_of_digits_is_refused(wanted: Any) -> None:
+    with pytest.raises(InputError, match="digits: got "):
+        integrate("reference", digits=wanted)
+
+
+def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practical() -> None:
+    with pytest.raises(InputError, match="digits: got 1000") as refused:
+        integrate("reference", digits=1000)
+    most = int(str(refused.value).partition("at most ")[2].partition(",")[0])
+    scene = load_scene("reference")
+    assert digits.seconds_for(most, scene) <= digits.MOST_SECONDS < digits.seconds_for(1000, scene)
+    assert digits.seconds_for(40, scene) == 0  # no mp
+
+
+@pytest.mark.parametrize("more", [{"tolerance": 1e-3}, {"precision": "quad"}, {"bits": 200}])
+def test_what_digits_choose_is_not_given_too(more: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=f"digits: got a {next(iter(more))} too"):
+        integrate("reference", digits=8, **more)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "expected"),
+    [
+        (3, "double"),
+        (12, "double-double"),
+        (40, "triple-double"),
+        (50, "mp"),
+    ],
+)
+def test_wanted_digits_are_delivered(reference: Scene, wanted: int, expected: str) -> None:
+    short = reference.varied(until="0.1")
+    run = integrate(short, digits=wanted)
+    assert run.precision.name == expected
+    truth = integrate(short, "mp", bits=240)
+    assert run.error_over_time(beside=[truth])["digits"].min() >= wanted
+    assert run.digits_throughout >= wanted
+
+
+def test_a_machine_without_80_bit_floats_and_llvmlite_goes_on_to_quad(
+    reference: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tt_precise.integration.precision._has_80_bit_floats", lambda: False)
+    monkeypatch.setattr("tt_precise.integration.precision._has_llvmlite", lambda: False)
+    assert integrate(reference.varied(until="0.1"), digits=15).precision.name == "quad"
+    assert {rung.precision for rung in HEYOKAS}.isdisjoint(DOUBLES)
+
+
+def test_digits_of_a_hopeless_start_are_refused(
+    reference: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in propagation.STEPS_IN_A_PIECE:
+        monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, name, 5)
+    hopeless = replace(reference, body=replace(reference.body, mu="1e300"))
+    with pytest.raises(InputError, match="digits: got 10, but the integration of reference fails"):
+        integrate(hopeless, digits=10)
+
+
+def right_digits(run: Trajectory) -> float:
+    """Digits of the worst entry, at the worst golden time, that golden data confirm."""
+    name = run.scene.name
+    known = tt.golden.load(name, "text")
+    assert known.manifest["status"] == run.status
+    names = [column for column in run.state.values if column in known.columns]
+    number = run.precision.context.mpf
+    inner = known[[number(t) < number(run.t_end) for t in known["t"]]]
+    sizes = run.table(*(f"size:{n}" for n in names), times=inner["t"], numbers="float")
+    rows, found = run.table(*names, times=inner["t"]), [99.0]
+    for column in names:
+        for own, text, size in zip(
+            rows[column], inner[column], sizes[f"size:{column}"], strict=True
+        ):
+            if text is not None and own is not None and own == own:
+                error = float(abs(number(own) - number(text))) / size
+                found.append(-float(run.precision.context.log10(error)) if error else 99.0)
+    return min(found)
+
+
+def test_a_flight_that_ends_on_the_table_has_digits() -> None:
+    """The height there is zero: its error counts beside the unit of length."""
+    run = integrate("coulomb-flight", digits=9)
+    assert (run.status, run.precision.name) == ("landed", "double")
+    assert run.digits_throughout >= 9
+    assert right_digits(run) >= 9
+    # negative control: 1e-9 of the unit of length
+    run.error_estimate["height"] = 1.1e-9 * run.start.units.length
+    assert run.digits < 9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wanted", [4, 6, 9, 12, 15, 20, 25, 30])
+@pytest.mark.parametrize("name", shipped())
+def test_every_scene_delivers(name: str, wanted: int) -> None:
+    run = integrate(name, digits=wanted)
+    assert run.digits_throughout >= wanted
+    assert right_digits(run) >= wanted
