@@ -11,8 +11,10 @@ import pytest
 import tt_precise as tt
 from tt_precise.integration import Trajectory, digits, integrate
 from tt_precise.integration import propagate as propagation
+from tt_precise.integration.columns import digits_over_rows
 from tt_precise.integration.digits import HEYOKAS, LADDER, SPARE, Rung, integrate_to_digits
 from tt_precise.integration.precision import DOUBLES
+from tt_precise.integration.tables import floats
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
@@ -126,16 +128,18 @@ def right_digits(run: Trajectory) -> float:
     names = [column for column in run.state.values if column in known.columns]
     number = run.precision.context.mpf
     inner = known[[number(t) < number(run.t_end) for t in known["t"]]]
-    sizes = run.table(*(f"size:{n}" for n in names), times=inner["t"], numbers="float")
-    rows, found = run.table(*names, times=inner["t"]), [99.0]
-    for column in names:
-        for own, text, size in zip(
-            rows[column], inner[column], sizes[f"size:{column}"], strict=True
-        ):
-            if text is not None and own is not None and own == own:
-                error = float(abs(number(own) - number(text))) / size
-                found.append(-float(run.precision.context.log10(error)) if error else 99.0)
-    return min(found)
+    rows = run.table(*names, times=inner["t"])
+    errors = {
+        column: floats(
+            [
+                None if own is None or text is None else abs(number(own) - number(text))
+                for own, text in zip(rows[column], inner[column], strict=True)
+            ]
+        )
+        for column in names
+    }
+    values = {column: floats(rows[column]) for column in names}
+    return float(digits_over_rows(values, errors, run.start, run.precision.bits).min())
 
 
 def test_a_flight_that_ends_on_the_table_has_digits() -> None:

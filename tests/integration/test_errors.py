@@ -8,8 +8,7 @@ import numpy
 import pytest
 
 from tt_precise.integration import Trajectory, dense_output, deviation, integrate
-from tt_precise.integration.columns import Columns
-from tt_precise.integration.sizes import SIZE
+from tt_precise.integration.columns import Columns, worst_digits
 from tt_precise.mechanics.formulations import COORDINATES
 from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
 
@@ -24,10 +23,7 @@ def true_errors(trajectory: Trajectory, truth: Trajectory) -> dict[str, Any]:
 
 def true_digits(trajectory: Trajectory, truth: Trajectory) -> float:
     """Digits of the worst entry at the end, each beside the size of what it belongs to."""
-    errors, context = true_errors(trajectory, truth), truth.precision.context
-    sizes = truth._columns.of_rows([SIZE + n for n in errors], [truth._dense_output.end_row])
-    found = [-context.log10(e / sizes[SIZE + name][0]) for name, e in errors.items() if e]
-    return float(min(found))
+    return worst_digits(truth.state, true_errors(trajectory, truth), truth.start)
 
 
 @pytest.fixture(scope="module")

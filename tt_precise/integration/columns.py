@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from tt_precise.integration.pose import POSE_NAMES, pose_of
@@ -10,7 +11,7 @@ from tt_precise.integration.pose import dimension as pose_dimension
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.sizes import SIZE, size_of
+from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -98,8 +99,7 @@ class Columns:
         return self.form.coordinates == "newton" or "phi" in self.record
 
     def dimension(self, name: str) -> Dimension:
-        """The dimension of a column, or of a size; refuses unknown names."""
-        name = name.removeprefix(SIZE)
+        """The dimension of a column; refuses unknown names."""
         if name in QUANTITIES:
             return QUANTITIES[name].dimension
         if name in self.names:
@@ -190,8 +190,6 @@ class Columns:
         return float(value) if self.precision.name == "double" and value is not None else value
 
     def _entry(self, name: str, row: tuple[Scalar, ...], q: Motion) -> Scalar:
-        if name.startswith(SIZE):
-            return size_of(name.removeprefix(SIZE), q, self._recorded(row))
         if name in self.record:
             return self._recorded(row)[name]
         if name in LIFTED_COLUMNS:
@@ -215,3 +213,46 @@ class Columns:
         return {
             name: value * QUADRATURE_SCALE for name, value in zip(self.record, values, strict=True)
         }
+
+
+def digits_over_rows(
+    columns: Mapping[str, Array], errors: Mapping[str, Array], start: InitialState, bits: int
+) -> Array:
+    """Significant digits of the worst entry of many states, by the rule of ``mechanics.digits``.
+
+    ``columns`` of a state and their ``errors`` are float64 arrays over rows, in SI.
+    """
+    import numpy
+
+    unit = {n: float(start.units.of_dimension(STATE_DIMENSIONS[n])) for n in columns}
+    with numpy.errstate(all="ignore"):
+        own = {name: values / unit[name] for name, values in columns.items()}
+        beside = sizes(start.body.map(float), own, numpy)
+        # what is undefined in both, at a pole, has no error either
+        worst = numpy.fmax.reduce([errors[n] / (unit[n] * beside[n]) for n in errors], initial=0)
+        return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
+
+
+def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState) -> float:
+    """The same of one state with errors in any arithmetic."""
+    context = state.precision.context
+    unit = {n: start.units.of_dimension(STATE_DIMENSIONS[n]) for n in state.values}
+    own = {
+        name: None if value is None else context.mpf(value) / unit[name]
+        for name, value in state.values.items()
+    }
+    beside = sizes(start.body.map(context.mpf), own, context)
+    found = [
+        float(-context.log10(errors[name] / (unit[name] * size)))
+        for name, size in beside.items()
+        if errors.get(name)
+    ]
+    return max(0.0, min([*found, float(state.precision.bits * context.log10(2))]))
+
+
+def digits_of_time(error: Array, time: Array, unit: float) -> Array:
+    """Significant digits of a time, beside itself or the unit of time where that is longer."""
+    import numpy
+
+    with numpy.errstate(divide="ignore"):
+        return numpy.maximum(-numpy.log10(error / numpy.maximum(time, unit)), 0.0)

@@ -14,12 +14,12 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from tt_precise.integration.columns import digits_of_time, digits_over_rows, worst_digits
 from tt_precise.integration.event_errors import event_errors
 from tt_precise.integration.pose import POSE_NAMES
 from tt_precise.integration.precision import finer
 from tt_precise.integration.propagate import ARRIVED
 from tt_precise.integration.setup import Setup, full_tolerance
-from tt_precise.integration.sizes import SIZE, digits_of_time, digits_over_rows
 from tt_precise.integration.tables import Reference, Tables, distance, floats
 from tt_precise.integration.times import in_parts, long_double
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
@@ -88,15 +88,7 @@ class Errors:
     @property
     def digits_at_end(self) -> float:
         """Significant digits of the worst entry of the state at the end."""
-        run = self._run
-        names = [name for name in run.state.values if name in self.at_end]
-        sizes = run._columns.of_rows([SIZE + name for name in names], [run._dense_output.end_row])
-        found = [_most(run)]
-        for name in names:
-            (size,), error = sizes[SIZE + name], self.at_end[name]
-            if error and size is not None:
-                found.append(float(-run.precision.context.log10(error / size)))
-        return max(0.0, min(found))
+        return worst_digits(self._run.state, self.at_end, self._run.start)
 
     def over_time(self, names: Sequence[str] = ()) -> dict[str, Array]:
         """Float64 columns at the samples: t, the errors of ``names`` (SI), "digits".
@@ -109,18 +101,18 @@ class Errors:
         run, state = self._run, self._run._columns.names
         every = tuple(dict.fromkeys([*state, *names]))
         times = run.sample_times
-        wanted = [SIZE + name for name in state]
-        if _in_pieces(run._tables):
-            own, found = None, run._tables.columns(wanted, times, "float")
+        own = None if _in_pieces(run._tables) else States(run._tables, times)
+        if own:
+            found = run._columns.of_arrays(state, tuple(own.floats), float)
         else:
-            own = States(run._tables, times)
-            found = run._columns.of_arrays(wanted, tuple(own.floats), float)
-        sizes = {name: floats(found[SIZE + name]) for name in state}
+            found = run._tables.columns(state, times, "float")
+        values = {name: floats(column) for name, column in found.items() if name != "t"}
         errors = {name: numpy.zeros(len(times)) for name in every}
         for reference in self._references:
             for name, apart in self._distances(reference, every, times, own).items():
                 errors[name] = numpy.fmax(errors[name], apart)
-        digits = digits_over_rows({name: errors[name] for name in state}, sizes, _most(run))
+        known = {name: errors[name] for name in state}
+        digits = digits_over_rows(values, known, run.start, run.precision.bits)
         seconds = numpy.array([float(t) for t in times])
         return {"t": seconds, **{name: errors[name] for name in names}, "digits": digits}
 
@@ -297,7 +289,3 @@ class States:
 
 def _in_pieces(tables: Tables) -> bool:
     return hasattr(tables.dense_output, "pieces")
-
-
-def _most(run: Any) -> float:
-    return float(run.precision.bits * math.log10(2))

@@ -11,13 +11,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from tt_precise.integration.accuracy import digits_over_rows
-from tt_precise.integration.columns import Columns
-from tt_precise.integration.error_over_time import Reference, distance, floats
+from tt_precise.integration.columns import Columns, digits_of_time, digits_over_rows
 from tt_precise.integration.events import EXTREMUM, Event, event_named
 from tt_precise.integration.pieces import MotionPiece
 from tt_precise.integration.system import Hit
-from tt_precise.integration.tables import Tables
+from tt_precise.integration.tables import Reference, Tables, distance, floats
 from tt_precise.integration.times import Times, long_double
 from tt_precise.runtime.arithmetic import Array, Scalar
 
@@ -136,14 +134,6 @@ def _end(part: JoinedStretch) -> tuple[Scalar, Mapping[str, Sequence[Scalar | No
     if part.ended == "stick":  # at rest; what is left of v_A says how small a speed counts as none
         state |= {name: [time * 0] for name in GLIDING if name in state}
     return time, state
-
-
-def digits_of_time(error: Array, time: Array, unit: float) -> Array:
-    """Significant digits of a time, beside itself or the unit of time where that is longer."""
-    import numpy
-
-    with numpy.errstate(divide="ignore"):
-        return numpy.maximum(-numpy.log10(error / numpy.maximum(time, unit)), 0.0)
 
 
 def _beside(
