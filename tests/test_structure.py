@@ -26,9 +26,7 @@ ORDER = (
 PLACES = {
     "__main__": "cli",
     "mechanics.initial_state": "scene",
-    **dict.fromkeys(
-        ("scene", "scene.numerals", "scene.body", "scene.dry_friction", "scene.compliance"), "body"
-    ),
+    **dict.fromkeys(("scene", "scene.numerals", "scene.body", "scene.laws"), "body"),
 }
 LONGEST = 700  # lines of a file
 

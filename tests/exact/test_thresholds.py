@@ -17,8 +17,7 @@ from tt_precise.exact.thresholds import Thresholds, thresholds
 from tt_precise.mechanics import euler, quantities
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.runtime.errors import InputError
-from tt_precise.scene.body import TippeTop
-from tt_precise.scene.dry_friction import top_with_friction
+from tt_precise.scene.body import TippeTop, top_of
 from tt_precise.scene.scene import Inclination, Scene, load_scene
 
 NAMES = ["lambda", "lambda_thres", "lambda_up", "D0", "D1", "E0", "E1", "gamma", "sigma"]
@@ -148,7 +147,7 @@ def test_extreme_friction_falls_back_on_an_auxiliary_one() -> None:
 
 def with_friction(law: str, mu: str, nu_x: str, **more: str) -> Scene:
     body = {"m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82"}
-    top = top_with_friction(body, {"law": law, "mu": mu, **more})
+    top, _ = top_of(body, {"law": law, "mu": mu, **more})
     return replace(with_start(nu_x=Fraction(nu_x)), body=top)
 
 

@@ -59,11 +59,9 @@ class Law:
     def __init__(self, scene: Scene, model: str):
         body = scene.body
         self.mu, self.law = float(body.mu), body.law if model in ("gliding", "contact") else ""
-        self.epsilon = float(getattr(body, "epsilon", 0))
-        self.spring = getattr(body, "spring", "") if model == "contact" else ""
-        self.stiffness, self.damping = (
-            float(getattr(body, name, 0)) for name in ("stiffness", "damping")
-        )
+        self.epsilon = float(body.numbers_by_name.get("epsilon", 0))
+        self.spring = body.spring if model == "contact" else ""
+        self.stiffness, self.damping = float(body.stiffness), float(body.damping)
         self.order = 1.0 if self.spring == "linear" else 1.5
 
     def power(self, rows: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -13,8 +14,7 @@ from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import ELASTIC, FLIGHT, Formulation
 from tt_precise.mechanics.lifted import LiftedState
-from tt_precise.scene.body import TippeTop
-from tt_precise.scene.compliance import SPRINGS, CompliantParameters
+from tt_precise.scene.body import SPRINGS, Parameters, TippeTop
 
 Round = Callable[[Fraction], Any]
 STIFFNESS, DAMPING = 70, Fraction(3, 7)
@@ -24,10 +24,10 @@ FORMS = {
 }
 
 
-def table(body: TippeTop, spring: str, rounded: Round) -> CompliantParameters:
-    return CompliantParameters(
-        **vars(body.numbers(rounded)), epsilon=0, law="viscous", spring=spring,
-        stiffness=rounded(Fraction(STIFFNESS)), damping=rounded(DAMPING),
+def table(body: TippeTop, spring: str, rounded: Round) -> Parameters:
+    return replace(
+        body.numbers(rounded), spring=spring, stiffness=rounded(Fraction(STIFFNESS)),
+        damping=rounded(DAMPING),
     )  # fmt: skip
 
 

@@ -1,5 +1,8 @@
 """Friction laws: their limits, their agreement with the viscous equations, and the polar form."""
 
+import math
+import pickle
+import types
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -12,26 +15,25 @@ from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.errors import InputError
-from tt_precise.scene.body import Parameters, TippeTop
-from tt_precise.scene.dry_friction import (
-    CoulombParameters,
-    CoulombTop,
-    RegularisedTop,
-    top_with_friction,
-)
+from tt_precise.scene.body import Parameters, TippeTop, top_of
+from tt_precise.scene.laws import COULOMB, LAWS
 
 BODY: dict[str, Any] = {
     "m": "1.7", "R": "0.6", "alpha": "0.3", "I1": "0.37", "I3": "0.41", "g": "9.82",
 }  # fmt: skip
+FURTHER = {
+    "viscous": {}, "coulomb": {}, "regularised": {"epsilon": "0.05"},
+    "stribeck": {"mu_s": "0.35", "v_s": "0.2", "epsilon": "0.05"},
+}  # fmt: skip
 
 
 def dry(law: str, **keys: str) -> TippeTop:
-    return top_with_friction(BODY, {"law": law, "mu": "0.23", **keys})
+    return top_of(BODY, {"law": law, "mu": "0.23", **keys})[0]
 
 
 def test_a_viscous_body_is_handed_on_as_it_is(body: TippeTop) -> None:
     assert friction.viscous_at(body, 1, 2, None) is body
-    assert type(top_with_friction(BODY, {"law": "viscous", "mu": "0.23"})) is TippeTop
+    assert top_of(BODY, {"law": "viscous", "mu": "0.23"})[0] == body
 
 
 def test_regularised_is_viscous_below_epsilon_and_coulomb_above(mp: Any, rounded: Any) -> None:
@@ -55,7 +57,7 @@ def test_the_force_of_coulomb_has_one_size(
 
 
 def test_dimensionless_and_si_give_the_same_force(mp: Any, rounded: Any) -> None:
-    for top in (dry("coulomb"), dry("regularised", epsilon="0.05")):
+    for top in (dry(law, **FURTHER[law]) for law in LAWS):
         si, bare = top.numbers(rounded), top.dimensionless(mp, rounded)
         time = mp.sqrt(si.R / si.g)
         momentum = si.m * si.R**2 / time
@@ -75,7 +77,7 @@ def test_a_steep_cone_holds_and_a_flat_one_does_not() -> None:
 
 
 def test_wrapped_equations_are_those_of_the_law() -> None:
-    body = CoulombParameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3)
+    body = Parameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3, friction=COULOMB)
     state = NewtonState(0.6, 0.0, 0.8, 1.0, 2.0, 3.0, 0.3, 0.4)
     rates = friction.of_law(newton.rates, lambda _, s: s.v[:2])(body, state, numpy)
     assert rates == newton.rates(Parameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.6), state)
@@ -86,21 +88,65 @@ def test_wrapped_equations_are_those_of_the_law() -> None:
     [
         ({"law": "sticky"}, "friction.law: got 'sticky', expected one of: viscous, regularised"),
         ({"law": "regularised", "mu": "0.3"}, "missing key friction.epsilon"),
-        ({"law": "coulomb", "mu": "0.3", "epsilon": "1"}, "unknown key friction.'epsilon'"),
-        ({"law": "regularised", "mu": "0.3", "epsilon": "0"}, "epsilon: got 0, expected a speed"),
+        ({"law": "coulomb", "mu": "0.3", "epsilon": "1"}, "unknown key friction.epsilon"),
+        ({"law": "regularised", "mu": "0.3", "epsilon": "0"}, "epsilon: got 0.0, expected a speed"),
+        ({"law": "stribeck", "mu": "0.3"}, "missing key friction.epsilon"),
+        (
+            {"law": "stribeck", "mu": "0.3", "mu_s": "0.2", "v_s": "1", "epsilon": "1"},
+            "mu_s: got 0.2, expected at least mu",
+        ),
+        (
+            {"law": "stribeck", "mu": "0.3", "mu_s": "0.4", "v_s": "0", "epsilon": "1"},
+            "v_s: got 0.0, expected a speed",
+        ),
         ({"law": "coulomb", "mu": "-1"}, "mu: got -1"),
     ],
 )
 def test_refuses(table: dict[str, str], said: str) -> None:
     with pytest.raises(InputError, match=said):
-        top_with_friction(BODY, table)
+        top_of(BODY, table)
 
 
 def test_refuses_two_mu() -> None:
     with pytest.raises(InputError, match=r"body\.mu: got it beside a table"):
-        top_with_friction({**BODY, "mu": "1"}, {"law": "coulomb", "mu": "0.3"})
+        top_of({**BODY, "mu": "1"}, {"law": "coulomb", "mu": "0.3"})
 
 
-def test_laws_of_the_classes() -> None:
-    assert isinstance(dry("regularised", epsilon="1e-3"), RegularisedTop)
-    assert isinstance(dry("coulomb"), CoulombTop)
+@pytest.mark.parametrize("law", LAWS)
+def test_a_law_keeps_what_it_promises(law: str, mp: Any, rounded: Any) -> None:
+    """The bound bounds, constant means constant, the functions suffice, and each law is one."""
+    body = dry(law, **FURTHER[law]).numbers(rounded)
+    speeds = [mp.mpf(10) ** n for n in range(-8, 3)]
+    found = [friction.coefficient(body, v, 0, mp) for v in speeds]
+    for speed, c in zip(speeds, found, strict=True):
+        assert 0 < c <= friction.largest_coefficient(body, speed)
+    assert (min(found) == max(found)) == body.friction.constant
+
+    class Bare:
+        """Only what the law says that it needs."""
+
+    for name in body.friction.functions:
+        setattr(Bare, name, staticmethod(getattr(mp, name)))
+    assert friction.coefficient(body, speeds[5], 0, Bare) == found[5]
+    rest = friction.largest_coefficient(body, mp.mpf("1e-30"))
+    slow = friction.coefficient(body, mp.mpf("1e-30"), 0, mp)
+    smooth = abs(slow / rest - 1) < mp.mpf("1e-50") and rest < 100
+    assert bool(smooth) == body.friction.smooth_at_rest
+    assert pickle.loads(pickle.dumps(dry(law, **FURTHER[law]))).friction is LAWS[law]
+
+
+def test_an_arithmetic_without_exp_is_refused_in_words() -> None:
+    body = dry("stribeck", **FURTHER["stribeck"]).numbers(float)
+    assert friction.coefficient(body, 1.0, 0.0, math) > 0
+    without = types.SimpleNamespace(sqrt=math.sqrt)
+    with pytest.raises(InputError, match="got stribeck, expected a law without exp"):
+        friction.coefficient(body, 1.0, 0.0, without)
+
+
+def test_stribeck_falls_from_static_to_kinetic_friction(mp: Any, rounded: Any) -> None:
+    """mu_s at rest, mu far above v_s, and mu + (mu_s - mu)/e at v_s."""
+    top = dry("stribeck", mu_s="0.35", v_s="0.2", epsilon="1e-30").numbers(rounded)
+    for speed, factor in (("1e-15", 1), ("0.2", 1 / mp.e), ("10", 0)):
+        v = mp.mpf(speed)
+        expected = top.mu + (mp.mpf("0.35") - top.mu) * factor
+        assert abs(friction.coefficient(top, 0, v, mp) * v - expected) < mp.mpf("1e-25")

@@ -7,14 +7,15 @@ import pytest
 from tt_precise.mechanics import friction, onset, polar, rolling
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.onset import OnsetSeries
-from tt_precise.scene.dry_friction import CoulombParameters
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.laws import COULOMB
 
 TERMS = 16
 
 
-def body(mp: Any, mu: Any) -> CoulombParameters:
+def body(mp: Any, mu: Any) -> Parameters:
     given = [mp.mpf(x) for x in (1, 1, "0.3", "0.375", "0.4", 1)]
-    return CoulombParameters(*(*given, mu))
+    return Parameters(*given, mu, friction=COULOMB)
 
 
 def state(mp: Any) -> NewtonState:
@@ -28,7 +29,7 @@ def ratio(mp: Any) -> Any:
     return mp.hypot(x, y) / z
 
 
-def residual(mp: Any, top: CoulombParameters, series: OnsetSeries, t: Any) -> Any:
+def residual(mp: Any, top: Parameters, series: OnsetSeries, t: Any) -> Any:
     """How far the series is from v_A_dot = the acceleration, at one time."""
 
     def velocity(time: Any) -> tuple[Any, Any]:

@@ -9,9 +9,10 @@ from tt_precise.mechanics import euler, friction, newton, polar
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.scene.dry_friction import CoulombParameters
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.laws import COULOMB
 
-BODY = CoulombParameters(1.0, 1.0, 0.3, 0.4, 0.5, 1.0, 0.3)
+BODY = Parameters(1.0, 1.0, 0.3, 0.4, 0.5, 1.0, 0.3, friction=COULOMB)
 STATE = EulerState(0.7, 0.4, 0.9, 3.0, 0.06, -0.02)
 
 

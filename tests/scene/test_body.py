@@ -8,7 +8,7 @@ import mpmath
 import pytest
 
 from tt_precise.runtime.errors import InputError
-from tt_precise.scene.body import Dimension, TippeTop, Units, require_si
+from tt_precise.scene.body import Dimension, TippeTop, Units, require_si, top_of
 from tt_precise.scene.numerals import to_mpmath
 
 RATIOS = {
@@ -131,10 +131,16 @@ def test_floats_are_the_decimals_that_one_writes() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"I1": "2.99e-6", "I3": "3.2e-6"}, r"body\.I1: got 2\.99e-06, .* write 0\.37375, which"),
+        (
+            {"I1": "2.99e-6", "I3": "3.2e-6"},
+            r"body\.I1: got 2\.99e-06, .* in kg m\^2, write I1_kg_m2 = \"2\.99e-06\"",
+        ),
         ({"I3": "23.5", "I1": "12"}, r"body\.I1: got 12\.0, expected 0\.001 to 10 in units"),
         ({"g": "982"}, r"body\.g: got 982\.0, .* \(is it in cm/s\^2\?\)"),
-        ({"m": "20"}, r"body\.m, body\.R: got 20\.0, .* \(is it in g, cm or mm\?\)"),
+        (
+            {"m": "20"},
+            r"body\.m, body\.R: got 20\.0, .* there are m_g and R_mm\)",
+        ),
         ({"R": "20"}, r"body\.m, body\.R: got 0\.02, .* with R = 20\.0"),
         ({"R": "2"}, r"body\.m, body\.R: got 0\.02, .* with R = 2\.0"),
     ],
@@ -158,3 +164,41 @@ def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) ->
 )
 def test_no_top_is_taken_for_a_mistake(changes: dict[str, Any]) -> None:
     require_si(top(**changes))
+
+
+SI = {"m": "0.015", "R": "0.017", "alpha": "0.004/0.017", "I1": "80/289", "I3": "0.3",
+      "g": "9.81", "mu": "0.3"}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("instead", "given"),
+    [
+        ("m", {"m_g": 15}),
+        ("R", {"R_mm": "17"}),
+        ("alpha", {"centre_mm": "4"}),
+        ("alpha", {"centre_m": 0.004}),
+        ("I1", {"I1_kg_m2": "1.2e-6"}),
+        ("I3", {"I3_kg_m2": "1.3005e-6"}),
+    ],
+)
+def test_keys_that_say_their_unit(instead: str, given: dict[str, Any]) -> None:
+    expected, _ = top_of(SI)
+    table = {name: value for name, value in SI.items() if name != instead}
+    assert top_of({**table, **given}) == (expected, False)
+    with pytest.raises(InputError, match=f"body.{next(iter(given))}: got it beside another key"):
+        top_of({**SI, **given})
+    with pytest.raises(InputError, match=rf"missing key body\.{instead}, .*{next(iter(given))}"):
+        top_of(table)
+
+
+def test_perturbed_and_file_units_keep_every_number() -> None:
+    table = {name: value for name, value in SI.items() if name != "mu"}
+    friction = {"law": "stribeck", "mu": "0.2", "mu_s": "0.3", "v_s": "0.1", "epsilon": "0.01"}
+    contact = {"law": "compliant", "force": "linear", "stiffness": "500", "damping": "0.1"}
+    top, flies = top_of(table, friction, contact)
+    assert not flies
+    assert TippeTop.from_ratios(**top.in_file_units()) == top
+    assert top.numbers_by_name["mu_s"] == Fraction(3, 10)
+    assert top.map(float).numbers_by_name["v_s"] == 0.1
+    with pytest.raises(InputError, match="got compliant with coulomb friction"):
+        top_of(table, {"law": "coulomb", "mu": "0.2"}, contact)

@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis.strategies import floats, integers, lists
 
 from tt_precise.runtime.errors import InputError
-from tt_precise.scene.numerals import LONGEST, exact, shortest_texts, to_mpmath
+from tt_precise.scene.numerals import LONGEST, exact, read, shortest_texts, to_mpmath
 
 
 @pytest.mark.parametrize(
@@ -25,6 +25,9 @@ from tt_precise.scene.numerals import LONGEST, exact, shortest_texts, to_mpmath
         ("7.", Fraction(7)),
         (" 9.82 ", Fraction(491, 50)),
         ("1e-999", Fraction(1, 10**999)),
+        ("0.004/0.017", Fraction(4, 17)),
+        ("2 * 3/4 / 5", Fraction(3, 10)),
+        ("pi/pi", Fraction(1)),
         (3, Fraction(3)),
         (Fraction(2, 3), Fraction(2, 3)),
     ],
@@ -36,8 +39,9 @@ def test_reads_exactly(given: Any, value: Fraction) -> None:
 @pytest.mark.parametrize(
     "given",
     [
-        "0,1", "nan", "NaN", "inf", "-Infinity", "", " ", "1 2", "1/0", "1/2/3", "0.5/2", "1e9999",
-        "1_000", "0x10", "1e", "e5", "--1", "\u0661", "\uff11", "pi", "1\n2", "9" * (LONGEST + 1),
+        "0,1", "nan", "NaN", "inf", "-Infinity", "", " ", "1 2", "1/0", "1/(2)", "2024-01-01", "1e9999",
+        "pi*pi", "1/pi", "10 deg", "1*2*3*4*5",
+        "1_000", "0x10", "1e", "e5", "--1", "\u0661", "\uff11", "\u0661/2", "1\n2", "9" * (LONGEST + 1),
         0.1, float("nan"), True, None, b"1", [1], 1j,
     ],
 )  # fmt: skip
@@ -49,6 +53,17 @@ def test_refuses_with_one_line(given: Any) -> None:
     assert "expected" in message
     assert "\n" not in message
     assert len(message) < 200
+
+
+def test_a_multiple_of_pi_has_100_digits() -> None:
+    """Against mpmath's own pi; ``read`` keeps it apart, so that pi itself stays exact."""
+    with mpmath.workdps(130):
+        for text, value in (("-pi/18", -mpmath.pi / 18), ("pi/2 - 0.01", mpmath.pi / 2 - 0.01)):
+            found = mpmath.mpf(exact(text).numerator) / exact(text).denominator
+            assert 0 < abs(found / value - 1) < mpmath.mpf(10) ** (-99 if "18" in text else -16)
+    assert read("10 deg", unit="deg") == read("pi/18") == (0, Fraction(1, 18))
+    assert read("pi - 1e-9") == (Fraction(-1, 10**9), 1)
+    assert exact("pi/18") == exact("10*pi/180") != Fraction(math.pi / 18)
 
 
 @pytest.mark.parametrize("digits", [15, 50, 71, 200])

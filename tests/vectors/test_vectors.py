@@ -6,7 +6,7 @@ import json
 import shutil
 import tomllib
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from fnmatch import fnmatch
 from fractions import Fraction
 from pathlib import Path
@@ -22,8 +22,8 @@ from tt_precise.golden.store import home
 from tt_precise.mechanics import compliant, euler, lifted, newton, rolling
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.lifted import LiftedState
-from tt_precise.scene.compliance import SPRINGS
-from tt_precise.scene.dry_friction import RegularisedParameters
+from tt_precise.scene.body import SPRINGS
+from tt_precise.scene.laws import LAWS
 from tt_precise.scene.scene import Scene
 from tt_precise.vectors import index, states, steps
 from tt_precise.vectors.terms import terms
@@ -153,7 +153,7 @@ def rates_in_double(case: states.StateCase, body: Any) -> tuple[Callable[..., An
         return lifted.rates(body, here, compliant.contact_force(body, here, g_n, numpy))
 
     if case.law in SPRINGS:
-        return on_a_table, len(LiftedState._fields)
+        return on_a_table, len(LiftedState._replace)
     sticks = case.law == "sticking"
     form = formulation("rolling" if sticks else case.scene.model, "newton", case.scene.body.law)
     return lambda t, y: form.rates(body, form.State(*y), numpy), len(form.columns)
@@ -169,10 +169,10 @@ def test_sticks_and_slips_are_those_of_friction_that_is_hardly_regularised() -> 
     file = {(one["name"], one["step_s"]): one for one in committed("steps.json")["cases"]}
     for case in filter(joins, states.cases()):
         body = case.start.map(float).body
-        mu, last = float(body.mu), file[case.name, "0.01"]
-        given = {f.name: getattr(body, f.name) for f in fields(body) if f.name != "mu"}
-        top = RegularisedParameters(**given, mu=mu, epsilon=1e-7)
-        form = formulation("gliding", "newton", "regularised")
+        last = file[case.name, "0.01"]
+        regularised = LAWS["regularised"]
+        top = replace(body, friction=regularised, further=(1e-7,))
+        form = formulation("gliding", "newton", regularised)
         start = [float(x) for x in case.start.vectors][:8]
 
         def rates(t: float, y: Any, top: Any = top, form: Any = form) -> Any:

@@ -228,7 +228,7 @@ class Checker:
         if named != (stored.name, scene_sha256(stored.scene_text)):
             raise Refused("the certificate is about another scene")
         self.bits, self.order = int(content["bits"]), int(content["order"])
-        self.form = integrated(scene.model, "newton", scene.body.law)
+        self.form = integrated(scene.model, "newton", scene.body.friction)
         self.start = InitialState.of(scene, Arithmetic(Balls, ball))
         self.finish = arb(0)
         self.end = [arb(x) for x in self.start.first_row(self.form, scene.record)]

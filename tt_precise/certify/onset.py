@@ -153,7 +153,7 @@ def _at(polynomial: fmpq_poly, x: arb) -> arb:
 @lru_cache(maxsize=8)
 def _solution(scene: Scene, order: int) -> tuple[Scalar, tuple[Jet, ...]]:
     """The body (SI, exact) and the Taylor series of the scene's solution."""
-    form = formulation(scene.model, "newton", scene.body.law)
+    form = formulation(scene.model, "newton", scene.body.friction)
     body = scene.body.numbers(Fraction)
     if scene.start.theta.at_pole:
         sine, cosine = Exact.of(0), Exact.of(-1 if scene.start.theta.from_pi else 1)
@@ -172,7 +172,7 @@ def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
     None if its coefficients up to t^``MOST_ORDER`` are all zero, as they are where it vanishes
     identically.
     """
-    form = formulation(scene.model, "newton", scene.body.law)
+    form = formulation(scene.model, "newton", scene.body.friction)
     for order in range(MOST_ORDER + 1):
         body, series = _solution(scene, order)
         found = evaluate(form.motion(body, form.State(*series), Balls))

@@ -90,7 +90,7 @@ def problem_of(scene: Scene) -> Problem:
 
 def form_of(scene: Scene) -> Formulation:
     """The equations that are enclosed: those that heyoka integrates, in vectors."""
-    return integrated(scene.model, "newton", scene.body.law)
+    return integrated(scene.model, "newton", scene.body.friction)
 
 
 def body_of(scene: Scene, parameters: Sequence[Scalar]) -> Parameters:

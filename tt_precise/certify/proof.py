@@ -281,7 +281,7 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
     if not start > 0:
         raise NotProved("contact", "g_n is not proved to be positive at t = 0")
     enclosure = enclose(problem_of(scene), bits, ends=ends, progress=progress)
-    if enclosure.failure and scene.body.law == "coulomb":
+    if enclosure.failure and scene.may_stick:
         raise NotProved(
             "friction",
             f"the proof ends near t = {float(enclosure.finish):.4g} sqrt(R/g): "

@@ -74,7 +74,7 @@ class EquationResidual:
 
     def __init__(self, setup: CheckSetup, first: Samples, resolved: float = RESOLVED):
         self.setup, self._resolved = setup, resolved
-        self._form = formulation(setup.scene.model, "newton", setup.scene.body.law)
+        self._form = formulation(setup.scene.model, "newton", setup.scene.body.friction)
         if setup.flies and setup.height_given:
             self._form = FLIGHT["newton"]
         self._width = 10 if setup.height_given else len(self._form.columns)
@@ -174,7 +174,7 @@ class EquationResidual:
         scene, state = self.setup.scene, samples.state
         with numpy.errstate(all="ignore"):
             joined = ~SolvedRows(scene, self.setup.body, state, ORDERS[-1]).stays(steps)
-        if scene.body.law != "coulomb":
+        if not scene.may_stick:
             return joined
         speed, change = self._gliding(state)
         glides = (speed[:-1] > change[:-1] * steps) & (speed[1:] > change[1:] * steps)

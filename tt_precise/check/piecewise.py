@@ -36,15 +36,15 @@ class RowsUnder(NamedTuple):
 
 def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     """The rows of ``state`` by the equations that they obey; none of them is empty."""
-    law, lifted = scene.body.law, isinstance(state, LiftedState)
+    lifted = isinstance(state, LiftedState)
     if scene.model == "flight" and lifted:
         return [RowsUnder(slice(None), FLIGHT["newton"])]
-    gliding = formulation(scene.model, "newton", law)
+    gliding = formulation(scene.model, "newton", scene.body.friction)
     on_table = numpy.ones(len(state.kx), bool)
     if isinstance(state, LiftedState):
         on_table, gliding = _on_table(body, state, gliding)
     rests = numpy.zeros(len(on_table), bool)
-    if law == "coulomb" and scene.model == "gliding":
+    if scene.may_stick:
         rests = on_table & (state.vx == 0) & (state.vy == 0)
     found = (
         (on_table & ~rests, gliding),
@@ -64,7 +64,7 @@ def _on_table(
     if not spring:
         return state.height <= ON_TABLE * body.R, rigid
     pushed = compliant.reach(body, state.height, state.rise) < 0
-    return (state.height < 0) & pushed, elastic_in_time(spring, body.law)
+    return (state.height < 0) & pushed, elastic_in_time(spring, body.friction)
 
 
 def rates_of(

@@ -130,7 +130,9 @@ def summary(scene: Scene) -> dict[str, Json]:
         return None if below is None else float(values["lambda"] / below)
 
     body, unit = scene.body, scene.body.m * scene.body.R**2
-    shown = {field.name: str(getattr(body, field.name)) for field in fields(body)}
+    shown = {name: str(value) for name, value in body.numbers_by_name.items()}
+    if body.spring:
+        shown |= {"law": body.law, "spring": body.spring}
     shown |= {"I1": str(body.I1 / unit), "I3": str(body.I3 / unit)}
     start = {field.name: str(getattr(scene.start, field.name)) for field in fields(scene.start)}
     ratios = {name: over(name) for name in ("lambda_thres", "lambda_up")}

@@ -36,7 +36,7 @@ class Friction:
         """The scene's own."""
         if scene.model == "gliding" and scene.body.mu == 0:
             return cls("none")
-        epsilon = getattr(scene.body, "epsilon", None)
+        epsilon = scene.body.numbers_by_name.get("epsilon")
         return cls(
             scene.body.law, float(scene.body.mu), None if epsilon is None else float(epsilon)
         )

@@ -21,7 +21,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot, subtracted
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.body import Parameters
-from tt_precise.scene.dry_friction import CoulombParameters, RegularisedParameters
+from tt_precise.scene.laws import COULOMB, LAWS
 
 
 @identity("lambda is constant under any contact force", "after (1)")
@@ -45,7 +45,7 @@ def _dry_laws(draws: random.Random) -> Iterable[Scalar]:
     """F_f opposes v_A; |F_f| sqrt(v^2 + epsilon^2) = mu g_n v; dE/dt = -|F_f| v."""
     for body, state, speed in _gliding(draws):
         q = Motion(body, state, Roots)
-        epsilon = getattr(body, "epsilon", Fraction(0))
+        epsilon = body.numbers_by_name.get("epsilon", Fraction(0))
         g_n = q.force[2]
         size = -(q.force[0] * state.vx + q.force[1] * state.vy) / speed
         yield q.force[0] * state.vy - q.force[1] * state.vx
@@ -111,10 +111,14 @@ def _gliding(
     turning = (ring * x, ring * y, height, *(signed(draws) for _ in range(3)))
     # speed^2 + epsilon^2 is a square because cosine and sine of ``share`` are fractions
     glide = abs(share[0]) * length
-    smooth = RegularisedParameters(*(*values, abs(share[1]) * length))
+    smooth = Parameters(*values, friction=LAWS["regularised"], further=(abs(share[1]) * length,))
     return (
         (smooth, NewtonState(*(*turning, glide * vx, glide * vy)), glide),
-        (CoulombParameters(*values), NewtonState(*(*turning, speed * vx, speed * vy)), speed),
+        (
+            Parameters(*values, friction=COULOMB),
+            NewtonState(*(*turning, speed * vx, speed * vy)),
+            speed,
+        ),
     )
 
 

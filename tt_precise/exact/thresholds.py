@@ -202,10 +202,9 @@ class _Work:
         body = self.scene.body
         if self.scene.model != "gliding" or body.mu == 0:
             return "an auxiliary mu = 1 s/m, as the scene has none", Fraction(1)
-        if body.law == "coulomb":
+        if not body.friction.smooth_at_rest:
             return "an auxiliary mu = 1 s/m, as Coulomb's law has none at v_A = 0", Fraction(1)
-        named = "the scene's own mu" if body.law == "viscous" else "the scene's own mu/epsilon"
-        return named, friction.largest_coefficient(body, 0)
+        return f"the scene's own {body.friction.at_rest}", friction.largest_coefficient(body, 0)
 
     def lambda_of_spin(self, crossing: MarginalMomentum, side: int) -> Scalar:
         return crossing.spin * self.lambda_of_unit_spin(side) if crossing.exists else None

@@ -45,7 +45,7 @@ def inversion(
             False, "starts exactly as the upright spin, a steady motion, which only leaves it "
             "when perturbed"
         )  # fmt: skip
-    if scene.body.law == "coulomb":
+    if not scene.body.friction.smooth_at_rest:
         return InversionVerdict(
             None, "Theorem 1.1 is about friction that lets no top stick, as Coulomb's may"
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
@@ -15,7 +16,6 @@ from tt_precise.extremes.toy import varied
 from tt_precise.integration import integrate
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.scene.body import TippeTop
 from tt_precise.scene.scene import Scene
 
 LIMIT_S = "0.05"
@@ -213,5 +213,5 @@ def impossible_body(name: str, value: str, inside: bool = False) -> Observation:
         "m": {"edge": Fraction(0), "beyond": -least},
         "g": {"edge": Fraction(0), "beyond": -least},
     }[name][value]
-    values = {**vars(body), name: getattr(body, name) if inside else at}
-    return refused(lambda: TippeTop(**values))
+    changes = {name: getattr(body, name) if inside else at}
+    return refused(lambda: replace(body, **changes))

@@ -156,7 +156,7 @@ def _integrated(scene: str, precision: str) -> Trajectory:
 def _plane() -> tuple[Scalar, Scalar]:
     """Angle and time in s of the loss of contact in the plane, from theory."""
     start, fn = exact_start(varied(**PLANE))
-    body = type(start.body)(*(fn.convert(x) for x in vars(start.body).values()))
+    body = start.body.map(fn.convert)
     theta, rate = fn.convert(start.euler.theta), fn.convert(start.euler.theta_dot)
     angle = theory.plane_loss(body, theta, rate, fn)
     return angle, theory.plane_time(body, theta, rate, angle, fn) * fn.convert(start.units.time)

@@ -205,7 +205,7 @@ def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Observation:
 def _body(precision: str) -> Parameters:
     top = load_scene("reference").body.dimensionless(FN, rounding_to(FN))
     into = arithmetic(precision).into
-    return Parameters(*(into(FN.convert(x)) for x in vars(top).values()))
+    return top.map(lambda x: into(FN.convert(x)))
 
 
 def _printed_back(body: Parameters, state: NewtonState, fn: Functions) -> EulerState:

@@ -51,7 +51,7 @@ def nearest(k: int) -> tuple[Scalar, Scalar]:
     mpmath numbers of 80 digits.
     """
     start, fn = exact_start(passage(k))
-    body = type(start.body)(*(fn.convert(x) for x in vars(start.body).values()))
+    body = start.body.map(fn.convert)
     theta, theta_dot, phi_dot, omega_3 = (fn.convert(x) for x in start.euler[:4])
     s, c = fn.sin(theta), fn.cos(theta)
     spin = body.I3 * omega_3
@@ -192,7 +192,7 @@ def _fall(theta: str, part: float) -> Scalar:
     """Seconds from ``theta`` down to this part of it, from theory."""
     start, _ = exact_start(falling(theta, own_context(60).mpf(1)))
     fn = own_context(QUADRATURE_DIGITS)
-    body = type(start.body)(*(+fn.convert(x) for x in vars(start.body).values()))
+    body = start.body.map(lambda x: +fn.convert(x))
     angle = fn.mpf(theta)
     return theory.fall_time(body, angle, part * angle, fn) * fn.convert(start.units.time)
 

@@ -19,6 +19,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.body import Parameters, of_numbers
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -111,9 +112,9 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
 
     how = _sensitivity(scene)
     start = InitialState.of(load_scene(scene), integrate(scene).precision.arithmetic)
-    body = replace(
-        start.body, **{n: float(x) for n, x in zip(how.parameters, how.values, strict=True)}
-    )
+    numbers = start.body.numbers_by_name
+    numbers |= {n: float(x) for n, x in zip(how.parameters, how.values, strict=True)}
+    body = of_numbers(numbers, start.body.friction, start.body.spring, Parameters)
 
     def value(state: Array, alpha: float) -> float:
         vectors = NewtonState(*state, *(0,) * (8 - len(state)))

@@ -59,5 +59,5 @@ def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
 def _expected(scene: Scene) -> tuple[theory.Tilt, Scalar, Scalar]:
     start, fn = exact_start(scene)
     omega_3, t = fn.convert(start.euler.omega_3), fn.convert(start.until)
-    body = type(start.body)(*(fn.convert(x) for x in vars(start.body).values()))
+    body = start.body.map(fn.convert)
     return theory.tilt_at(body, side_of(scene), omega_3, t, fn), omega_3, fn

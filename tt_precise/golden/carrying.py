@@ -49,7 +49,7 @@ class Carrier:
     def __init__(self, scene: Scene, vectors: Sequence[numpy.ndarray]):
         self._body = scene.body.numbers(float)
         self._lifts = scene.lifts and scene.model != "flight"
-        self._form = formulation(scene.model, "newton", scene.body.law)
+        self._form = formulation(scene.model, "newton", scene.body.friction)
         self._start = [numpy.asarray(entry, float) for entry in vectors]
 
     @cached_property
@@ -113,7 +113,7 @@ class Carrier:
                 )
                 if self._lifts:  # where the top is not on the table, the equations are others
                     bound[part] = numpy.inf
-                if self._form.law == "coulomb":
+                if not self._form.friction.smooth_at_rest:
                     # smooth only while the gliding cannot come to rest
                     moved = numpy.hypot(sizes[:, 6], sizes[:, 7])
                     speed = numpy.hypot(*(entry[rows[part.start]] for entry in self._start[6:]))

@@ -30,7 +30,8 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
         The top would not stay on the table at t = 0: g_n or its denominator is not positive.
         With ``contact`` "bilateral" g_n may be negative.
     """
-    if contact == "bilateral" and start.body.law == "coulomb" and start.model == "gliding":
+    sticks = start.model == "gliding" and not start.body.friction.smooth_at_rest
+    if contact == "bilateral" and sticks:
         raise InputError(
             f"{name}: got contact bilateral with Coulomb's friction, expected unilateral: there is "
             "no cone where g_n is negative"

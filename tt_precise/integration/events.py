@@ -76,7 +76,7 @@ def force_slope(q: Motion) -> Scalar:
     InputError
         The friction has another law, whose coefficient has a rate of its own.
     """
-    if q.body.law != "viscous":
+    if not q.body.friction.constant:
         raise InputError(
             f"event: got extremum:g_n with {q.body.law} friction, expected it with viscous "
             "friction; zero:QUANTITY and the other events hold for every law"

@@ -25,7 +25,6 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.progress import Progress
-from tt_precise.scene.body import SPRINGS
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 
 FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
@@ -61,8 +60,8 @@ class MotionPiece:
     @property
     def model(self) -> str:
         """One of gliding, rolling, flight, and contact with an elastic table."""
-        model = str(self.output.setup.formulation.model)
-        return "contact" if model in SPRINGS else model
+        form = self.output.setup.formulation
+        return "contact" if form.model == form.spring else form.model
 
 
 class Placed(NamedTuple):

@@ -124,7 +124,7 @@ def _pieces(
     if scene.body.spring:
         return bouncing(scene.name, setup, start, progress)
     found: list[MotionPiece] = []
-    if scene.body.law == "coulomb" and scene.model == "gliding":
+    if scene.may_stick:
         found = pieces_of(scene.name, setup, start, progress)
     elif scene.flies:
         found = [MotionPiece(start.until * 0, propagated(setup, start), "")]

@@ -48,7 +48,7 @@ def longest_step(
         form and form.own_time
     ):  # in which a rate is v times as large, at most at the highest v there
         frequency = 2 * SLOW_SPEED * frequency + body.mu * decay
-    elif body.law != "coulomb" or any(vectors.v):
+    elif body.friction.smooth_at_rest or any(vectors.v):
         frequency += largest_coefficient(body, context.hypot(*vectors.v[:2])) * decay
     first_left_out = precision.eps * context.factorial(order + 1)
     return context.root(first_left_out, order + 1) / frequency

@@ -50,7 +50,7 @@ class Stream:
 
     def __init__(self, scene: str | Scene, *names: str, block: int = BLOCK):
         self.scene = load_scene(scene)
-        if self.scene.body.law == "coulomb" and self.scene.model == "gliding":
+        if self.scene.may_stick:
             raise InputError(
                 f"{self.scene.name}: got Coulomb's friction, expected another law: its pieces "
                 "are joined by integrate(), not streamed"
@@ -63,7 +63,7 @@ class Stream:
         self.status: Status | None = None
         precision = precision_named("double")
         self._setup = Setup(
-            formulation=integrated(self.scene.model, "newton", self.scene.body.law),
+            formulation=integrated(self.scene.model, "newton", self.scene.body.friction),
             precision=precision,
         )
         self._start = InitialState.of(self.scene, precision.arithmetic)

@@ -20,7 +20,6 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Adaptive
-from tt_precise.scene.body import SPRINGS
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -133,9 +132,9 @@ def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str,
     """Functions that are positive where the model holds; it ends where one falls to zero."""
     if form.model == "flight":
         found = {"landing": q.state.height}
-        if form.law in SPRINGS:
+        if form.spring:
             found["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
-    elif form.model in SPRINGS:
+    elif form.spring:
         found = {} if form.own_time else {"separation": q.force[2]}
     elif form.model == "rolling":
         found = {"contact_lost": q.force[2]}
@@ -143,9 +142,9 @@ def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str,
         numerator, denominator = newton.contact_terms(q.viscous, q.state)
         margin = SINGULAR_DENOMINATOR * q.body.I1
         found = {"contact_lost": numerator, "singular_contact": denominator - margin}
-    if form.law == "coulomb" and form.model == "rolling":
+    if form.model == "rolling" and not form.friction.smooth_at_rest:
         found["slip"] = friction.cone_margin(q.body, q.state)
-    elif form.law == "coulomb" and not form.own_time:
+    elif not (form.friction.smooth_at_rest or form.own_time):
         square = q.state.vx * q.state.vx + q.state.vy * q.state.vy
         found["slow"] = square - SLOW_SPEED * SLOW_SPEED
     if form.coordinates == "euler":
@@ -173,8 +172,7 @@ def _condition(form: Formulation, name: str) -> dict[str, Any]:
 def _ends_in_own_time(setup: Setup, equations: Equations, horizon: Any) -> dict[str, Any]:
     state = dict(zip(setup.formulation.columns, equations.variables, strict=False))
     if "zeta" in state:
-        damping = getattr(equations.motion.body, "damping")  # noqa: B009
-        pressing = 1 - damping * state["rise"]
+        pressing = 1 - equations.motion.body.damping * state["rise"]
         return {
             "separation": state["zeta"], "release": pressing, "complete": horizon - state["t"],
         }  # fmt: skip
@@ -195,9 +193,11 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     slopes = any(name.startswith((EXTREMUM, ZERO)) for name in setup.events)
     # and what is integrated for short
     form = setup.formulation
-    brief = form.own_time or form.model in ("flight", *SPRINGS)
-    brief = brief or (form.model == "rolling" and form.law == "coulomb")
-    options: dict[str, Any] = {"compact_mode": brief or slopes or setup.precision.name != "double"}
+    sticks = form.model == "rolling" and not form.friction.smooth_at_rest
+    brief = form.own_time or form.spring or form.model == "flight" or sticks
+    options: dict[str, Any] = {
+        "compact_mode": bool(brief) or slopes or setup.precision.name != "double"
+    }
     tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
     options["tol"] = number(tolerance)
     return options | dict(setup.options)

@@ -137,12 +137,12 @@ def sensitivity(scene: str | Scene, times: Sequence[Scalar] | None = None) -> Se
 
     heyoka.set_logger_level_critical()
     scene = load_scene(scene)
-    if scene.lifts or scene.body.law == "coulomb":
+    if scene.in_pieces:
         raise InputError(
             f"{scene.name}: got a scene whose motion comes in pieces, expected one set of smooth "
             "equations: derivatives jump where pieces join"
         )
-    form = formulation(scene.model, "newton", scene.body.law)
+    form = formulation(scene.model, "newton", scene.body.friction)
     start = InitialState.of(scene, precision_named("double").arithmetic)
     moments = [float(t) for t in (scene.sample_times if times is None else times)]
     if moments[:1] != [0.0] or not all(a < b for a, b in pairwise(moments)):

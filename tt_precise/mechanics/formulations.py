@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache, partial
 from typing import Any
 
@@ -19,7 +19,8 @@ from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.runtime.errors import InputError
-from tt_precise.scene.body import SPRINGS, Dimension, Parameters
+from tt_precise.scene.body import Dimension, Parameters, of_numbers
+from tt_precise.scene.laws import COULOMB, VISCOUS, Law, law_named
 
 COORDINATES = ("newton", "euler")
 
@@ -53,24 +54,25 @@ KINDS = (
 class Formulation:
     """State, equations of motion, and the way to vectors, of one model in one set of coordinates.
 
-    ``rates(body, state, fn)`` is the time derivative of a ``State``. ``law`` is that of friction.
-    Where it runs in a time of its own, of which the ``rates`` then are, the time t is an entry of
-    its state and ``clock(state, fn)`` the rate of t.
+    ``rates(body, state, fn)`` is the time derivative of a ``State``; ``friction`` is their law and
+    ``spring`` the force of an elastic table, "" where there is none. Where it runs in a time of
+    its own, of which the ``rates`` then are, the time t is an entry of its state and
+    ``clock(state, fn)`` the rate of t.
     """
 
     model: str
     coordinates: str
     State: Any
     rates: Callable[..., StateOfAny]
-    law: str = "viscous"
+    friction: Law = VISCOUS
+    spring: str = ""
     clock: Callable[[Any, Functions], Scalar] | None = None
 
     def __reduce__(self) -> Any:
         # the rates of a law are made here, and not to be found by name
-        if self.law == "viscous" or self.model in (*SPRINGS, "flight"):
-            parts = (self.model, self.coordinates, self.State, self.rates, self.law, self.clock)
-            return Formulation, parts
-        return _known, (self.model, self.State, self.law)
+        if self.friction.constant or self.spring or self.model == "flight":
+            return Formulation, tuple(getattr(self, one.name) for one in fields(self))
+        return _known, (self.model, self.State, self.friction.name)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -85,27 +87,18 @@ class Formulation:
     @property
     def parameters(self) -> tuple[str, ...]:
         """Which parameters of a dimensionless body its equations contain."""
-        if self.model == "flight" and self.law in SPRINGS:
-            return ("alpha", "I1", "I3", "stiffness", "damping")
-        if self.model == "flight" or (self.model == "rolling" and self.law == "viscous"):
-            return ("alpha", "I1", "I3")
-        if self.model in SPRINGS:
-            return ("alpha", "I1", "I3", "mu", "epsilon", "stiffness", "damping")
-        gliding = ("alpha", "I1", "I3", "mu")
-        return (*gliding, "epsilon") if self.law == "regularised" else gliding
+        found: tuple[str, ...] = ("alpha", "I1", "I3")
+        rolls = self.model == "rolling" and self.friction.smooth_at_rest
+        if self.model != "flight" and not rolls:
+            found += tuple(one.name for one in self.friction.parameters)
+        return (*found, "stiffness", "damping") if self.spring else found
 
     def body(self, values: Sequence[Scalar]) -> Parameters:
         """The dimensionless body whose ``parameters`` have these values."""
+        known = dict.fromkeys(("mu", *self.friction.further), 0)
+        known |= dict.fromkeys(("m", "R", "g"), 1)
         given = dict(zip(self.parameters, values, strict=True))
-        if self.model in SPRINGS or self.law in SPRINGS:
-            from tt_precise.scene.compliance import (
-                CompliantParameters,  # here, as few scenes need it
-            )
-
-            spring = self.model if self.model in SPRINGS else self.law
-            known = {"m": 1, "R": 1, "g": 1, "mu": 0, "epsilon": 0}
-            return CompliantParameters(**{**known, **given, "law": self.law, "spring": spring})
-        return friction.parameters_of(self.law)(**{"m": 1, "R": 1, "g": 1, "mu": 0, **given})
+        return of_numbers(known | given, self.friction, self.spring, Parameters)
 
     def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
@@ -162,13 +155,13 @@ INTEGRATED = {("gliding", "newton"): Formulation("gliding", "newton", CentreStat
 
 # Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone
 SLOW = {
-    "newton": Formulation("gliding", "newton", PolarState, polar.rates, "coulomb", polar.speed),
+    "newton": Formulation("gliding", "newton", PolarState, polar.rates, COULOMB, clock=polar.speed),
     "euler": Formulation(
-        "gliding", "euler", PolarEulerState, polar.euler_rates, "coulomb", polar.speed
+        "gliding", "euler", PolarEulerState, polar.euler_rates, COULOMB, clock=polar.speed
     ),
 }
 STICKING = {
-    coordinates: replace(FORMULATIONS["rolling", coordinates], law="coulomb")
+    coordinates: replace(FORMULATIONS["rolling", coordinates], friction=COULOMB)
     for coordinates in COORDINATES
 }
 
@@ -181,14 +174,17 @@ _deep = compliant.root_of_depth
 ELASTIC = {
     form_.model + " " + form_.coordinates: form_
     for form_ in (
-        Formulation("linear", "newton", LiftedState, compliant.rates),
-        Formulation("linear", "euler", LiftedEulerState, compliant.linear_euler_rates),
+        Formulation("linear", "newton", LiftedState, compliant.rates, spring="linear"),
         Formulation(
-            "hunt-crossley", "newton", DeepState, compliant.hunt_crossley_rates, clock=_deep
+            "linear", "euler", LiftedEulerState, compliant.linear_euler_rates, spring="linear"
+        ),
+        Formulation(
+            "hunt-crossley", "newton", DeepState, compliant.hunt_crossley_rates,
+            spring="hunt-crossley", clock=_deep,
         ),
         Formulation(
             "hunt-crossley", "euler", DeepEulerState, compliant.hunt_crossley_euler_rates,
-            clock=_deep,
+            spring="hunt-crossley", clock=_deep,
         ),
     )
 }  # fmt: skip
@@ -196,17 +192,17 @@ ELASTIC = {
 
 def flight_over(spring: str, coordinates: str) -> Formulation:
     """The formulation of flight above an elastic table, or out of reach of its force."""
-    return replace(FLIGHT[coordinates], law=spring)
+    return replace(FLIGHT[coordinates], spring=spring)
 
 
-def elastic(spring: str, coordinates: str, law: str) -> Formulation:
+def elastic(spring: str, coordinates: str, law: Law) -> Formulation:
     """The formulation of contact with an elastic table, under that law of friction."""
-    return replace(ELASTIC[f"{spring} {coordinates}"], law=law)
+    return replace(ELASTIC[f"{spring} {coordinates}"], friction=law)
 
 
-def elastic_in_time(spring: str, law: str) -> Formulation:
+def elastic_in_time(spring: str, law: Law) -> Formulation:
     """As ``elastic`` in vectors and in t, in which it need not be smooth at height 0."""
-    return replace(ELASTIC["linear newton"], model=spring, law=law)
+    return replace(ELASTIC["linear newton"], model=spring, spring=spring, friction=law)
 
 
 _GLIDING_VELOCITY: dict[
@@ -219,17 +215,18 @@ _GLIDING_VELOCITY: dict[
 
 
 def _known(model: str, state: Any, law: str) -> Formulation:
-    """The formulation of ``model`` with this class of state, under that law."""
+    """The formulation of ``model`` with this class of state, under the law of that name."""
     every = (*SLOW.values(), *STICKING.values(), *INTEGRATED.values(), *_ALL)
     found = (form for form in every if (form.model, form.State) == (model, state))
-    return _with_law(next(form for form in found if form.law in (law, "viscous")), law)
+    friction = law_named(law)
+    return _with_law(next(form for form in found if form.friction in (friction, VISCOUS)), friction)
 
 
-def _with_law(form: Formulation, law: str) -> Formulation:
-    """``form`` under the friction ``law``: itself where it is viscous or does not glide."""
-    if law == form.law or form.model == "rolling":
+def _with_law(form: Formulation, law: Law) -> Formulation:
+    """``form`` under the friction ``law``: itself where it has that, or does not glide."""
+    if law is form.friction or form.model == "rolling":
         return form
-    return replace(form, law=law, rates=_rates_of_law(form.State, form.rates))
+    return replace(form, friction=law, rates=_rates_of_law(form.State, form.rates))
 
 
 @cache
@@ -238,7 +235,7 @@ def _rates_of_law(state: Any, rates: Callable[..., StateOfAny]) -> Callable[...,
     return friction.of_law(rates, _GLIDING_VELOCITY[state])
 
 
-def integrated(model: str, coordinates: str, law: str = "viscous") -> Formulation:
+def integrated(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
     """What heyoka is given for ``formulation(model, coordinates, law)``: the same motion.
 
     Its ``State`` may be another one; ``start`` makes it from the published state, ``motion`` leads
@@ -250,7 +247,7 @@ def integrated(model: str, coordinates: str, law: str = "viscous") -> Formulatio
     return _with_law(cheaper, law) if cheaper else formulation(model, coordinates, law)
 
 
-def formulation(model: str, coordinates: str, law: str = "viscous") -> Formulation:
+def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
     """The formulation of ``model`` in ``coordinates``, with that law of friction.
 
     Raises
@@ -272,7 +269,7 @@ def contact_terms(
     model: str, body: Parameters, vectors: NewtonState, fn: Functions
 ) -> tuple[Scalar, Scalar]:
     """Numerator and denominator of g_n; rolling has no denominator that could vanish."""
-    if model == "rolling" or (body.law == "coulomb" and not any(vectors.v)):
+    if model == "rolling" or not (body.friction.smooth_at_rest or any(vectors.v)):
         return rolling.constraint_force(body, vectors)[2], 1
     viscous = friction.viscous_at(body, vectors.vx, vectors.vy, fn)
     return newton.contact_terms(viscous, vectors)

@@ -1,13 +1,8 @@
-"""Friction laws at the contact point, generic in the arithmetic.
+"""Friction at the contact point under the law of the body, generic in the arithmetic.
 
-Every law here has F_f = -c g_n v_A with a coefficient c (s/m) that may depend on the state:
-
-- viscous, the paper's: c = mu;
-- regularised: c = mu/sqrt(v_A^2 + epsilon^2), mu dimensionless;
-- Coulomb's while the top glides: c = mu/|v_A|.
-
-Eqs (1) to (7) are algebraic in mu, so with c for mu they are the equations of motion of each law:
-no formula is written twice. What differentiates mu g_n v_A (``newton.normal_force_slope``) is not.
+Every law has F_f = -c g_n v_A with a coefficient c (``scene.laws``). Eqs (1) to (7) are algebraic
+in mu, so with c for mu they are the equations of motion of each law: no formula is written twice.
+What differentiates mu g_n v_A (``newton.normal_force_slope``) holds for constant c only.
 
 Coulomb's law is singular where v_A = 0: ``polar`` goes through small speeds.
 """
@@ -27,18 +22,16 @@ def coefficient(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Scal
 
     Divides by zero for Coulomb's law at v_A = 0.
     """
-    if body.law == "viscous":
+    law = body.friction
+    if law.constant:
         return body.mu
-    square = vx * vx + vy * vy
-    if body.law == "regularised":
-        epsilon = body.epsilon  # type: ignore[attr-defined]
-        square = square + epsilon * epsilon
-    return body.mu / fn.sqrt(square)
+    law.require(fn)
+    return law.coefficient(vx * vx + vy * vy, fn, body.mu, *body.further)
 
 
 def viscous_at(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Parameters:
     """The top with viscous friction that feels the same force as ``body`` at this velocity."""
-    if body.law == "viscous":
+    if body.friction.constant:
         return body
     return Parameters(
         body.m, body.R, body.alpha, body.I1, body.I3, body.g, coefficient(body, vx, vy, fn)
@@ -52,15 +45,6 @@ def cone_margin(body: Parameters, state: NewtonState) -> Scalar:
     """
     force = rolling.constraint_force(body, state)
     return body.mu * body.mu * force[2] * force[2] - force[0] * force[0] - force[1] * force[1]
-
-
-def parameters_of(law: str) -> type[Parameters]:
-    """The class of parameters of a top under that law."""
-    if law == "viscous":
-        return Parameters
-    from tt_precise.scene.dry_friction import LAWS  # here, as few scenes need it
-
-    return LAWS[law].numbers_as
 
 
 def of_law(
@@ -81,6 +65,4 @@ def of_law(
 
 def largest_coefficient(body: Parameters, speed: Scalar) -> Scalar:
     """A bound on c at gliding speeds of at least ``speed``, in s/m."""
-    if body.law == "viscous":
-        return body.mu
-    return body.mu / (getattr(body, "epsilon", None) or speed)
+    return body.friction.largest(speed, body.mu, *body.further)

@@ -88,7 +88,8 @@ class InitialState:
 
     def parameters(self, form: Formulation) -> tuple[Scalar, ...]:
         """The body's ``parameters`` that ``form`` leaves open."""
-        return tuple(getattr(self.body, name) for name in form.parameters)
+        numbers = self.body.numbers_by_name
+        return tuple(numbers[name] for name in form.parameters)
 
     def motion(self, fn: Functions) -> Motion:
         """What quantities at the start are functions of."""

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import KW_ONLY, dataclass
 from fractions import Fraction
-from typing import ClassVar, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.laws import VISCOUS, Law, law_named
 from tt_precise.scene.numerals import within_doubles, written
 
 SPRINGS = ("linear", "hunt-crossley")
+Top = TypeVar("Top", bound="Parameters")
+NAMES = ("m", "R", "alpha", "I1", "I3", "g", "mu")
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """The seven parameters of a Tippe Top as scalars of any one arithmetic.
+    """The parameters of a Tippe Top as scalars of any one arithmetic, in consistent units.
 
     m mass, R radius, alpha eccentricity of the centre of mass in units of R, I1 and I3 principal
-    moments of inertia about it, g gravity, mu friction in F_f = -mu g_n v_A. Any consistent units.
-    ``law`` names the friction law; ``dry_friction`` has the others. ``spring`` names the force of
-    an elastic table, where it is one; ``compliance`` has those.
+    moments of inertia about it, g gravity, mu the coefficient of the law ``friction``, which is
+    F_f = -mu g_n v_A unless given; ``further`` has the values of its other parameters, in order.
+    ``spring`` names the force of an elastic table ("" for a rigid one), F_n at a depth:
+    linear, stiffness depth + damping depth_dot (N/m, N s/m), or Hunt and Crossley's,
+    stiffness depth^(3/2) (1 + damping depth_dot) (N/m^(3/2), s/m); see ``mechanics.compliant``.
     """
 
     m: Scalar
@@ -31,12 +37,35 @@ class Parameters:
     I3: Scalar
     g: Scalar
     mu: Scalar
-    law: ClassVar[str] = "viscous"
-    spring: ClassVar[str] = ""
+    _: KW_ONLY
+    friction: Law = VISCOUS
+    further: tuple[Scalar, ...] = ()
+    spring: str = ""
+    stiffness: Scalar = 0
+    damping: Scalar = 0
+
+    @property
+    def numbers_by_name(self) -> dict[str, Scalar]:
+        """Every number that there is, under the key that it has in a scene file."""
+        found = {name: getattr(self, name) for name in NAMES}
+        found |= zip(self.friction.further, self.further, strict=True)
+        if self.spring:
+            found |= {"stiffness": self.stiffness, "damping": self.damping}
+        return found
 
     def map(self, convert: Callable[[Scalar], Scalar]) -> Parameters:
-        """These parameters with every one of them converted."""
-        return Parameters(**{f.name: convert(getattr(self, f.name)) for f in fields(self)})
+        """These parameters with every number of them converted."""
+        return of_numbers(
+            {name: convert(value) for name, value in self.numbers_by_name.items()},
+            self.friction,
+            self.spring,
+            Parameters,
+        )
+
+    @property
+    def law(self) -> str:
+        """The name of the friction law."""
+        return self.friction.name
 
     @property
     def gamma(self) -> Scalar:
@@ -49,31 +78,50 @@ class Parameters:
         return self.m * self.R * self.R / self.I3
 
 
+def of_numbers(numbers: Mapping[str, Scalar], friction: Law, spring: str, kind: type[Top]) -> Top:
+    """Parameters, exact ones or others, out of ``numbers_by_name``."""
+    given = dict(numbers)
+    further = tuple(given.pop(name) for name in friction.further)
+    return kind(**given, friction=friction, further=further, spring=spring)
+
+
 @dataclass(frozen=True)
 class TippeTop(Parameters):
-    """A Tippe Top with exact parameters in SI: kg, m, 1, kg m^2, kg m^2, m/s^2, s/m.
+    """A Tippe Top with exact parameters in SI: kg, m, 1, kg m^2, kg m^2, m/s^2, and mu.
 
-    Every parameter is given as an exact decimal or fraction string, an int or a ``Fraction``; a
-    float stands for its shortest decimal, 0.015 for "0.015".
+    Every parameter is an exact decimal or fraction string, an int or a ``Fraction``; a float
+    stands for its shortest decimal, 0.015 for "0.015". People use ``of``, which takes the keys and
+    the units of a scene file and refuses numbers that can only be meant in others.
 
     Raises
     ------
     InputError
         A parameter is no exact number or outside its range: 0 < alpha < 1; m, R, I1, I3, g > 0;
-        I3 <= 2 I1 (no mass distribution has more); mu >= 0.
+        I3 <= 2 I1 (no mass distribution has more); mu >= 0; those of the friction law and of the
+        table theirs.
     """
 
-    words: ClassVar[tuple[str, ...]] = ()  # entries that are no numbers
-    numbers_as: ClassVar[type[Parameters]] = Parameters
-
     def __post_init__(self) -> None:
-        for name in (field.name for field in fields(self) if field.name not in self.words):
-            value = within_doubles(written(getattr(self, name), name), name)
-            object.__setattr__(self, name, value)
+        def number(value: Scalar, name: str) -> Fraction:
+            return within_doubles(written(value, name), name)
+
+        for name in (*NAMES, "stiffness", "damping"):
+            object.__setattr__(self, name, number(getattr(self, name), name))
+        pairs = zip(self.further, self.friction.further, strict=True)
+        object.__setattr__(self, "further", tuple(number(*pair) for pair in pairs))
         for name in ("m", "R", "I1", "I3", "g"):
             _require(getattr(self, name) > 0, name, getattr(self, name), "a number above 0")
         _require(0 < self.alpha < 1, "alpha", self.alpha, "a number between 0 and 1, both excluded")
-        _require(self.mu >= 0, "mu", self.mu, "a number of at least 0")
+        for parameter in self.friction.parameters:
+            value = self.numbers_by_name[parameter.name]
+            what = "a speed in m/s" if parameter.speeds == 1 else "a number"
+            if parameter.positive:
+                _require(value > 0, parameter.name, value, f"{what} above 0")
+            else:
+                _require(value >= 0, parameter.name, value, f"{what} of at least 0")
+        self.friction.check(self.mu, *self.further)
+        if self.spring:
+            _require_table(self)
         _require(
             self.I3 <= 2 * self.I1,
             "I3",
@@ -82,31 +130,187 @@ class TippeTop(Parameters):
         )
 
     @classmethod
-    def from_ratios(cls, **given: str | int | Fraction) -> TippeTop:
-        """A body whose I1 and I3 are given in units of m R^2, as in a scene file."""
-        values = {n: written(x, n) for n, x in given.items() if n not in cls.words}
-        scale = values["m"] * values["R"] ** 2
-        values["I1"] *= scale
-        values["I3"] *= scale
-        return cls(**values, **{name: given[name] for name in cls.words})
+    def from_ratios(cls, **given: Any) -> TippeTop:
+        """A body whose I1 and I3 are given in units of m R^2; its numbers by name, and the rest."""
+        law = given.get("friction", VISCOUS)
+        further = tuple(given.pop(name) for name in law.further) or given.pop("further", ())
+        scale = written(given["m"], "m") * written(given["R"], "R") ** 2
+        ratios = {name: written(given[name], name) * scale for name in ("I1", "I3")}
+        return cls(**{**given, **ratios, "further": further})
+
+    def in_file_units(self) -> dict[str, Any]:
+        """What ``from_ratios`` makes the same body of."""
+        unit = self.m * self.R**2
+        ratios = {"I1": self.I1 / unit, "I3": self.I3 / unit}
+        return {**self.numbers_by_name, **ratios, "friction": self.friction, "spring": self.spring}
 
     def numbers(self, convert: Callable[[Fraction], Scalar]) -> Parameters:
         """These parameters (SI) in another arithmetic; ``convert`` rounds one exact number."""
         return self.map(convert)
 
     def dimensionless(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Parameters:
-        """The same top with m = R = g = 1 and mu sqrt(g R) for mu."""
-        scale = self.m * self.R**2
-        mu_squared = self.mu**2 * self.g * self.R
-        return Parameters(
-            m=1,
-            R=1,
-            alpha=convert(self.alpha),
-            I1=convert(self.I1 / scale),
-            I3=convert(self.I3 / scale),
-            g=1,
-            mu=fn.sqrt(convert(mu_squared)),
+        """The same top with m = R = g = 1; speeds are in units of sqrt(g R)."""
+        scale, speed_squared = self.m * self.R**2, self.g * self.R
+        found = {
+            "m": 1, "R": 1, "g": 1, "alpha": convert(self.alpha),
+            "I1": convert(self.I1 / scale), "I3": convert(self.I3 / scale),
+        }  # fmt: skip
+        for name, speeds, _ in self.friction.parameters:
+            value = self.numbers_by_name[name]
+            squared = value**2 / speed_squared**speeds
+            found[name] = fn.sqrt(convert(squared)) if speeds else convert(value)
+        if self.spring:
+            found |= self._dimensionless_table(fn, convert)
+        return of_numbers(found, self.friction, self.spring, Parameters)
+
+    def _dimensionless_table(
+        self, fn: Functions, convert: Callable[[Fraction], Scalar]
+    ) -> dict[str, Scalar]:
+        weight, linear = self.m * self.g, self.spring == "linear"
+        speed, length = fn.sqrt(convert(self.g * self.R)), convert(self.R)
+        depth = length if linear else length * fn.sqrt(length)
+        return {
+            "stiffness": convert(self.stiffness / weight) * depth,
+            "damping": convert(self.damping / weight if linear else self.damping) * speed,
+        }
+
+
+def _require_table(top: TippeTop) -> None:
+    if top.stiffness <= 0:
+        raise InputError(
+            f"contact.stiffness: got {top.stiffness}, expected a number above 0 in N/m "
+            "(N/m^1.5 for hunt-crossley)"
         )
+    if top.damping < 0:
+        raise InputError(
+            f"contact.damping: got {top.damping}, expected at least 0 in N s/m "
+            "(s/m for hunt-crossley)"
+        )
+    if not top.friction.smooth_at_rest:
+        raise InputError(
+            f"contact.law: got compliant with {top.law} friction, expected a law that is smooth at "
+            "rest (viscous, regularised, stribeck): sticking is solved on a rigid table only"
+        )
+
+
+# Other keys of [body]: what they stand for, and their unit in SI.
+UNIT_KEYS = {
+    "m_g": ("m", Fraction(1, 1000)), "R_mm": ("R", Fraction(1, 1000)),
+    "centre_m": ("alpha", Fraction(1)), "centre_mm": ("alpha", Fraction(1, 1000)),
+    "I1_kg_m2": ("I1", Fraction(1)), "I3_kg_m2": ("I3", Fraction(1)),
+}  # fmt: skip
+
+
+def body_numbers(given: Mapping[str, Json]) -> dict[str, Fraction]:
+    """The numbers that a table ``[body]`` gives, in SI but for I1 and I3, in units of m R^2.
+
+    Raises
+    ------
+    InputError
+        A quantity is given twice, or is no number.
+    """
+    values = {name: written(given[name], name) for name in NAMES if name in given}
+    for key, (name, unit) in UNIT_KEYS.items():
+        if key not in given:
+            continue
+        if name in values:
+            raise InputError(f"body.{key}: got it beside another key for {name}, expected one")
+        value = written(given[key], key) * unit
+        if name in ("alpha", "I1", "I3"):
+            for other in ("m", "R"):
+                _require(values.get(other, 1) > 0, other, values.get(other, Fraction(1)),
+                         "a number above 0")  # fmt: skip
+            R = values.get("R", Fraction(1))
+            value /= R if name == "alpha" else values.get("m", Fraction(1)) * R**2
+        values[name] = value
+    return values
+
+
+def top_of(
+    body: Mapping[str, Json],
+    friction: Mapping[str, Json] | None = None,
+    contact: Mapping[str, Json] | None = None,
+    *,
+    frictionless: bool = False,
+) -> tuple[TippeTop, bool]:
+    """The top of a scene's tables ``[body]``, ``[friction]`` and ``[contact]``; whether it flies.
+
+    A top that flies goes on where contact is lost. ``frictionless`` needs no mu.
+
+    Raises
+    ------
+    InputError
+        A key is unknown, missing or given twice, or a value is refused.
+    """
+    require_keys(body, {}, {*NAMES, *UNIT_KEYS}, "body.")
+    given: dict[str, Any] = body_numbers(body)
+    law = VISCOUS
+    if friction is not None:
+        law, values = _friction_of(friction)
+        if "mu" in given:
+            raise InputError(
+                "body.mu: got it beside a table [friction], expected mu there and not in [body]"
+            )
+        given |= values
+    elif frictionless:
+        given = {"mu": Fraction(0), **given}
+    for name in sorted(NAMES):
+        if name not in given:
+            others = [key for key, (other, _) in UNIT_KEYS.items() if other == name]
+            also = f" (or {' or '.join(others)})" if others else ""
+            raise InputError(f"missing key body.{name}, expected it to be given{also}")
+    table, flies = ({}, False) if contact is None else _contact_of(contact)
+    top = TippeTop.from_ratios(**given, **table, friction=law)
+    require_si(top)
+    return top, flies
+
+
+def _friction_of(given: Mapping[str, Json]) -> tuple[Law, dict[str, Fraction]]:
+    law = law_named(given["law"]) if isinstance(given.get("law"), str) else law_named("")
+    names = [one.name for one in law.parameters]
+    require_keys(given, {"law", *names}, set(), "friction.")
+    return law, {one: written(given[one], f"friction.{one}") for one in names}
+
+
+def _contact_of(given: Mapping[str, Json]) -> tuple[dict[str, Any], bool]:
+    """Numbers of an elastic table, and whether a top flies on where contact is lost."""
+    law = given.get("law", "rigid")
+    if law not in ("rigid", "compliant"):
+        raise InputError(f"contact.law: got {law!r}, expected one of: rigid, compliant")
+    if law == "rigid":
+        require_keys(given, set(), {"law", "lost"}, "contact.")
+        lost = given.get("lost", "end")
+        if lost not in ("end", "fly"):
+            raise InputError(f"contact.lost: got {lost!r}, expected one of: end, fly")
+        return {}, lost == "fly"
+    require_keys(given, {"law", "force", "stiffness", "damping"}, set(), "contact.")
+    if given["force"] not in SPRINGS:
+        raise InputError(
+            f"contact.force: got {given['force']!r}, expected one of: {', '.join(SPRINGS)}"
+        )
+    numbers = {name: written(given[name], f"contact.{name}") for name in ("stiffness", "damping")}
+    return {"spring": given["force"], **numbers}, False
+
+
+def require_keys(
+    table: Mapping[str, Json], required: Collection[str], optional: Collection[str], prefix: str
+) -> None:
+    """Refuse a table with an unknown key, or without a required one.
+
+    Raises
+    ------
+    InputError
+        It has one, or lacks one.
+    """
+    known = {*required, *optional}
+    for key in table:
+        if key not in known:
+            shown = key[:60] if key.isprintable() else repr(key[:60])
+            raise InputError(
+                f"unknown key {prefix}{shown}, expected only: " + ", ".join(sorted(known))
+            )
+    for key in sorted({*required} - table.keys()):
+        raise InputError(f"missing key {prefix}{key}, expected it to be given")
 
 
 # Generous: no top that stands on a table is beyond them.
@@ -131,18 +335,18 @@ def require_si(body: TippeTop) -> None:
             _refuse_units(
                 f"body.{name}", ratio,
                 f"{float(low):g} to {high} in units of m R^2; if it is in kg m^2, write "
-                f"{_rounded(ratio / unit)}, which is {_short(ratio)}/(m R^2)",
+                f'{name}_kg_m2 = "{_short(ratio)}"',
             )  # fmt: skip
     low, high = PLAUSIBLE_GRAVITY
     if not low <= body.g <= high:
         _refuse_units("body.g", body.g, f"{float(low):g} to {high} m/s^2 (is it in cm/s^2?)")
-    density = body.m / (body.R**3 * Fraction(4.18879))
+    density = body.m / (body.R**3 * Fraction("4.18879"))
     low, high = PLAUSIBLE_DENSITY
     if not low <= density <= high:
         _refuse_units(
             "body.m, body.R", body.m,
             f"m in kg and R in m: with R = {_short(body.R)} the sphere has a density of "
-            f"{_rounded(density, 3)} kg/m^3 (is it in g, cm or mm?)",
+            f"{_rounded(density, 3)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
         )  # fmt: skip
 
 

@@ -2,49 +2,128 @@
 
 from __future__ import annotations
 
+import decimal
 import math
 import re
 from fractions import Fraction
 from numbers import Integral
+from typing import Any, NamedTuple
 
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.errors import InputError
 
-NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+", re.ASCII)
+_DECIMAL = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
+NUMBER = re.compile(rf"[+-]?{_DECIMAL}|[+-]?\d+/\d+", re.ASCII)
+_FACTOR = rf"(?:{_DECIMAL}|pi)"
+_PRODUCT = rf"{_FACTOR}(?:\s*[*/]\s*{_FACTOR}){{0,3}}"
+_EXPRESSION = re.compile(
+    rf"(?P<sign>[+-]?)\s*(?P<first>{_PRODUCT})"
+    rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s+(?P<unit>deg(?:/s)?))?",
+    re.ASCII,
+)
 # Characters. With three digits of exponent an integer stays below the 4300 digits that Python is
 # willing to print, and a hostile file cannot build an astronomically large one.
 LONGEST = 2000
 LARGEST = 10**300
 PLAIN = 1e-4, 1e16  # from the first to below the second, ``repr`` writes no power of ten
+IRRATIONAL_DIGITS = 100
+PI = Fraction(
+    "3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534"
+    "211706798214808651328230664709384460955058223172535940812848111745028410270193852110555964462"
+    "2948954930381964428810975665933446128475648233"
+)
+
+
+class WithPi(NamedTuple):
+    """The exact number ``plain`` + ``of_pi`` times pi."""
+
+    plain: Fraction
+    of_pi: Fraction = Fraction(0)
+
+    @property
+    def rational(self) -> Fraction:
+        """The number itself, or the decimal of ``IRRATIONAL_DIGITS`` digits nearest to it."""
+        if not self.of_pi:
+            return self.plain
+        value = self.plain + self.of_pi * PI
+        with decimal.localcontext(prec=IRRATIONAL_DIGITS):
+            return Fraction(decimal.Decimal(value.numerator) / decimal.Decimal(value.denominator))
 
 
 def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
-    """The exact value of a decimal ("0.02", "1e-9") or fraction ("131/350") string.
+    """The exact value of a decimal ("0.02", "1e-9"), a fraction, or a quotient or product of such.
+
+    What contains pi ("pi/18") is rounded to ``IRRATIONAL_DIGITS`` digits.
 
     Raises
     ------
     InputError
         For anything else: a float has already been rounded, NaN and infinity are no numbers here.
     """
+    return read(value, what).rational
+
+
+def read(value: str | int | Fraction, what: str = "number", unit: str = "") -> WithPi:
+    """As ``exact``, with pi kept apart; ``unit`` is "deg" or "deg/s" where that may be written.
+
+    Raises
+    ------
+    InputError
+        As ``exact``.
+    """
     if isinstance(value, Fraction):
-        return value
+        return WithPi(value)
     if isinstance(value, int) and not isinstance(value, bool):
-        return Fraction(value)
-    if isinstance(value, str):
+        return WithPi(Fraction(value))
+    if isinstance(value, str) and len(value) <= LONGEST:
         text = value.strip()
-        if len(text) <= LONGEST and NUMBER.fullmatch(text):
-            try:
-                return Fraction(text)
-            except ZeroDivisionError:
-                pass
+        try:
+            if NUMBER.fullmatch(text):
+                return WithPi(Fraction(text))
+            form = _EXPRESSION.fullmatch(text)
+            if form and (form["unit"] or unit) == unit:
+                return _evaluated(form)
+        except (ZeroDivisionError, ArithmeticError):
+            pass
     shown = repr(value) if len(repr(value)) <= 60 else repr(value)[:57] + "..."
     raise InputError(
         f"{what}: got {shown}, expected an exact number as a string, "
-        'such as "0.02", "1e-9" or "131/350"'
+        'such as "0.02", "1e-9", "131/350" or "0.004/0.017"' + (f', or "10 {unit}"' if unit else "")
     )
 
 
-def written(value: str | float | Fraction, what: str = "number") -> Fraction:
+def _evaluated(form: re.Match[str]) -> WithPi:
+    parts = _product(form["first"])
+    sign = -1 if form["sign"] == "-" else 1
+    plain, of_pi = sign * parts.plain, sign * parts.of_pi
+    if form["second"]:
+        more = _product(form["second"])
+        if not (of_pi or more.of_pi):  # "2024-01-01" is no number
+            raise ArithmeticError
+        sign = -1 if form["operator"] == "-" else 1
+        plain, of_pi = plain + sign * more.plain, of_pi + sign * more.of_pi
+    if form["unit"]:
+        if of_pi:
+            raise ArithmeticError
+        return WithPi(Fraction(0), plain / 180)
+    return WithPi(plain, of_pi)
+
+
+def _product(text: str) -> WithPi:
+    first, *rest = re.split(r"\s*([*/])\s*", text)
+    value, powers = Fraction(1), 0
+    for operator, factor in zip(("*", *rest[::2]), (first, *rest[1::2]), strict=True):
+        power = 1 if operator == "*" else -1
+        if factor == "pi":
+            powers += power
+        else:
+            value *= Fraction(factor) ** power
+    if powers not in (0, 1):
+        raise ArithmeticError
+    return WithPi(Fraction(0), value) if powers else WithPi(value)
+
+
+def written(value: str | float | Fraction, what: str = "number", unit: str = "") -> Fraction:
     """``exact``, where people write numbers: a float stands for its shortest decimal, as in TOML.
 
     Raises
@@ -52,9 +131,14 @@ def written(value: str | float | Fraction, what: str = "number") -> Fraction:
     InputError
         As ``exact``; NaN and infinity too.
     """
+    return read(decimal_of(value), what, unit).rational
+
+
+def decimal_of(value: Any) -> Any:
+    """The shortest decimal of a finite float; anything else as it is."""
     if isinstance(value, float) and math.isfinite(value):
-        return exact(float.__repr__(value), what)
-    return exact(value, what)  # type: ignore[arg-type]
+        return float.__repr__(value)
+    return value
 
 
 def within_doubles(value: Fraction, what: str) -> Fraction:

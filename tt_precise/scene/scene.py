@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -14,7 +15,15 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.notebook import table
 from tt_precise.runtime.toml import parse, read_text, shown
 from tt_precise.runtime.untyped import Json
-from tt_precise.scene.body import TippeTop, require_si
+from tt_precise.scene.body import (
+    UNIT_KEYS,
+    TippeTop,
+    body_numbers,
+    of_numbers,
+    require_keys,
+    top_of,
+)
+from tt_precise.scene.laws import VISCOUS
 from tt_precise.scene.numerals import exact, written
 from tt_precise.scene.start import LIFTED, START_KEYS, Inclination, LiftedStart, Start, is_derived
 
@@ -113,7 +122,7 @@ class Scene:
             )
         if not flight:
             return
-        if self.flies or self.body.mu or self.body.law != "viscous" or self.body.spring:
+        if self.flies or self.body.mu or self.body.friction is not VISCOUS or self.body.spring:
             raise InputError(
                 "model: got flight with friction or a table, expected neither mu nor [friction] "
                 "nor [contact]: nothing touches the top"
@@ -124,6 +133,25 @@ class Scene:
                 f"start.height: got {float(height):g} in a flight scene, expected the height of "
                 "the lowest point in m, above 0 (or 0 with a rise above 0)"
             )
+
+    @classmethod
+    def of(cls, *, name: str = "scene", **tables: Any) -> Scene:
+        """A scene from the tables of a scene file as mappings: the same keys, units and checks.
+
+            tt.Scene.of(
+                model="gliding",
+                body={"m_g": 15, "R_mm": 17, "centre_mm": 4, "I1": "0.38", "I3": "0.4", "g": 9.81},
+                friction={"law": "coulomb", "mu": "0.3"},
+                start={"theta": "10 deg", "omega_3": 150},
+                run={"until": 2},
+            )
+
+        Raises
+        ------
+        InputError
+            As of a file; the line names table and key.
+        """
+        return _from_table(tables, name, "")
 
     def varied(self, **changes: Any) -> Scene:
         """The same scene with entries of its file replaced, in the units of the file.
@@ -137,20 +165,15 @@ class Scene:
         InputError
             There is no such entry, or its value is refused.
         """
-        parameters = [entry.name for entry in fields(self.body)]
-        known = {*parameters, *START_KEYS, *_RUN}
+        parameters = self.body.numbers_by_name.keys()
+        known = {*parameters, *UNIT_KEYS, *START_KEYS, *_RUN}
         for name in changes:
             _one_of(name, known, "varied")
         start = {name: changes[name] for name in START_KEYS if name in changes}
         run = {name: changes[name] for name in _RUN if name in changes}
-        body = {name: changes[name] for name in parameters if name in changes}
-        top = self.body
-        if body:
-            unit = top.m * top.R**2
-            given = {name: getattr(top, name) for name in parameters}
-            top = type(top).from_ratios(
-                **{**given, "I1": top.I1 / unit, "I3": top.I3 / unit, **body}
-            )
+        body = body_numbers(changes)
+        body |= {name: changes[name] for name in parameters if name in changes}
+        top = TippeTop.from_ratios(**{**self.body.in_file_units(), **body}) if body else self.body
         return replace(self, body=top, **self._start_with(start, top), **run)
 
     def _start_with(self, changes: Mapping[str, Json], body: TippeTop) -> dict[str, Any]:
@@ -180,20 +203,26 @@ class Scene:
             There is no such parameter or rate, or the size is no exact number.
         """
         start: dict[str, Any] = {}
-        body: dict[str, Fraction] = {}
-        known = {*(entry.name for entry in fields(self.body)), *_START}
+        body = self.body.numbers_by_name
+        known = {*body, *_START}
         for name, size in relative.items():
             _one_of(name, known - {"theta"}, "perturbed")
-            owner, changes = (self.start, start) if name in _START else (self.body, body)
-            changes[name] = getattr(owner, name) * (1 + exact(size, name))
-        return replace(self, body=replace(self.body, **body), start=replace(self.start, **start))
+            factor = 1 + exact(size, name)
+            if name in _START:
+                start[name] = getattr(self.start, name) * factor
+            else:
+                body[name] *= factor
+        top = of_numbers(body, self.body.friction, self.body.spring, TippeTop)
+        return replace(self, body=top, start=replace(self.start, **start))
 
     def _repr_html_(self) -> str:
-        parts = [("body", self.body), ("start", self.start)]
         numbers = [
-            (f"{name}.{one.name}", getattr(part, one.name))
-            for name, part in parts
-            for one in fields(part)  # type: ignore[arg-type]
+            (f"{table}.{name}", value)
+            for table, entries in (
+                ("body", self.body.numbers_by_name),
+                ("start", _entries(self.start)),
+            )
+            for name, value in entries.items()
         ]
         return table(
             f"Scene {self.name}",
@@ -217,7 +246,12 @@ class Scene:
     @property
     def in_pieces(self) -> bool:
         """Whether its motion may come in pieces, each under equations of its own."""
-        return self.lifts or (self.body.law == "coulomb" and self.model == "gliding")
+        return self.lifts or self.may_stick
+
+    @property
+    def may_stick(self) -> bool:
+        """Whether its friction lets the contact point come to rest: Coulomb's law."""
+        return self.model == "gliding" and not self.body.friction.smooth_at_rest
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
@@ -253,8 +287,11 @@ def load_scene(scene: str | Path | Scene) -> Scene:
     if isinstance(scene, str) and re.fullmatch(r"[A-Za-z0-9_-]+", scene):
         if scene in shipped():
             return _shipped(scene)
+        near = difflib.get_close_matches(scene, shipped(), n=1)
         raise InputError(
-            f"scene: got {scene[:60]!r}, expected a path to a .toml file or one of: "
+            f"scene: got {scene[:60]!r}"
+            + (f" (did you mean {near[0]!r}?)" if near else "")
+            + ", expected a path to a .toml file or one of: "
             + ", ".join(shipped())
         )
     path = Path(scene)
@@ -277,21 +314,15 @@ def parse_scene(text: str, name: str, where: str) -> Scene:
 
 
 def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
-    _keys(table, {"model", "body", "start", "run"}, {"title", "source", "friction", "contact"}, "")
+    require_keys(
+        table, {"model", "body", "start", "run"}, {"title", "source", "friction", "contact"}, ""
+    )
     body, start, run = (_subtable(table, key) for key in ("body", "start", "run"))
-    friction = _subtable(table, "friction") if "friction" in table else None
-    parameters = {f.name for f in fields(TippeTop)}
-    # with [friction] its place is there, and the message about two of them says so
-    free = friction is not None or table.get("model") == "flight"
-    needed, extra = (parameters - {"mu"}, {"mu"}) if free else (parameters, set())
-    _keys(body, needed, extra, "body.")
-    _keys(run, {"until"}, {"sample_every", "record", "events"}, "run.")
-    top, flies = _top(body, friction), False
-    if "contact" in table:
-        from tt_precise.scene.compliance import top_in_contact  # here, as few scenes need it
-
-        top, flies = top_in_contact(top, _subtable(table, "contact"))
-    require_si(top)
+    require_keys(run, {"until"}, {"sample_every", "record", "events"}, "run.")
+    friction, contact = (
+        _subtable(table, key) if key in table else None for key in ("friction", "contact")
+    )
+    top, flies = top_of(body, friction, contact, frictionless=table["model"] == "flight")
     return Scene(
         name=name,
         model=_text(table, "model"),
@@ -308,29 +339,9 @@ def _from_table(table: Mapping[str, Json], name: str, text: str) -> Scene:
     )
 
 
-def _top(body: Mapping[str, Json], friction: Mapping[str, Json] | None) -> TippeTop:
-    if friction is None:
-        return TippeTop.from_ratios(**{"mu": "0", **body})
-    from tt_precise.scene.dry_friction import top_with_friction  # here, as few scenes need it
-
-    return top_with_friction(dict(body), dict(friction))
-
-
 def _typed(value: object, kind: type, what: str, expected: str) -> None:
     if not isinstance(value, kind):
         raise InputError(f"{what}: got a {type(value).__name__}, expected {expected}")
-
-
-def _keys(table: Mapping[str, Json], required: set[str], optional: set[str], prefix: str) -> None:
-    known = required | optional
-    for key in table:
-        if key not in known:
-            shown = key[:60] if key.isprintable() else repr(key[:60])
-            raise InputError(
-                f"unknown key {prefix}{shown}, expected only: " + ", ".join(sorted(known))
-            )
-    for key in sorted(required - table.keys()):
-        raise InputError(f"missing key {prefix}{key}, expected it to be given")
 
 
 def _subtable(table: Mapping[str, Json], key: str) -> Mapping[str, Json]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
@@ -12,7 +11,7 @@ from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.body import TippeTop
-from tt_precise.scene.numerals import exact, within_doubles, written
+from tt_precise.scene.numerals import decimal_of, exact, read, within_doubles, written
 
 # what some authors give instead of omega_3, and instead of nu_x and nu_y
 PSI_DOT, AT_REST = "psi_dot", "at_rest"
@@ -20,7 +19,6 @@ CONTACT_POINT, CENTRE_OF_MASS = "contact point", "centre of mass"
 DERIVED_DIGITS = 100
 
 _NEARLY_PI = Fraction("3.14159")
-_PI_FORM = re.compile(r"\s*pi\s*(?:-\s*(?P<offset>\S+)\s*)?", re.ASCII)
 
 
 class Inclination(NamedTuple):
@@ -36,17 +34,20 @@ class Inclination(NamedTuple):
 
     @classmethod
     def parse(cls, value: str | int | float | Fraction) -> Inclination:
-        """Read "0.1", "pi" or "pi - 1e-9"; radians, within [0, pi]."""
-        form = _PI_FORM.fullmatch(value) if isinstance(value, str) else None
-        if form:
-            angle = cls(exact(form["offset"] or 0, "theta"), from_pi=True)
-        else:
-            angle = cls(written(value, "theta"))
+        """Read "0.1", "10 deg", "pi/18", "pi" or "pi - 1e-9"; radians, within [0, pi].
+
+        A share of pi is rounded to 100 digits, but pi itself is exact.
+        """
+        number = read(decimal_of(value), "theta", "deg")
+        angle = cls(-number.plain, True) if number.of_pi == 1 else cls(number.rational)
         if not 0 <= angle.offset <= _NEARLY_PI:
+            shown = str(value)[:60]
+            degrees = not angle.from_pi and 0 <= angle.offset <= 180
             raise InputError(
-                f"theta: got {str(value)[:60]}, expected 0 <= theta <= pi "
-                '(near pi write "pi - 1e-3")'
-            )
+                f"theta: got {shown}, expected 0 <= theta <= pi in rad "
+                + (f'(is it in degrees? then write "{shown} deg")' if degrees
+                   else '(near pi write "pi - 1e-3")')
+            )  # fmt: skip
         return angle
 
     @property
@@ -90,7 +91,8 @@ class Start:
         if not isinstance(given, Inclination):
             object.__setattr__(self, "theta", Inclination.parse(given))
         for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
-            value = within_doubles(written(getattr(self, name), name), name)
+            unit = "" if name.startswith("nu") else "deg/s"
+            value = within_doubles(written(getattr(self, name), name, unit), name)
             object.__setattr__(self, name, value)
 
     @staticmethod
@@ -111,7 +113,7 @@ class Start:
         kind = LiftedStart if values.keys() & set(LIFTED) else Start
         start = kind(**{"omega_3": Fraction(0), **values})
         if PSI_DOT in given:
-            start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT))
+            start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT, "deg/s"))
         if given.get(AT_REST, CONTACT_POINT) == CENTRE_OF_MASS:
             start = _with_centre_at_rest(start, body)
         return start

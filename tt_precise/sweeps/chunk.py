@@ -9,7 +9,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from functools import cached_property
 
 import numpy
@@ -24,7 +23,7 @@ from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.arithmetic import Arithmetic, Array
-from tt_precise.scene.body import Parameters
+from tt_precise.scene.body import NAMES, Parameters
 from tt_precise.sweeps.climb_zeros import EARLY
 from tt_precise.sweeps.columns import (
     DEFINITIONS,
@@ -186,8 +185,8 @@ class _Integrated:
     @cached_property
     def _bodies(self) -> dict[str, Array]:
         return {
-            field.name: numpy.array([float(getattr(one.body, field.name)) for one in self.starts])
-            for field in fields(Parameters)
+            name: numpy.array([float(getattr(one.body, name)) for one in self.starts])
+            for name in NAMES
         }
 
     @cached_property

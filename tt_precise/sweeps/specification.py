@@ -145,7 +145,7 @@ class Specification:
     contact: str = "unilateral"
 
     def __post_init__(self) -> None:
-        if self.scene.body.law != "viscous":
+        if not self.scene.body.friction.constant:
             raise InputError(
                 f"{self.scene.name}: got {self.scene.body.law} friction, expected the viscous law "
                 "in a sweep; integrate such scenes one at a time"
@@ -199,7 +199,7 @@ class Specification:
         return ({"given": given} if given else {}) | {
             "scene": scene.name,
             "model": scene.model,
-            "body": {one.name: str(getattr(body, one.name)) for one in fields(body)},
+            "body": {name: str(value) for name, value in body.numbers_by_name.items()},
             "start": {one.name: str(getattr(start, one.name)) for one in fields(start)},
             "until": str(scene.until),
             "vary": {axis.name: [str(value) for value in axis.values] for axis in self.axes},

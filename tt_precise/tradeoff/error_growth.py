@@ -20,7 +20,6 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
-from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.tradeoff.heyoka_methods import bare_batch
 
@@ -87,7 +86,7 @@ def _lanes(scene: Scene, seeds: range, until_s: float) -> list[dict[str, Json]]:
     import numpy
 
     precision = precision_named("double")
-    form = integrated(scene.model, "newton", scene.body.law)
+    form = integrated(scene.model, "newton", scene.body.friction)
     starts = [InitialState.of(seeded(scene, seed), precision.arithmetic) for seed in seeds]
     state = numpy.array([list(map(float, one.state(form))) for one in starts]).T
     values = {name: float(getattr(starts[0].body, name)) for name in form.parameters}
@@ -117,9 +116,7 @@ def integrals(form: Formulation, values: dict[str, float], state: Array) -> dict
     import numpy
 
     wide = numpy.longdouble
-    body = Parameters(
-        **{"m": 1, "R": 1, "g": 1, "mu": 0} | {name: wide(value) for name, value in values.items()}
-    )
+    body = form.body([wide(values[name]) for name in form.parameters])
     q = form.motion(body, form.State(*numpy.asarray(state, dtype=wide)), numpy)
     return {name: INTEGRALS[name].evaluate(q) for name in INTEGRALS_SHOWN}
 

@@ -51,12 +51,12 @@ class GoldenProblem:
     @property
     def form(self) -> Formulation:
         """State and equations that everybody integrates."""
-        return integrated(self.scene.model, self.coordinates, self.scene.body.law)
+        return integrated(self.scene.model, self.coordinates, self.scene.body.friction)
 
     @property
     def published(self) -> Formulation:
         """The state that users get."""
-        return formulation(self.scene.model, self.coordinates, self.scene.body.law)
+        return formulation(self.scene.model, self.coordinates, self.scene.body.friction)
 
     def start(self, precision: Precision) -> InitialState:
         """Body, units and start, rounded once to the guarded ``precision``."""
@@ -71,7 +71,7 @@ class GoldenProblem:
     def parameters(self, precision: Precision) -> list[Scalar]:
         """The parameters that the equations contain, in heyoka's numbers."""
         body = self.start(precision).body
-        return [precision.number(getattr(body, name)) for name in self.form.parameters]
+        return [precision.number(body.numbers_by_name[name]) for name in self.form.parameters]
 
     def clock(self, precision: Precision, times: Sequence[Fraction]) -> list[Scalar]:
         """Times in s as dimensionless numbers of heyoka's."""
@@ -159,7 +159,7 @@ class Truth:
         return self.precision.context.mpf(number)
 
     def _moved(self, state: NewtonState, delay: Scalar) -> NewtonState:
-        form = formulation(self.problem.scene.model, "newton", self.problem.scene.body.law)
+        form = formulation(self.problem.scene.model, "newton", self.problem.scene.body.friction)
         rates = form.rates(self.start.body, form.State(*state[: len(form.columns)]), None)
         moved = [x + rate * delay for x, rate in zip(state, rates, strict=False)]
         return NewtonState(*moved, *state[len(moved) :])

@@ -21,9 +21,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.untyped import Json
-from tt_precise.scene.body import TippeTop
-from tt_precise.scene.compliance import SPRINGS, top_in_contact
-from tt_precise.scene.dry_friction import top_with_friction
+from tt_precise.scene.body import SPRINGS, top_of
 from tt_precise.scene.scene import Scene
 from tt_precise.vectors.terms import disagreement, terms
 
@@ -145,7 +143,6 @@ def _scene(law: str, draws: random.Random) -> Scene:
         friction = {"law": named, "mu": _decimal(draws, "0.1", "0.6")}
     if named == "regularised":
         friction["epsilon"] = _decimal(draws, "0.001", "0.1")
-    top: TippeTop = top_with_friction(body, friction)
     glides = {name: _decimal(draws, "-1", "1") for name in ("nu_x", "nu_y")}
     start = {
         "theta": _decimal(draws, "0.1", "3"),
@@ -154,17 +151,18 @@ def _scene(law: str, draws: random.Random) -> Scene:
         "omega_3": _decimal(draws, "-200", "200"),
         **({} if law in ("rolling", "sticking") else glides),
     }
+    contact = None
     if law in SPRINGS:
         contact = {
             "law": "compliant", "force": law, "stiffness": _decimal(draws, *STIFFNESS[law]),
             "damping": _decimal(draws, *DAMPING[law]),
         }  # fmt: skip
-        top, _ = top_in_contact(top, contact)
         start |= {
             "height": _decimal(draws, "-0.0005", "-0.00005"),
             "rise": _decimal(draws, "-0.2", "0.2"),
         }
     model = "rolling" if law == "rolling" else "gliding"
+    top, _ = top_of(body, friction, contact)
     given: Any = start
     return Scene(law, model, top, given, until=Fraction(1, 100), sample_every=Fraction(1, 100))
 
@@ -195,7 +193,7 @@ def _entry(case: StateCase) -> dict[str, Json]:
     q = case.motion
 
     def numbers(*names: str) -> dict[str, Json]:
-        return {name: _shown(case, getattr(q.body, name), INPUT_DIGITS) for name in names}
+        return {name: _shown(case, q.body.numbers_by_name[name], INPUT_DIGITS) for name in names}
 
     friction: dict[str, Json] = {"law": q.body.law if case.law in SPRINGS else case.law}
     if case.law not in ("rolling", "none"):

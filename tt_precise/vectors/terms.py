@@ -12,7 +12,6 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, added, dot, scaled
 from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.scene.body import SPRINGS
 
 
 def terms(q: Motion) -> dict[str, Scalar | Vector]:
@@ -75,6 +74,6 @@ def disagreement(
 
 
 def _euler_form(q: Motion) -> Formulation:
-    if q.model in SPRINGS:
-        return elastic(q.model, "euler", q.body.law)
-    return integrated("rolling" if q.rolls else q.model, "euler", q.body.law)
+    if q.model == q.body.spring:
+        return elastic(q.model, "euler", q.body.friction)
+    return integrated("rolling" if q.rolls else q.model, "euler", q.body.friction)

@@ -7,7 +7,7 @@ SciPy's DOP853, dimensionless and in double.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 
 from tt_precise.claims import evidence
@@ -15,7 +15,6 @@ from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Array
-from tt_precise.scene.body import Parameters
 
 TOLERANCE = 1e-12
 HORIZON = 1000.0  # in units of sqrt(R/g), some 45 s for the toy
@@ -41,7 +40,7 @@ def past(scene: evidence.SceneLike = "reference", tolerance: float = TOLERANCE) 
 
     start = evidence.trajectory(scene).start
     exact = start.body
-    body = Parameters(**{field.name: float(getattr(exact, field.name)) for field in fields(exact)})
+    body = exact.map(float)
 
     def rates(_: float, y: Array) -> Array:
         return newton.rates(body, NewtonState(*y))

@@ -9,7 +9,6 @@ differ, one state is exhibited, in exact rational numbers.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from fractions import Fraction
 from functools import cache
 
@@ -22,9 +21,7 @@ from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d
 from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.scene.body import Parameters
-
-PARAMETERS = tuple(field.name for field in fields(Parameters))
+from tt_precise.scene.body import NAMES, Parameters
 
 # A state without symmetry at which everything, the root in Routh's function too, is rational; in
 # consistent units with m, R, g all different from 1, so that a missing factor shows.
@@ -151,7 +148,7 @@ def at_point(element: Scalar) -> Fraction:
 
 def _words(body: Parameters, fn: Functions) -> dict[str, Scalar]:
     return {
-        **{name: getattr(body, name) for name in PARAMETERS},
+        **{name: getattr(body, name) for name in NAMES},
         "gamma": body.gamma,
         "sigma": body.sigma,
         "d": lambda z: d(body, z),

@@ -1,0 +1,163 @@
+"""Friction laws as values: F_f = -c g_n v_A with a coefficient c (s/m) that each law defines.
+
+A law is one entry of ``LAWS``: its parameters, its coefficient as a function that is generic in
+the arithmetic, the functions that this needs, and what follows from its form. Eqs (1) to (7) are
+algebraic in mu, so with c for mu they are the equations of motion under every law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.errors import InputError
+
+
+class Parameter(NamedTuple):
+    """A parameter of a law: its key, its unit as a power of a speed, and its range."""
+
+    name: str
+    speeds: int  # -1 for s/m, 0 for a pure number, 1 for m/s
+    positive: bool = False  # else at least 0
+
+    @property
+    def unit(self) -> str:
+        """The SI unit."""
+        return {-1: "s/m", 0: "1", 1: "m/s"}[self.speeds]
+
+
+@dataclass(frozen=True)
+class Law:
+    """A friction law.
+
+    ``coefficient(square, fn, mu, ...)`` is c at v_A^2 = ``square``, and ``largest(speed, mu, ...)``
+    a bound on c at all speeds of at least ``speed``; both take the values of ``parameters`` in
+    order. ``functions`` are those that the coefficient needs of an arithmetic. The coefficient of
+    a ``constant`` law does not depend on the state. A law that is not ``smooth_at_rest`` lets a
+    top stick: its motion comes in pieces. ``at_rest`` says c(0) in words.
+    """
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    coefficient: Callable[..., Scalar]
+    largest: Callable[..., Scalar]
+    functions: tuple[str, ...] = ()
+    constant: bool = False
+    smooth_at_rest: bool = True
+    at_rest: str = ""
+    check: Callable[..., None] = lambda *values: None
+
+    def __reduce__(self) -> tuple[Callable[[str], Law], tuple[str]]:
+        return law_named, (self.name,)  # each law is there once
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """Names of the parameters behind mu."""
+        return tuple(one.name for one in self.parameters[1:])
+
+    def require(self, fn: Functions) -> None:
+        """Refuse an arithmetic that lacks a function which the coefficient needs.
+
+        Raises
+        ------
+        InputError
+            It lacks one.
+        """
+        for name in self.functions:
+            if not hasattr(fn, name):
+                raise InputError(
+                    f"friction.law: got {self.name}, expected a law without {name}: the arithmetic "
+                    "of this computation has none (use another precision, such as quad or mp)"
+                )
+
+
+def _viscous(square: Scalar, fn: Functions, mu: Scalar) -> Scalar:
+    return mu
+
+
+def _largest_viscous(speed: Scalar, mu: Scalar) -> Scalar:
+    return mu
+
+
+def _coulomb(square: Scalar, fn: Functions, mu: Scalar) -> Scalar:
+    return mu / fn.sqrt(square)
+
+
+def _largest_coulomb(speed: Scalar, mu: Scalar) -> Scalar:
+    return mu / speed
+
+
+def _regularised(square: Scalar, fn: Functions, mu: Scalar, epsilon: Scalar) -> Scalar:
+    return mu / fn.sqrt(square + epsilon * epsilon)
+
+
+def _largest_regularised(speed: Scalar, mu: Scalar, epsilon: Scalar) -> Scalar:
+    return mu / epsilon
+
+
+def _stribeck(
+    square: Scalar, fn: Functions, mu: Scalar, mu_s: Scalar, v_s: Scalar, epsilon: Scalar
+) -> Scalar:
+    """(mu + (mu_s - mu) exp(-(v/v_s)^2))/sqrt(v^2 + epsilon^2).
+
+    Stribeck's curve with a Gaussian fall from static to kinetic friction (Armstrong-Helouvry,
+    Dupont and Canudas de Wit, Automatica 30, 1994, section 2.2.2, delta = 2), regularised at rest
+    as Coulomb's law is.
+    """
+    fall = fn.exp(-(square / (v_s * v_s)))
+    return (mu + (mu_s - mu) * fall) / fn.sqrt(square + epsilon * epsilon)
+
+
+def _largest_stribeck(
+    speed: Scalar, mu: Scalar, mu_s: Scalar, v_s: Scalar, epsilon: Scalar
+) -> Scalar:
+    return mu_s / epsilon
+
+
+def _check_stribeck(mu: Fraction, mu_s: Fraction, v_s: Fraction, epsilon: Fraction) -> None:
+    if mu_s < mu:
+        raise InputError(
+            f"mu_s: got {float(mu_s):g}, expected at least mu = {float(mu):g}: friction falls from "
+            "mu_s at rest to mu at speed"
+        )
+
+
+DIMENSIONLESS_MU = Parameter("mu", 0)
+EPSILON = Parameter("epsilon", 1, positive=True)
+_ALL = (
+    Law(
+        "viscous", (Parameter("mu", -1),), _viscous, _largest_viscous, constant=True, at_rest="mu"
+    ),
+    Law(
+        "regularised", (DIMENSIONLESS_MU, EPSILON), _regularised, _largest_regularised, ("sqrt",),
+        at_rest="mu/epsilon",
+    ),
+    Law(
+        "coulomb", (DIMENSIONLESS_MU,), _coulomb, _largest_coulomb, ("sqrt",),
+        smooth_at_rest=False,
+    ),
+    Law(
+        "stribeck",
+        (DIMENSIONLESS_MU, Parameter("mu_s", 0), Parameter("v_s", 1, positive=True), EPSILON),
+        _stribeck, _largest_stribeck, ("sqrt", "exp"), at_rest="mu_s/epsilon",
+        check=_check_stribeck,
+    ),
+)  # fmt: skip
+LAWS = {law.name: law for law in _ALL}
+VISCOUS, COULOMB = LAWS["viscous"], LAWS["coulomb"]
+
+
+def law_named(name: str) -> Law:
+    """The law of that name.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    if name not in LAWS:
+        raise InputError(f"friction.law: got {name!r}, expected one of: {', '.join(LAWS)}")
+    return LAWS[name]
