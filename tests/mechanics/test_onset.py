@@ -15,7 +15,8 @@ TERMS = 16
 
 def body(mp: Any, mu: Any) -> Parameters:
     given = [mp.mpf(x) for x in (1, 1, "0.3", "0.375", "0.4", 1)]
-    return Parameters(*given, mu, friction=COULOMB)
+    m, R, alpha, I1, I3, g = given
+    return Parameters(m, R, alpha, I1, I3, g, mu, friction=COULOMB)
 
 
 def state(mp: Any) -> NewtonState:

@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis.strategies import floats, integers, lists
 
 from tt_precise.runtime.errors import InputError
-from tt_precise.scene.numerals import LONGEST, exact, read, shortest_texts, to_mpmath
+from tt_precise.scene.numerals import LONGEST, WithPi, exact, read, shortest_texts, to_mpmath
 
 
 @pytest.mark.parametrize(
@@ -39,9 +39,11 @@ def test_reads_exactly(given: Any, value: Fraction) -> None:
 @pytest.mark.parametrize(
     "given",
     [
-        "0,1", "nan", "NaN", "inf", "-Infinity", "", " ", "1 2", "1/0", "1/(2)", "2024-01-01", "1e9999",
+        "0,1", "nan", "NaN", "inf",
+        "-Infinity", "", " ", "1 2", "1/0", "1/(2)", "2024-01-01", "1e9999",
         "pi*pi", "1/pi", "10 deg", "1*2*3*4*5",
-        "1_000", "0x10", "1e", "e5", "--1", "\u0661", "\uff11", "\u0661/2", "1\n2", "9" * (LONGEST + 1),
+        "1_000", "0x10", "1e", "e5", "--1", "\u0661",
+        "\uff11", "\u0661/2", "1\n2", "9" * (LONGEST + 1),
         0.1, float("nan"), True, None, b"1", [1], 1j,
     ],
 )  # fmt: skip
@@ -61,8 +63,8 @@ def test_a_multiple_of_pi_has_100_digits() -> None:
         for text, value in (("-pi/18", -mpmath.pi / 18), ("pi/2 - 0.01", mpmath.pi / 2 - 0.01)):
             found = mpmath.mpf(exact(text).numerator) / exact(text).denominator
             assert 0 < abs(found / value - 1) < mpmath.mpf(10) ** (-99 if "18" in text else -16)
-    assert read("10 deg", unit="deg") == read("pi/18") == (0, Fraction(1, 18))
-    assert read("pi - 1e-9") == (Fraction(-1, 10**9), 1)
+    assert read("10 deg", unit="deg") == read("pi/18") == WithPi(Fraction(0), Fraction(1, 18))
+    assert read("pi - 1e-9") == WithPi(Fraction(-1, 10**9), Fraction(1))
     assert exact("pi/18") == exact("10*pi/180") != Fraction(math.pi / 18)
 
 

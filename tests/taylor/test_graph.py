@@ -9,11 +9,12 @@ import pytest
 
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.runtime.errors import InputError
+from tt_precise.scene.laws import law_named
 from tt_precise.taylor.graph import Graph, Traced, constants_of, in_order, numbers
 
 
 def kinds(model: str, coordinates: str, law: str = "viscous") -> Counter[str]:
-    form = integrated(model, coordinates, law)
+    form = integrated(model, coordinates, law_named(law))
     graph = Graph(len(form.columns), len(form.parameters))
     state = form.State(*graph.entries)
     rates = graph.with_turning(form.rates(form.body(graph.parameters), state, graph))

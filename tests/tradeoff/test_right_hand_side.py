@@ -8,7 +8,6 @@ import numpy
 import pytest
 
 from tt_precise.mechanics.formulations import FORMULATIONS, INTEGRATED, Formulation
-from tt_precise.scene.body import Parameters
 from tt_precise.tradeoff.methods import SHAPES, flat, source
 
 FORMS = [*FORMULATIONS.values(), *INTEGRATED.values()]
@@ -27,9 +26,7 @@ bound_eps = 200  # some 120 operations, each off by half an eps, in another orde
 def test_every_shape_gives_the_rates(form: Formulation, shape: str) -> None:
     state = STATE[: len(form.columns)]
     parameters = [float(VALUES[name]) for name in form.parameters]
-    body = Parameters(
-        **{"m": 1, "R": 1, "g": 1, "mu": 0} | dict(zip(form.parameters, parameters, strict=True))
-    )
+    body = form.body(parameters)
     expected = numpy.array(form.rates(body, form.State(*state), math))
     found = numpy.array(called(flat(form, shape, parameters), shape, state, parameters))
     scale = numpy.abs(expected).max()

@@ -153,9 +153,11 @@ def rates_in_double(case: states.StateCase, body: Any) -> tuple[Callable[..., An
         return lifted.rates(body, here, compliant.contact_force(body, here, g_n, numpy))
 
     if case.law in SPRINGS:
-        return on_a_table, len(LiftedState._replace)
+        return on_a_table, len(LiftedState._fields)
     sticks = case.law == "sticking"
-    form = formulation("rolling" if sticks else case.scene.model, "newton", case.scene.body.law)
+    form = formulation(
+        "rolling" if sticks else case.scene.model, "newton", case.scene.body.friction
+    )
     return lambda t, y: form.rates(body, form.State(*y), numpy), len(form.columns)
 
 

@@ -172,8 +172,8 @@ class _Well:
     """The states that a motion may still come to, with an energy no higher than it has ``now``."""
 
     def __init__(self, scene: Scene, now: NewtonState):
-        if scene.body.law == "coulomb":
-            raise NotProved("W2", "Coulomb's friction has no derivative where v = 0")
+        if not scene.body.friction.smooth_at_rest:
+            raise NotProved("W2", f"{scene.body.law} friction has no derivative where v = 0")
         start = InitialState.of(scene, BALLS)
         self.body, self.units, self.now = start.body, start.units, now
         self.lambda_ = arb(jellett(start.motion(Balls)))

@@ -63,7 +63,7 @@ def bare_loop(scene: Scene, tolerance: float = 0.0, precision: str = "double") -
     to pull it goes on.
     """
     working = precision_named(precision)
-    form = integrated(scene.model, "newton", scene.body.law)
+    form = integrated(scene.model, "newton", scene.body.friction)
     setup = Setup(formulation=form, precision=working, tolerance=tolerance)
     adaptive, number = _compiled(setup), working.number
     start = InitialState.of(scene, working.arithmetic)

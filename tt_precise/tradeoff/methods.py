@@ -6,7 +6,7 @@ import importlib
 import importlib.util
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, NamedTuple
 
@@ -324,7 +324,7 @@ def odefun(problem: GoldenProblem, settings: Settings) -> Solve:
     # numbers of mpmath's own context: odefun raises its precision, and theirs has to follow
     own = mpmath.mp.convert
     state = [own(x) for x in form.start(start.body, start.vectors, start.euler)]
-    body = Parameters(**{f.name: own(getattr(start.body, f.name)) for f in fields(start.body)})
+    body = start.body.map(own)
 
     def solve(times: Sequence[Scalar]) -> SolverResult:
         evaluations = 0
