@@ -176,7 +176,7 @@ def test_what_cannot_take_these_scenes_says_so() -> None:
     from tt_precise.integration.variational import sensitivity
     from tt_precise.sweeps.specification import Specification
 
-    with pytest.raises(InputError, match="got compliant with Coulomb's exact friction"):
+    with pytest.raises(InputError, match="got compliant with coulomb friction"):
         parse_scene(
             text("coulomb-flight").replace(
                 'lost = "fly"',
