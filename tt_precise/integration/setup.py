@@ -98,10 +98,10 @@ def full_tolerance(precision: Precision) -> Scalar:
 
 
 def _formulation(scene: Scene, coordinates: str) -> Formulation:
-    rigid = integrated(scene.model, coordinates, scene.body.law)
+    rigid = integrated(scene.model, coordinates, scene.body.friction)
     if not scene.body.spring:
         return rigid
-    return elastic(scene.body.spring, coordinates, scene.body.law)
+    return elastic(scene.body.spring, coordinates, scene.body.friction)
 
 
 def _require_euler_angles(scene: Scene, precision: Precision) -> None:
