@@ -22,14 +22,12 @@ if TYPE_CHECKING:
     from tt_precise import check, claims, golden
     from tt_precise.integration import Trajectory, integrate
     from tt_precise.runtime.errors import InputError
-    from tt_precise.scene.body import TippeTop
     from tt_precise.scene.scene import Scene, load_scene
     from tt_precise.sweeps.table import sweep
 
 __all__ = [
     "InputError",
     "Scene",
-    "TippeTop",
     "Trajectory",
     "__version__",
     "check",
@@ -43,7 +41,6 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "scene.body": ["TippeTop"],
         "runtime.errors": ["InputError"],
         "integration": ["Trajectory", "integrate"],
         "scene.scene": ["Scene", "load_scene"],

@@ -51,7 +51,12 @@ def final(scene: Scene) -> Any:
     )
 
 
-@pytest.mark.parametrize("law", [COULOMB, 'law = "regularised"\nmu = "0.05"\nepsilon = "0.01"'])
+STRIBECK = 'law = "stribeck"\nmu = "0.04"\nmu_s = "0.06"\nv_s = "0.3"\nepsilon = "0.01"'
+
+
+@pytest.mark.parametrize(
+    "law", [COULOMB, 'law = "regularised"\nmu = "0.05"\nepsilon = "0.01"', STRIBECK]
+)
 def test_two_formulations_agree_and_the_laws_of_conservation_hold(law: str) -> None:
     scene = dry(law)
     newton, euler = (
@@ -73,6 +78,39 @@ def test_another_mu_is_caught() -> None:
     found = tt.check.conservation(frame, dry(COULOMB).varied(mu="0.0501"))
     assert {one.name for one in found.failures} >= {"energy_balance"}
     assert not tt.check.conservation(frame, regularised("0.1")).passed
+
+
+def test_another_static_friction_is_caught() -> None:
+    frame = tt.integrate("stribeck").frame()
+    scene = tt.load_scene("stribeck")
+    assert tt.check.conservation(frame, scene).passed
+    found = tt.check.conservation(frame, scene.varied(mu_s="0.3501"))
+    assert {one.name for one in found.failures} >= {"energy_balance"}
+
+
+def test_stribeck_without_a_fall_is_regularised() -> None:
+    flat = dry('law = "stribeck"\nmu = "0.05"\nmu_s = "0.05"\nv_s = "0.3"\nepsilon = "0.01"')
+    assert final(flat) == pytest.approx(final(regularised("0.01")), rel=1e-11)
+
+
+def test_what_lacks_an_exponential_says_so_and_digits_go_round_it() -> None:
+    scene = dry(STRIBECK)
+    with pytest.raises(InputError, match=r"double-double, expected .* stribeck .* needs exp"):
+        tt.integrate(scene, "double-double")
+    assert tt.integrate(scene, digits=15).digits_throughout >= 15
+
+
+def test_a_run_goes_on_from_any_of_its_states() -> None:
+    """Exactly, but for the error of the former run; turned about the vertical by the azimuth."""
+    for name, t in (("reference", "3"), ("phi-dot-195", "7"), ("elastic-linear", "0.05")):
+        whole = tt.integrate(name, "quad", events=(), record=())
+        scene = whole.scene
+        begun = scene.from_state(whole.at(t), until="0.05")
+        last = whole.at(Fraction(t) + Fraction("0.05"))
+        state = tt.integrate(begun, "quad", events=(), record=()).state
+        for entry in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
+            one, other = getattr(state, entry), getattr(last, entry)
+            assert abs(one - other) <= abs(other) * 1e-20 + 1e-22, (name, entry)
 
 
 def test_viscous_in_the_block_is_the_viscous_law() -> None:

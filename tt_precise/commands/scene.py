@@ -12,6 +12,7 @@ from tt_precise.commands.options import JSON
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.terminal import say
 from tt_precise.runtime.untyped import Json
+from tt_precise.scene.laws import law_named
 
 if TYPE_CHECKING:
     from tt_precise.scene.scene import Scene
@@ -30,14 +31,15 @@ R = "0.015"                      # m, radius of the sphere
 alpha = "0.2"                    # centre of mass below the centre of the sphere, in units of R
 I1 = "0.38"                      # moment of inertia across the axis, in units of m R^2
 I3 = "0.4"                       # moment of inertia about the axis, in units of m R^2
+# or with keys that say their unit: m_g, R_mm, centre_mm (for alpha), I1_kg_m2, I3_kg_m2
 g = "9.81"                       # m/s^2
 mu = "0.3"                       # s/m: friction F_f = -mu g_n v_A
 
 # Dry friction instead: take mu out of [body], and write
 # [friction]
-# law = "regularised"            # or "coulomb"
+# law = "regularised"            # or "coulomb", or "stribeck" with mu_s and v_s too
 # mu = "0.3"                     # dimensionless
-# epsilon = "0.001"              # m/s, only for "regularised"
+# epsilon = "0.001"              # m/s, not for "coulomb"
 #
 # Where contact is lost the run ends. To fly on, or for an elastic table:
 # [contact]
@@ -236,12 +238,15 @@ def _forces(content: dict[str, Json], body: dict[str, str]) -> str:
         return "nothing touches the top"
     if content["model"] == "rolling":
         return "with the force that keeps it rolling"
-    friction, unit = content["friction"], " s/m" if content["friction"] == "viscous" else ""
-    found = (
-        "without friction" if friction == "none" else f"{friction} friction mu {body['mu']}{unit}"
-    )
-    if friction == "regularised":
-        found += f", epsilon {body['epsilon']} m/s"
+    friction = content["friction"]
+    found = "without friction"
+    if friction != "none":
+        units = {
+            one.name: "" if one.unit == "1" else f" {one.unit}"
+            for one in law_named(friction).parameters
+        }
+        listed = (f"{name} {body[name]}{unit}" for name, unit in units.items())
+        found = f"{friction} friction {', '.join(listed)}"
     if "spring" in body:
         power = "" if body["spring"] == "linear" else "^(3/2)"
         damping = "N s/m" if body["spring"] == "linear" else "s/m"

@@ -236,10 +236,9 @@ def _worst(stored: Stored, run: Run) -> WorstEntry | None:
 
 def _fine(stored: Stored, bits: int | None) -> Task:
     """The fresh computation: in ``FINE``, or, where that has too few bits, in ``mp``."""
-    from tt_precise.integration.precision import BITS, is_available
+    from tt_precise.integration.precision import BITS, is_available, refused_in_doubles
 
-    # what comes in pieces is heyoka's alone
-    ours = is_available(FINE) and not stored.scene.in_pieces
+    ours = is_available(FINE) and not refused_in_doubles(stored.scene)
     precision = FINE if ours else WITHOUT_LLVM
     if bits is None or bits <= BITS[precision]:
         return Task(stored.name, stored.scene_text, precision, None, "newton")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from tt_precise.integration.precision import is_available
+from tt_precise.integration.precision import is_available, refused_in_doubles
 from tt_precise.integration.trajectory import Trajectory
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene
@@ -62,7 +62,8 @@ def integrate_to_digits(
     if not isinstance(wanted, int) or isinstance(wanted, bool) or wanted < 1:
         raise InputError(f"digits: got {wanted}, expected a whole number from 1")
     _require_practical(wanted, scene)
-    plain = LADDER if not (euler or scene.in_pieces) and is_available("double-double") else HEYOKAS
+    ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
+    plain = LADDER if ours else HEYOKAS
     ladder = [rung for rung in plain if is_available(rung.precision)]
     needed, before = wanted + LOST, (-math.inf, -math.inf)
     while True:

@@ -13,7 +13,7 @@ from tt_precise.integration.dense_output import DenseOutput, StoredPieces
 from tt_precise.integration.in_doubles import propagate_in_doubles
 from tt_precise.integration.lifting import bouncing, flying, flying_on
 from tt_precise.integration.pieces import MotionPiece, joined
-from tt_precise.integration.precision import Precision
+from tt_precise.integration.precision import Precision, refused_in_doubles
 from tt_precise.integration.propagate import Pieces, Propagation, propagate
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.stick_slip import pieces_of
@@ -73,12 +73,13 @@ def solve(
     precision = setup.precision
     begun = beginning(scene, precision, setup.contact, threading.get_ident())
     start = begun.rounded_otherwise if rounded_otherwise else begun.start
-    if precision.doubles and scene.in_pieces:
-        raise InputError(
-            f"{scene.name}: got {precision.name}, expected double, extended, quad or mp for a "
-            "motion that may come in pieces"
-        )
     if precision.doubles:
+        refused = refused_in_doubles(scene)
+        if refused:
+            raise InputError(
+                f"{scene.name}: got {precision.name}, expected double, extended, quad or mp for "
+                f"{refused}"
+            )
         return Solution(start, _in_doubles(setup, start, begun.samples, progress))
     pieces = _pieces(scene, setup, start, progress)
     if pieces:

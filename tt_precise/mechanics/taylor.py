@@ -77,6 +77,14 @@ class TaylorSeries:
             root[k] = (self.c[k] - known) / (2 * root[0])
         return TaylorSeries(root)
 
+    def exp(self) -> TaylorSeries:
+        """The exponential: e' = self' e."""
+        found = numpy.empty_like(self.c)
+        found[0] = numpy.exp(self.c[0])
+        for k in range(1, len(found)):
+            found[k] = sum(j * self.c[j] * found[k - j] for j in range(1, k + 1)) / k
+        return TaylorSeries(found)
+
     @property
     def rate(self) -> numpy.ndarray:
         """Coefficients of the time derivative, shape (terms - 1, rows)."""
@@ -90,6 +98,11 @@ class SeriesFunctions:
     def sqrt(value: TaylorSeries) -> TaylorSeries:
         """The positive root."""
         return value.sqrt()
+
+    @staticmethod
+    def exp(value: TaylorSeries) -> TaylorSeries:
+        """The exponential."""
+        return value.exp()
 
 
 class Growing:
@@ -181,6 +194,17 @@ class Growing:
                 (a[k] - product(c[1:k], c[k - 1 : 0 : -1])) / (2 * c[0]) if k else numpy.sqrt(a[0])
             ),
         )
+
+    def exp(self) -> Growing:
+        """The exponential: e' = self' e."""
+        a, product = self.c, self.tape.product
+
+        def step(c: numpy.ndarray, k: int) -> Array:
+            if not k:
+                return numpy.exp(a[0])
+            return product(numpy.arange(1, k + 1)[:, None] * a[1 : k + 1], c[k - 1 :: -1]) / k
+
+        return self._once("exp", self, step)
 
 
 class SeriesTape:

@@ -66,12 +66,16 @@ class Law:
         InputError
             It lacks one.
         """
-        for name in self.functions:
-            if not hasattr(fn, name):
-                raise InputError(
-                    f"friction.law: got {self.name}, expected a law without {name}: the arithmetic "
-                    "of this computation has none (use another precision, such as quad or mp)"
-                )
+        missing = self.missing(fn)
+        if missing:
+            raise InputError(
+                f"friction.law: got {self.name}, expected a law without {' and '.join(missing)}: "
+                "this arithmetic has none (double, extended, quad and mp have)"
+            )
+
+    def missing(self, fn: Functions) -> list[str]:
+        """The functions that the coefficient needs and an arithmetic lacks."""
+        return [name for name in self.functions if not hasattr(fn, name)]
 
 
 def _viscous(square: Scalar, fn: Functions, mu: Scalar) -> Scalar:

@@ -153,6 +153,20 @@ class Scene:
         """
         return _from_table(tables, name, "")
 
+    def from_state(self, state: Any, **run: Any) -> Scene:
+        """The same scene from a state of a trajectory: ``scene.from_state(trajectory.at("3.2"))``.
+
+        Its time begins at 0 and its azimuth too, as a start's do: the motion is the old one turned
+        about the vertical. ``run`` are entries of [run], such as ``until``.
+
+        Raises
+        ------
+        InputError
+            The axis is vertical, or an entry is refused.
+        """
+        begun = replace(self, start=Start.of_state(state, lifted=self.lifts), given={}, text="")
+        return begun.varied(**run)
+
     def varied(self, **changes: Any) -> Scene:
         """The same scene with entries of its file replaced, in the units of the file.
 

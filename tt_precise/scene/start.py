@@ -11,7 +11,7 @@ from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.body import TippeTop
-from tt_precise.scene.numerals import decimal_of, exact, read, within_doubles, written
+from tt_precise.scene.numerals import as_fraction, decimal_of, exact, read, within_doubles, written
 
 # what some authors give instead of omega_3, and instead of nu_x and nu_y
 PSI_DOT, AT_REST = "psi_dot", "at_rest"
@@ -118,6 +118,25 @@ class Start:
             start = _with_centre_at_rest(start, body)
         return start
 
+    @staticmethod
+    def of_state(state: Any, *, lifted: bool = False) -> Start:
+        """The start that a ``State`` of a trajectory is: its numbers exactly, the azimuth 0.
+
+        The inclination is measured from the nearer pole where the axis is known as a vector, and
+        rounded to ``DERIVED_DIGITS`` digits. ``lifted`` takes height and rise as well.
+
+        Raises
+        ------
+        InputError
+            The axis is vertical, so that the state has no Euler rates.
+        """
+        names = (*_ENTRIES[1:], *(LIFTED if lifted else ()))
+        numbers = {name: getattr(state, name) for name in names}
+        if None in numbers.values():
+            raise InputError("state: got a vertical axis, expected one whose Euler rates exist")
+        kind: type[Start] = LiftedStart if lifted else Start
+        return kind(_inclination_of(state), **{n: as_fraction(x) for n, x in numbers.items()})
+
 
 @dataclass(frozen=True)
 class LiftedStart(Start):
@@ -208,6 +227,22 @@ def _arithmetic() -> tuple[Functions, Callable[[Fraction], Scalar]]:
     context = mpmath.MPContext()
     context.dps = DERIVED_DIGITS + 10
     return context, lambda value: to_mpmath(value, context)
+
+
+def _inclination_of(state: Any) -> Inclination:
+    context, convert = _arithmetic()
+
+    def number(name: str) -> Scalar:
+        return convert(as_fraction(getattr(state, name)))
+
+    if hasattr(state, "kz"):
+        across, along = context.hypot(number("kx"), number("ky")), number("kz")
+        offset = context.atan2(across, abs(along))
+        return Inclination(_rounded(offset), from_pi=bool(along < 0))
+    theta = number("theta")
+    if theta < _NEARLY_PI.numerator / _NEARLY_PI.denominator:
+        return Inclination(_rounded(theta))
+    return Inclination(_rounded(context.pi - theta), from_pi=True)
 
 
 def _rounded(value: Scalar) -> Fraction:

@@ -11,7 +11,7 @@ from tt_precise.claims.measured import Settled
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
 from tt_precise.integration import Trajectory, catalogue, integrate
-from tt_precise.integration.precision import is_available
+from tt_precise.integration.precision import is_available, refused_in_doubles
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
@@ -39,7 +39,7 @@ def trajectory(
     Each is made once. In quad, which takes seconds, where double-double cannot do a scene.
     """
     loaded = load_scene(scene)
-    if precision == FINE and (loaded.in_pieces or not is_available(FINE)):
+    if precision == FINE and (refused_in_doubles(loaded) or not is_available(FINE)):
         precision = WHERE_MISSING
     return integrate(loaded, precision, formulation=formulation, events=catalogue(loaded.model))
 
