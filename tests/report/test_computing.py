@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from tt_precise.claims.judging import RUNS, SYMBOLS, calls_for
+from tt_precise.claims.judging import calls_for
 from tt_precise.report import computing
 from tt_precise.report.computing import SHARING, compute, sections_in
 from tt_precise.report.document import Section
-from tt_precise.runtime.processes import TaskGroup
 
 FIRST, SECOND = "EQ-01", "NUM-23"
 
@@ -20,8 +19,8 @@ def test_what_shares_runs_is_there(tmp_path: Path) -> None:
 def test_claims_are_grouped_by_their_evidence() -> None:
     groups = {call.key: call.group for call in calls_for(["EQ-32", "EQ-33", "NUM-11"])}
     name = "tt_precise.claims.statements."
-    assert groups["EQ-32"] == groups["EQ-33"] == TaskGroup(SYMBOLS, f"{name}energy_identities")
-    assert groups["NUM-11"] == TaskGroup(RUNS, f"{name}gliding")
+    assert groups["EQ-32"] == groups["EQ-33"] == f"{name}energy_identities"
+    assert groups["NUM-11"] == f"{name}gliding"
 
 
 def test_every_part_finds_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,7 +4,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import active_children, get_context
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -175,15 +175,6 @@ def test_cores_are_those_that_may_be_used() -> None:
     assert local_pool(1).size() == 1
 
 
-def test_a_limit_of_the_system_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:
-    def scarce(*_: Any, **__: Any) -> None:
-        raise RuntimeError("can't start new thread")
-
-    monkeypatch.setattr("tt_precise.runtime.workers.Processes", scarce)
-    with pytest.raises(InputError, match="can't start new thread; expected fewer"):
-        local_pool(2)
-
-
 def test_a_killed_worker_loses_and_doubles_nothing(tmp_path: Path) -> None:
     with local_pool(2, tries=TRIES) as pool:
         found = results(pool, eval, evaluated(KILLS_ONCE, mark=tmp_path / "3"))
@@ -196,17 +187,6 @@ def test_a_killing_task_fails_alone() -> None:
         found = results(pool, eval, evaluated(KILLS))
     assert "WorkerDiedError: worker process ended, exit status -9" in found[3].reason
     assert {n: found[n] for n in found if n != 3} == {n: n for n in range(12) if n != 3}
-
-
-def test_an_interruption_leaves_no_process_behind() -> None:
-    def interrupted() -> None:
-        with local_pool(2) as pool:
-            for _ in pool.perform(pow, calls(100, 2)):
-                raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert active_children() == []
 
 
 def test_a_scheduler_that_goes_is_bad_input(monkeypatch: pytest.MonkeyPatch) -> None:

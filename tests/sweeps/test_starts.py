@@ -9,8 +9,7 @@ import numpy
 import pytest
 
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.processes import WorkerDiedError
-from tt_precise.runtime.workers import Call, Failure, Pool, local_pool
+from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.sweeps import specification
 from tt_precise.sweeps.starts import integrated
 

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from tt_precise.claims.claim import Claim, claim_named, claims
 from tt_precise.claims.verdicts import Finding, Verdict
-from tt_precise.runtime.processes import TaskGroup
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import Call, Failure, local_pool
-
-SYMBOLS, RUNS = "symbols", "runs"  # what the evidence of a module is, that others share
-FORMULAS = "tt_precise.claims.evidence.formulas"
 
 
 @dataclass(frozen=True)
@@ -111,8 +106,7 @@ def judge_all(
 def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
     """The calls of ``finding_of`` for claims (all of them by default), keyed by id.
 
-    Claims of one module are a group; modules that prove formulas are of one kind, those that rest
-    on runs of another.
+    Claims of one module are a group.
 
     Raises
     ------
@@ -121,11 +115,7 @@ def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
     """
     wanted = {one.id: one for one in map(claim_named, claims() if ids is None else ids)}
     modules = Counter(one.group for one in wanted.values())
-    kinds = {module: _kind(module) for module in modules}
-    calls = [
-        Call(one.id, (one.id,), group=TaskGroup(kinds[one.group], one.group))
-        for one in wanted.values()
-    ]
+    calls = [Call(one.id, (one.id,), group=one.group) for one in wanted.values()]
     # those of the largest modules first, so that no core is idle at the end
     calls.sort(key=lambda call: -modules[claim_named(call.key).group])
     return calls
@@ -150,9 +140,3 @@ def finding_of(id: str) -> Finding:
     except Exception as error:
         error.add_note(f"while judging {id}")
         raise
-
-
-def _kind(module: str) -> str:
-    used = vars(sys.modules[module]).values()
-    homes = {getattr(one, name, "") for one in used for name in ("__name__", "__module__")}
-    return SYMBOLS if FORMULAS in homes else RUNS

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.claims import Judgement
-from tt_precise.claims.judging import RUNS, calls_for, finding_of, judgements
+from tt_precise.claims.judging import calls_for, finding_of, judgements
 from tt_precise.report.document import Section
 from tt_precise.report.evidence import precisions
 from tt_precise.report.sections import (
@@ -26,19 +26,14 @@ from tt_precise.report.sections import (
 )
 from tt_precise.report.sections.overview import Headlines, headlines
 from tt_precise.runtime.files import shipped
-from tt_precise.runtime.processes import TaskGroup
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
 WORKERS = 2
 PRECISIONS = "precisions"  # what rests on the reference scene in every precision
-TABLES = "tables"  # sections that read what is stored, and share nothing
 REFERENCE, CONSERVATION, THRESHOLDS = "The reference solution", "Conservation", "Thresholds"
-SHARING = {
-    REFERENCE: TaskGroup(RUNS, REFERENCE),
-    THRESHOLDS: TaskGroup(RUNS, THRESHOLDS),
-    CONSERVATION: TaskGroup(PRECISIONS, PRECISIONS),
-}
+# sections that share the runs of the same name, in one process
+SHARING = {REFERENCE: "runs", THRESHOLDS: "runs", CONSERVATION: PRECISIONS}
 
 
 @dataclass(frozen=True)
@@ -75,7 +70,7 @@ def compute(folder: Path = MEASURED, progress: Progress = silent) -> Computed:
         Call("headlines", (headlines,), group=SHARING[CONSERVATION]),
         Call("precisions", (precisions,), group=SHARING[CONSERVATION]),
         *(Call(one.key, (finding_of, *one.arguments), group=one.group) for one in claims),
-        *(_section_call(title, folder, TaskGroup(TABLES, title)) for title in rest),
+        *(_section_call(title, folder, None) for title in rest),
     ]
     found, took = {}, {}
     with local_pool(WORKERS, inline=False) as pool:
@@ -108,7 +103,7 @@ def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
     }
 
 
-def _section_call(title: str, folder: Path, group: TaskGroup) -> Call:
+def _section_call(title: str, folder: Path, group: str | None) -> Call:
     return Call(title, (_section, title, folder), group=group)
 
 

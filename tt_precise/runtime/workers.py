@@ -4,15 +4,20 @@
         for call, result in pool.perform(work, calls):
             ...
 
-Calls in flight are bounded, so that ``calls`` may be a generator without end. A call that raises
-is tried again where that is asked for, and given back as a ``Failure`` after that.
+A process that dies or exceeds a time limit fails its own task only. Calls in flight are bounded, so
+``calls`` may be a generator without end. A call that raises is tried again where that is asked for,
+and given back as a ``Failure`` after that.
 """
 
 from __future__ import annotations
 
+import inspect
 import logging
 import math
+import multiprocessing
 import os
+import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sized
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
@@ -22,10 +27,10 @@ from types import TracebackType
 from typing import Any
 
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.processes import Processes
 from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.startup import hide_sympy_from_heyoka
 
-IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting beside it
+IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting
 LONGEST_REASON = 500  # characters
 MOST_WORKERS, MOST_EACH_CORE = 64, 4
 WITHOUT_PORT = ("inproc://", "ucx://")  # addresses of dask's that are no host and port
@@ -35,8 +40,9 @@ WITHOUT_PORT = ("inproc://", "ucx://")  # addresses of dask's that are no host a
 class Call:
     """Arguments of the work, and a ``key`` that says which they are.
 
-    ``limit_s`` and ``group`` (see ``Processes.submit_within``) count on this machine's processes
-    only.
+    On this machine's processes a call of a list may have a time limit, and a ``group``: calls of
+    one group run one after the other in one process and may share what they compute
+    (``functools.cache``). They are one task: a process that dies fails all of them.
     """
 
     key: Any
@@ -58,6 +64,10 @@ class Failure:
         return text[:LONGEST_REASON]
 
 
+class WorkerDiedError(RuntimeError):
+    """The process that was at a task ended; the message says with which exit status."""
+
+
 class Inline(Executor):
     """Runs every call at once in this process."""
 
@@ -69,6 +79,76 @@ class Inline(Executor):
         except Exception as error:  # raised where the future is asked
             future.set_exception(error)
         return future
+
+
+class Processes(Executor):
+    """Spawned processes of this machine; a forked one would inherit heyoka's compiled code."""
+
+    def __init__(
+        self, workers: int, recycle_after: int = 0, prepare: Callable[[], object] | None = None
+    ):
+        if _imports_main():
+            os._exit(1)  # the parent says what to do
+        from pebble import ProcessPool
+
+        self._pool = ProcessPool(
+            workers, recycle_after, _begin, (prepare,), multiprocessing.get_context("spawn")
+        )
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Put a task at the end of the queue."""
+        return self._pool.schedule(fn, args, kwargs)
+
+    def submit_within(
+        self, limit_s: float | None, fn: Callable[..., Any], *args: Any
+    ) -> Future[Any]:
+        """Put a task at the end of the queue that may take so long once it has begun."""
+        return self._pool.schedule(fn, args, timeout=limit_s)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes when their tasks are done, or at once."""
+        if cancel_futures:
+            self._pool.stop()
+        else:
+            self._pool.close()
+        if wait:
+            self._pool.join()
+
+
+def _imports_main() -> bool:
+    """Whether the caller is the main module of a script that a worker is importing."""
+    frame = inspect.currentframe()
+    while frame is not None:
+        if frame.f_globals["__name__"] == "__mp_main__" and frame.f_code.co_name == "<module>":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _begin(prepare: Callable[[], object] | None) -> None:
+    """What a worker process does first."""
+    os.setsid()  # what it starts ends with it
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # also within compiled code
+    threading.Thread(target=_follow, name="follows its parent", daemon=True).start()
+    hide_sympy_from_heyoka()
+    if prepare is not None:
+        prepare()
+
+
+def _follow() -> None:
+    """End with the parent, in whatever way it ends; and with all that this process has started."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os.killpg(0, signal.SIGKILL)
+
+
+@dataclass(eq=False)
+class _Task:
+    """Calls that run one after the other, and how often they have been tried."""
+
+    calls: tuple[Call, ...]
+    tries: int = 0
 
 
 class Pool:
@@ -108,10 +188,7 @@ class Pool:
         trace: TracebackType | None,
     ) -> None:
         if isinstance(self.executor, Processes):
-            if error is None:
-                self.executor.shutdown()
-            else:
-                self.executor.dismiss()
+            self.executor.shutdown(cancel_futures=error is not None)
         if self._leave is not None:
             self._leave()
 
@@ -131,63 +208,92 @@ class Pool:
         InputError
             The executor does not work any more.
         """
-        listed = isinstance(calls, Sized)
-        rest: deque[Call] | Iterator[Call]
-        rest = calls if isinstance(calls, deque) else deque(calls) if listed else iter(calls)
-        again: deque[_Attempt] = deque()
-        in_flight: dict[Future[Any], _Attempt] = {}
+        rest = self._tasks(calls)
+        again: deque[_Task] = deque()
+        in_flight: dict[Future[Any], _Task] = {}
         done: SimpleQueue[Future[Any]] = SimpleQueue()
         performed = 0
         try:
             while True:
-                room = self._room(listed)
-                while len(in_flight) < room and (one := _next(again, rest)) is not None:
-                    future = self._submitted(work, one.call)
-                    in_flight[future] = one
+                room = self._room(isinstance(calls, Sized))
+                while len(in_flight) < room and (task := _next(again, rest, calls)) is not None:
+                    future = self._submitted(work, task)
+                    in_flight[future] = task
                     future.add_done_callback(done.put)
                 if not in_flight:
                     return
                 # what succeeded first: a caller who ends at a failure has all that there is
                 for future in sorted(_all_in(done), key=_failed):
-                    one = in_flight.pop(future)
-                    result = self._result(future, one)
-                    if result is one:
-                        again.append(one)
+                    task = in_flight.pop(future)
+                    results = self._results(future, task)
+                    if results is None:
+                        again.append(task)
                         continue
-                    yield one.call, result
-                    performed += 1
-                    if isinstance(rest, deque):
-                        progress(performed / (performed + len(in_flight) + len(again) + len(rest)))
+                    for place, call in enumerate(task.calls, start=1):
+                        yield call, results[place - 1]
+                        performed += 1
+                        if isinstance(rest, deque):
+                            tasks = (*in_flight.values(), *again, *rest)
+                            left = len(task.calls) - place + sum(len(one.calls) for one in tasks)
+                            left += len(calls) if isinstance(calls, deque) else 0
+                            progress(performed / (performed + left))
         finally:
             for future in in_flight:
                 future.cancel()
 
+    def _tasks(self, calls: Iterable[Call]) -> deque[_Task] | Iterator[_Task]:
+        if isinstance(calls, deque):
+            return deque()
+        if not isinstance(calls, Sized):
+            return (_Task((call,)) for call in calls)
+        grouped: dict[Hashable, list[Call]] = {}
+        for number, call in enumerate(calls):
+            alone = call.group is None or not isinstance(self.executor, Processes)
+            grouped.setdefault((number, None) if alone else (0, call.group), []).append(call)
+        return deque(_Task(tuple(some)) for some in grouped.values())
+
     def _room(self, listed: bool) -> float:
-        """How many calls may be in flight."""
+        """How many tasks may be in flight."""
         if isinstance(self.executor, Inline):
             return 1  # done as soon as it is handed over
-        # those of a list all at once, so that those of one group find each other
         return math.inf if listed else IN_FLIGHT_EACH * self.size()
 
-    def _submitted(self, work: Callable[..., Any], call: Call) -> Future[Any]:
+    def _submitted(self, work: Callable[..., Any], task: _Task) -> Future[Any]:
         try:
-            if isinstance(self.executor, Processes):
-                return self.executor.submit_within(call.limit_s, call.group, work, *call.arguments)
-            return self.executor.submit(work, *call.arguments)
+            if not isinstance(self.executor, Processes):
+                return self.executor.submit(work, *task.calls[0].arguments)
+            limits = [call.limit_s for call in task.calls if call.limit_s is not None]
+            every = [call.arguments for call in task.calls]
+            return self.executor.submit_within(sum(limits) or None, _all_of, work, every)
         except (BrokenExecutor, RuntimeError) as error:
             raise _unusable(error) from None
 
-    def _result(self, future: Future[Any], one: _Attempt) -> Any:
-        """The result, a failure, or ``one`` if it is to be tried again."""
+    def _results(self, future: Future[Any], task: _Task) -> list[Any] | None:
+        """Results and failures of the task's calls; None if it is to be tried again."""
         try:
-            return future.result()
+            found = future.result()
+            results = found if isinstance(self.executor, Processes) else [found]
         except (BrokenExecutor, CancelledError) as error:
             raise _unusable(error) from None
         except Exception as error:  # whatever went wrong there, the others go on
-            one.tries += 1
-            # what cannot be used cannot be used the next time either
-            again = one.tries < self.tries and not isinstance(error, InputError)
-            return one if again else Failure(error)
+            results = [Failure(self._told(error))] * len(task.calls)
+        failed = [one.error for one in results if isinstance(one, Failure)]
+        task.tries += 1
+        # what cannot be used cannot be used the next time either
+        if failed and task.tries < self.tries and not isinstance(failed[0], InputError):
+            return None
+        return results
+
+    def _told(self, error: Exception) -> Exception:
+        """In our words what pebble says of a task whose process ended, or was ended."""
+        if isinstance(self.executor, Processes):
+            from pebble import ProcessExpired
+
+            if isinstance(error, ProcessExpired):
+                return WorkerDiedError(f"worker process ended, exit status {error.exitcode}")
+            if error.args[:1] == ("Task timeout",):
+                return TimeoutError(f"stopped after {error.args[1]:g} s without an answer")
+        return error
 
 
 def cores() -> int:
@@ -207,30 +313,31 @@ def local_pool(
     *,
     inline: bool = True,
     tries: int = 1,
-    recycle_after: int | None = None,
+    recycle_after: int = 0,
     prepare: Callable[[], object] | None = None,
 ) -> Pool:
     """So many processes of this machine, by default one for each core.
 
-    A single one is this process, unless ``inline`` is False. For the others see ``Processes``.
+    A single one is this process, unless ``inline`` is False.
+
+    Parameters
+    ----------
+    recycle_after
+        Tasks of a process, which is then replaced; 0: it stays.
+    prepare
+        Called first in each process, such as a function that imports what takes long.
 
     Raises
     ------
     InputError
-        Too few or too many, or the system does not let so many run.
+        Too few or too many.
     """
     workers = cores() if workers is None else workers
     if not 1 <= workers <= most_workers():
         raise InputError(f"workers: got {workers}, expected 1 to {most_workers()}")
     if workers == 1 and inline:
         return Pool(Inline(), lambda: 1, tries=tries)
-    try:
-        processes = Processes(workers, recycle_after=recycle_after, prepare=prepare)
-    except (RuntimeError, OSError) as error:
-        raise InputError(
-            f"workers: got {workers}: {error}; expected fewer, or a higher limit of the system's"
-        ) from None
-    return Pool(processes, lambda: workers, tries=tries)
+    return Pool(Processes(workers, recycle_after, prepare), lambda: workers, tries=tries)
 
 
 def dask_pool(address: str, *, tries: int = 1) -> Pool:
@@ -260,7 +367,9 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
     # pure=False: two equal calls are two calls; dask itself repeats those of a worker that died
     executor = client.get_executor(pure=False)
     # what it logs of a scheduler that has gone is said by the error below
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    log = logging.getLogger("distributed")
+    level = log.level
+    log.setLevel(logging.CRITICAL)
 
     def size() -> int:
         try:
@@ -271,22 +380,34 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
                 f"dask: {address} answers no more ({reason}); what is done is stored, run it again"
             ) from None
 
-    return Pool(executor, size, tries=tries, leave=client.close)
+    def leave() -> None:
+        client.close()
+        log.setLevel(level)
+
+    return Pool(executor, size, tries=tries, leave=leave)
 
 
-@dataclass(eq=False)
-class _Attempt:
-    call: Call
-    tries: int = 0
+def _all_of(work: Callable[..., Any], every: Iterable[tuple[Any, ...]]) -> list[Any]:
+    """In a worker: the results of one task's calls, failures among them."""
+    results: list[Any] = []
+    for arguments in every:
+        try:
+            results.append(work(*arguments))
+        except Exception as error:
+            results.append(Failure(error))
+    return results
 
 
-def _next(again: deque[_Attempt], rest: deque[Call] | Iterator[Call]) -> _Attempt | None:
+def _next(
+    again: deque[_Task], rest: deque[_Task] | Iterator[_Task], calls: Iterable[Call]
+) -> _Task | None:
     if again:
         return again.popleft()
+    if isinstance(calls, deque):
+        return _Task((calls.popleft(),)) if calls else None
     if isinstance(rest, deque):
-        return _Attempt(rest.popleft()) if rest else None
-    found = next(rest, None)
-    return None if found is None else _Attempt(found)
+        return rest.popleft() if rest else None
+    return next(rest, None)
 
 
 def _all_in(done: SimpleQueue[Future[Any]]) -> list[Future[Any]]:
@@ -302,5 +423,10 @@ def _failed(future: Future[Any]) -> bool:
 
 
 def _unusable(error: BaseException) -> InputError:
+    if "All workers expired" in str(error):
+        return InputError(
+            "workers: got processes that end before they begin, expected a script that starts them "
+            'below a line `if __name__ == "__main__":`'
+        )
     reason = " ".join(str(error).split()) or type(error).__name__
     return InputError(f"executor: {reason}; expected one that goes on working")

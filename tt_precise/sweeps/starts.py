@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from tt_precise._version import __version__
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.processes import WorkerDiedError
-from tt_precise.runtime.workers import Call, Failure, Pool
+from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.sweeps.specification import Plan
 
