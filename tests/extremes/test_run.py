@@ -27,7 +27,6 @@ def well(name: str, **more: Any) -> ExtremeCase:
 
 
 def test_what_goes_wrong_fails_alone() -> None:
-    """In one family, so all in one process until it has to be replaced."""
     chosen = [
         well("first"),
         replace(one("hangs", subprocess.run, args=["sleep", SLEEP]), limit_s=0.2),
@@ -38,7 +37,7 @@ def test_what_goes_wrong_fails_alone() -> None:
         well("last", family="another"),
     ]
     fractions: list[float] = []
-    outcomes = run_all(chosen, fractions.append, jobs=2)
+    outcomes = run_all(chosen, fractions.append, workers=2)
     assert [outcome.case.name for outcome in outcomes] == [case.name for case in chosen]
     assert [outcome.verdict for outcome in outcomes] == [
         "pass", "fail", "pass", "fail", "pass", "fail", "pass",
@@ -59,7 +58,7 @@ def test_an_interruption_leaves_no_process_behind() -> None:
 
     hanging = one("hangs", subprocess.run, family="another", args=["sleep", SLEEP])
     with pytest.raises(KeyboardInterrupt):
-        run_all([well("first"), hanging], interrupt, jobs=2)
+        run_all([well("first"), hanging], interrupt, workers=2)
     assert multiprocessing.active_children() == []
     left = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
     assert f"sleep {SLEEP}" not in left.stdout

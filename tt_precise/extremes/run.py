@@ -17,15 +17,11 @@ def run_all(
     chosen: Iterable[ExtremeCase],
     progress: Progress = silent,
     workers: int = 2,
-    *,
-    jobs: int | None = None,
 ) -> list[Outcome]:
     """Run ``chosen`` in worker processes; outcomes in the order of the cases.
 
-    Cases of one family run in one process, one after the other, and may share what they compute
-    (``functools.cache``). Processes are started afresh (a script needs the usual
-    ``if __name__ == "__main__"``), and none is left behind, whatever happens. ``jobs`` is an older
-    name of ``workers``.
+    Processes are started afresh (a script needs the usual
+    ``if __name__ == "__main__"``), and none is left behind, whatever happens.
     """
     wanted = {one.name: one for one in chosen}
     # the families that may take longest first, so that no core idles at the end
@@ -34,11 +30,11 @@ def run_all(
         limits.setdefault(one.family, one.limit_s)
     calls = [
         # the controls are the tests' affair, and may be lambdas, which cannot be sent
-        Call(one.name, (replace(one, control={}),), limit_s=one.limit_s, group=one.family)
+        Call(one.name, (replace(one, control={}),), limit_s=one.limit_s)
         for one in sorted(wanted.values(), key=lambda one: -limits[one.family])
     ]
     found: dict[str, Outcome] = {}
-    pool = local_pool(jobs or workers, inline=False, recycle_after=CASES_OF_A_WORKER)
+    pool = local_pool(workers, inline=False, recycle_after=CASES_OF_A_WORKER)
     with pool:
         for call, finding in pool.perform(observed, calls, progress):
             one = wanted[call.key]

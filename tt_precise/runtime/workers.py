@@ -128,7 +128,7 @@ def _imports_main() -> bool:
 def _begin(prepare: Callable[[], object] | None) -> None:
     """What a worker process does first."""
     os.setsid()  # what it starts ends with it
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # also within compiled code
+    signal.signal(signal.SIGTERM, lambda *_: os.killpg(0, signal.SIGKILL))
     threading.Thread(target=_follow, name="follows its parent", daemon=True).start()
     hide_sympy_from_heyoka()
     if prepare is not None:
