@@ -5,15 +5,17 @@ JOBS ?= auto
 # More words for the tool, as in: make test ARGS="-k euler", make lock ARGS=--upgrade
 ARGS ?=
 
-BIN := .venv/bin
+# the environment that make sets up, and clears when the lock changes
+VENV ?= .venv
+BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 PYTEST := $(BIN)/pytest
 SMOKE := $(CURDIR)/build/smoke
 # The stamps' order: the locked packages, the project itself, every optional extra, the site's.
-LOCKED := .venv/.stamp-locked
-DEV := .venv/.stamp-dev
-ALL := .venv/.stamp-all
-DOCS := .venv/.stamp-docs
+LOCKED := $(VENV)/.stamp-locked
+DEV := $(VENV)/.stamp-dev
+ALL := $(VENV)/.stamp-all
+DOCS := $(VENV)/.stamp-docs
 
 # Python's own variable against bytecode files: the tests start a hundred processes, which would all
 # compile the package anew
@@ -32,7 +34,10 @@ venv: $(DEV)
 
 # --clear, so that a package which left the lock leaves .venv as well.
 $(LOCKED): requirements/dev.txt
-	$(PYTHON) -m venv --clear .venv
+	@test ! -e $(VENV) -o -e $(VENV)/.made || { echo "$(VENV): not made by make, so not cleared; \
+	expected none there, or another name: make $(MAKECMDGOALS) VENV=build/venv" >&2; exit 2; }
+	$(PYTHON) -m venv --clear $(VENV)
+	touch $(VENV)/.made
 	$(PIP) install --require-hashes -r requirements/dev.txt
 	touch $@
 

@@ -13,6 +13,8 @@ import shutil
 import sys
 from pathlib import Path
 
+from sphinx.application import Sphinx
+
 HERE = Path(__file__).parent
 ROOT = HERE.parent
 sys.path.insert(0, str(HERE / "_ext"))
@@ -95,3 +97,13 @@ nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
 nb_merge_streams = True
+
+
+def setup(app: Sphinx) -> None:
+    """Help texts are plain text: bars in them are absolute values, not substitutions."""
+
+    def plain(app: Sphinx, context: object, lines: list[str]) -> None:
+        lines[:] = [line.replace("|", r"\|") for line in lines]
+
+    for part in ("description", "options"):
+        app.connect(f"sphinx-click-process-{part}", plain)

@@ -1,8 +1,16 @@
 """What holds for all tests."""
 
+import gc
 import signal
 
 # What a shell starts in the background ignores Ctrl-C, and hands that on to every process it
 # starts; those of the tests are to be interrupted.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_finish() -> None:
+    """What is imported and collected by now stays: the collector need not look at it again."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 100)
