@@ -7,12 +7,11 @@ import numpy
 import pytest
 
 from tt_precise.runtime.errors import InputError
-from tt_precise.sweeps import step_buffer
-from tt_precise.sweeps.columns import detectors
-from tt_precise.sweeps.lanes import Build, LaneResults, lanes
-from tt_precise.sweeps.steps_again import LaneStart
+from tt_precise.sweeps import events
+from tt_precise.sweeps.columns import detectors, extremes
+from tt_precise.sweeps.lanes import Build, LaneResults, LaneStart, lanes
 
-BUILD = Build("gliding", "unilateral", detectors((), "gliding"), 8)
+BUILD = Build("gliding", "unilateral", 8, detectors((), "gliding"), extremes(()))
 INERTIA = (0.3, 131 / 350, 2 / 5, 0.3)  # alpha, I1, I3, mu
 UPRIGHT = (0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 TILTED = (math.sin(0.1), 0.0, math.cos(0.1), 0.28, 0.0, 2.78, 0.0, 0.0)
@@ -58,11 +57,11 @@ def test_more_events_than_memory_has_room_for_are_refused(monkeypatch: pytest.Mo
     """A row of 1e6 s rocked through the pole some ten million times, which took 4.7 GB."""
     before = integrated(*[TILTED] * 3)
     with monkeypatch.context() as scarce:
-        scarce.setattr(step_buffer, "MOST_EVENTS", len(before.events.time) - 1)
-        scarce.setattr(step_buffer, "EVENTS_OF_A_ROW", 0)
+        scarce.setattr(events, "MOST_EVENTS", len(before.events.time) - 1)
+        scarce.setattr(events, "EVENTS_OF_A_ROW", 0)
         with pytest.raises(InputError, match=r"until: got a time in which 3 rows have more than"):
             integrated(*[TILTED] * 3)
-        scarce.setattr(step_buffer, "EVENTS_OF_A_ROW", 1)
+        scarce.setattr(events, "EVENTS_OF_A_ROW", 1)
         after = integrated(*[TILTED] * 3)
     assert (after.events.time == before.events.time).all()
 

@@ -65,9 +65,18 @@ def test_the_spot_check_tells_how_a_start_ends(nu_x: str, ended: str) -> None:
     assert spot_check.recomputed(scene, ()) == {"outcome": ended, "t_stop": 0.0}
 
 
-def test_what_overflows_warns_nobody(recwarn: pytest.WarningsRecorder) -> None:
-    tt.sweep("reference", vary={"omega_3": "1e12,155"}, until="0.1", recheck=0)
+def test_what_overflows_fails_alone_and_warns_nobody(recwarn: pytest.WarningsRecorder) -> None:
+    rows = tt.sweep("reference", vary={"omega_3": "1e12,1e150,155"}, until="0.1", recheck=0)
+    assert list(rows["outcome"]) == ["contact_lost", "failed", "undecided"]
     assert not recwarn.list
+
+
+def test_a_top_that_rolls_with_any_force_can_be_swept() -> None:
+    """It has no terminal event at all."""
+    rows = tt.sweep("rolling", vary={"theta_dot": "0,1"}, until="2", contact="bilateral", recheck=0)
+    alone = tt.sweep("rolling", vary={"theta_dot": "0,1"}, until="2", recheck=0)
+    assert list(rows["t_stop"]) == [2, 2]
+    assert rows["min_g_n"].to_numpy() == pytest.approx(alone["min_g_n"], rel=1e-12)
 
 
 def test_a_script_without_a_main_guard_is_told_so(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy
 
 from tt_precise.integration.contact import ended_at_start
-from tt_precise.integration.events import EXTREMUM, Event
+from tt_precise.integration.events import Event
 from tt_precise.integration.inversion import InversionTimes, Marks, Turns, from_marks
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.step_limit import longest_step
@@ -24,22 +24,11 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.arithmetic import Arithmetic, Array
 from tt_precise.scene.body import NAMES, Parameters
-from tt_precise.sweeps.climb_zeros import EARLY
-from tt_precise.sweeps.columns import (
-    DEFINITIONS,
-    NU_FALLS,
-    NU_RISES,
-    SMALLEST_FORCE,
-    Part,
-    detectors,
-    part_named,
-    turning_events,
-)
-from tt_precise.sweeps.lanes import Build, LaneResult, lanes
+from tt_precise.sweeps.columns import DEFINITIONS, Part, detectors, extremes, part_named
+from tt_precise.sweeps.events import EARLY, Events
+from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
 from tt_precise.sweeps.outcome import outcomes
 from tt_precise.sweeps.specification import PARAMETERS, Plan
-from tt_precise.sweeps.step_buffer import Events
-from tt_precise.sweeps.steps_again import LaneStart
 
 SAME = 2.0**-53
 DOUBLE = precision_named("double")
@@ -58,7 +47,8 @@ def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
 def _computed(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
     form = integrated(plan.scene.model, "newton")
     starts = _starts(plan, values)
-    build = Build(plan.scene.model, plan.contact, detectors(plan.record, plan.scene.model), batch)
+    model, wanted = plan.scene.model, extremes(plan.record)
+    build = Build(model, plan.contact, batch, detectors(plan.record, model), wanted)
     ended = [_refused(form, one, plan.contact) for one in starts]
     moving = [row for row, result in enumerate(ended) if result is None]
     with lanes(build) as integrator:
@@ -69,9 +59,11 @@ def _computed(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
         ended[row] = result
     events = found.events._replace(row=numpy.array(moving, dtype=int)[found.events.row])
     results = [result for result in ended if result is not None]
-    owner, states = found.lowest
-    lowest = numpy.array(moving, dtype=int)[owner], states
-    return _Integrated(plan, form, build, starts, results, events, lowest).columns()
+    peaks = {
+        part: (numpy.array(moving, dtype=int)[owner], states)
+        for part, (owner, states) in found.extremes.items()
+    }
+    return _Integrated(plan, form, build, starts, results, events, peaks).columns()
 
 
 def _starts(plan: Plan, values: Array) -> list[InitialState]:
@@ -109,9 +101,9 @@ class _Integrated:
         starts: Sequence[InitialState],
         results: Sequence[LaneResult],
         events: Events,
-        lowest: tuple[Array, Array],
+        peaks: Mapping[Part, tuple[Array, Array]],
     ):
-        self.lowest = lowest
+        self.peaks = peaks
         self.plan, self.form, self.starts, self.results = plan, form, starts, results
         self.detectors = build.detectors
         self.rows = len(starts)
@@ -157,7 +149,7 @@ class _Integrated:
 
     def _nearest(self, climbs: Array, *, after: bool) -> Array:
         """Time of the crossing of nu_y and nu_x that is next to the climb on one side."""
-        chosen = self._events(NU_FALLS if after else NU_RISES)
+        chosen = self._events("nu_crossing", rising=not after)
         owner, times = self.owner[chosen], self.times[chosen]
         beyond = times > climbs[owner] if after else times < climbs[owner]
         found = numpy.full(self.rows, numpy.nan)
@@ -199,33 +191,24 @@ class _Integrated:
         states = numpy.array([one.state for one in self.results])
         return self._motion(states, numpy.arange(self.rows))
 
-    def _kinds(self, *names: str) -> Array:
-        """Which kinds of events have one of these names."""
-        wanted = numpy.zeros(2 * len(self.detectors), dtype=bool)
-        for position, one in enumerate(self.detectors):
-            wanted[2 * position] = one.falling in names
-            wanted[2 * position + 1] = one.rising in names
-        return wanted
-
-    def _events(self, *names: str) -> Array:
-        """Positions of the events that have one of these names."""
-        return numpy.flatnonzero(self._kinds(*names)[self.kind])
-
-    def _at_events(self, *names: str) -> tuple[Array, Motion]:
-        """Positions of the events that have one of these names, and the motion there."""
-        chosen = self._events(*names)
-        return chosen, self._motion(self.states[chosen], self.owner[chosen])
+    def _events(self, name: str, rising: bool | None = None) -> Array:
+        """Positions of the events with this name, in one direction or in both."""
+        number = next(n for n, one in enumerate(self.detectors) if one.event.name == name)
+        mine = self.kind // 2 == number
+        return numpy.flatnonzero(mine if rising is None else mine & (self.kind % 2 == rising))
 
     @cached_property
     def _turning_points(self) -> tuple[Array, Motion]:
-        return self._at_events("theta_min", "theta_max")
+        """Positions of the turning points of theta, and the motion there."""
+        chosen = self._events("theta_min")
+        return chosen, self._motion(self.states[chosen], self.owner[chosen])
 
     def _at_extrema(self, part: Part) -> tuple[Array, Motion]:
         """Rows and motions among which an extreme value is, if it lies between start and end."""
-        if part == SMALLEST_FORCE:
-            owner, states = self.lowest
+        if part.quantity != "theta":
+            owner, states = self.peaks[part]
             return owner, self._motion(states, owner)
-        chosen, q = self._at_events(*turning_events(part.quantity))
+        chosen, q = self._turning_points
         return self.owner[chosen], q
 
     def _part(self, part: str, quantity: str) -> Array:
@@ -263,8 +246,8 @@ class _Integrated:
             mirrored = numpy.sign(jellett(self._start_motion))[owner]
             phi_dot = QUANTITIES["phi_dot"].evaluate(q) * mirrored
 
-        def turns(name: str) -> list[Turns]:
-            mine = self._kinds(name)[kind]
+        def turns(rising: bool) -> list[Turns]:
+            mine = kind % 2 == rising
             columns = (column[mine] for column in (self.times[chosen], theta, phi_dot))
             return list(map(Turns, *(self._by_row(column, owner[mine]) for column in columns)))
 
@@ -273,7 +256,7 @@ class _Integrated:
             return self._by_row(self.times[mine], self.owner[mine])
 
         columns = (
-            times("equator"), turns("theta_min"), turns("theta_max"), times("phi_dot_zero"),
+            times("equator"), turns(False), turns(True), times("phi_dot_zero"),
             times("Lk_equals_Lz"), times("Lk_equals_minus_Lz"),
         )  # fmt: skip
         return [from_marks(Marks(*row), math.pi) for row in zip(*columns, strict=True)]
@@ -289,14 +272,8 @@ class _Integrated:
         if not len(early):
             return
         ones = numpy.ones(self.rows)
-        zero = numpy.array(
-            [
-                abs(event.function(self._start_motion) * ones) < SAME
-                if event.slope or not event.name.startswith(EXTREMUM)
-                else 0 * ones  # an extremum at the start has the start's own value
-                for event in events
-            ]
-        )
+        sizes = [abs(event.function(self._start_motion) * ones) for event in events]
+        zero = numpy.array(sizes) < SAME
         keep = numpy.ones(len(self.times), dtype=bool)
         keep[early] = ~zero[self.kind[early] // 2, self.owner[early]].astype(bool)
         self.kind, self.owner = self.kind[keep], self.owner[keep]

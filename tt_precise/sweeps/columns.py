@@ -10,14 +10,10 @@ turning points of theta are read off the Taylor polynomials of the steps.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 
 from tt_precise.integration.events import EXTREMUM, Event, axis_fall, event_named
-from tt_precise.integration.inversion import NEEDED
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.errors import InputError
 
 DEFINITIONS = ("A", "B", "C")
@@ -38,25 +34,7 @@ DERIVED = {
     "nu_crossing_init": "when nu_y last rises through nu_x before t_equator, s",
     "nu_crossing_end": "when nu_y first falls through nu_x after t_equator, s",
 }
-NU_RISES, NU_FALLS = "nu_y rises through nu_x", "nu_y falls through nu_x"
 PARTS = ("min", "max", "start", "end")
-
-
-class ClimbSide(Enum):
-    """Which zeros next to the climb initiation and ending times depend on."""
-
-    FIRST = "the first one, which is the climb"
-    BEFORE = "the last one before the climb"
-    AFTER = "the first one after it"
-    BOTH = "the last one before it and the first one after it"
-
-
-SIDES = {
-    "equator": ClimbSide.FIRST,
-    "phi_dot_zero": ClimbSide.BOTH,
-    "Lk_equals_Lz": ClimbSide.BEFORE,
-    "Lk_equals_minus_Lz": ClimbSide.AFTER,
-}
 
 
 @dataclass(frozen=True)
@@ -74,36 +52,23 @@ class Part:
 
 @dataclass(frozen=True)
 class Detector:
-    """One event function that is looked for, for all the events that share it.
+    """One event function whose zeros are looked for.
 
-    ``rising`` and ``falling`` name the event at a zero in that direction, "" where none is asked.
-    ``every`` is False where only those are needed that initiation and ending times depend on.
+    ``before`` is the direction of the zeros that are wanted before the climb (+1 rising, -1
+    falling, 0 both, None: none are), ``after`` that of those after it: the ones next to the climb,
+    or all of them where ``turning``. The first detector of all is the climb's own. ``every`` asks
+    for all zeros wherever they are.
     """
 
     event: Event
-    rising: str
-    falling: str
-    every: bool = True
-
-    @property
-    def stateful(self) -> bool:
-        """Whether the states at its events are needed, not only the times."""
-        return self.event.name.startswith((EXTREMUM, "theta_"))
+    before: int | None = None
+    after: int | None = None
+    every: bool = False
 
     @property
     def turning(self) -> bool:
-        """Whether it is where theta turns, which is read off the series of the steps."""
+        """Whether it is where theta turns; the states there are needed, too."""
         return self.event.function is axis_fall
-
-    @property
-    def side(self) -> ClimbSide | None:
-        """Which zeros are needed, None for all; these are looked for in few steps."""
-        return SIDES.get(self.event.name)
-
-    @property
-    def direction(self) -> int:
-        """Direction in which zeros are looked for; 0 is both."""
-        return bool(self.rising) - bool(self.falling)
 
 
 SMALLEST_FORCE = Part("min", "g_n")  # every row has it, read off the series of the steps
@@ -132,6 +97,8 @@ def check_names(record: tuple[str, ...], model: str) -> None:
                 "start_, end_ and a quantity, such as max_nu_y"
             )
     detectors(record, model)
+    for part in extremes(record):
+        event_named(extremum(part.quantity), model)
 
 
 def parts(record: tuple[str, ...]) -> tuple[Part, ...]:
@@ -152,35 +119,20 @@ def turning_events(quantity: str) -> tuple[str, ...]:
 
 def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
     """The event functions to look for; theta's extrema are its turning points."""
-    found: list[Detector] = []
-    wanted: dict[Callable[[Motion], Scalar], list[Event]] = {}
-    for name in NEEDED:
-        event = event_named(name, model)
-        wanted.setdefault(event.function, []).append(event)
-    for events in wanted.values():
-        rising = next((event.name for event in events if event.direction >= 0), "")
-        falling = next((event.name for event in events if event.direction <= 0), "")
-        if events[0].name == "equator":  # the climb: cos theta falls
-            rising = ""
-        every = events[0].function is not axis_fall or any(
-            part.extreme and part.quantity == "theta" for part in parts(record)
-        )
-        found.append(Detector(events[0], rising, falling, every))
+    every = any(part.extreme and part.quantity == "theta" for part in parts(record))
+    # minima of theta before the climb, maxima after it
+    wanted = [("equator", None, None), ("theta_min", -1, 1), ("phi_dot_zero", 0, 0)]
+    wanted += [("Lk_equals_Lz", 0, None), ("Lk_equals_minus_Lz", None, 0)]
     if {"nu_crossing_init", "nu_crossing_end"} & set(record):
-        found.append(Detector(event_named("nu_crossing", model), NU_RISES, NU_FALLS))
-    extreme = [
-        part
-        for part in parts(record)
-        if part.extreme and part.quantity != "theta" and part != SMALLEST_FORCE
-    ]
-    for quantity in dict.fromkeys(part.quantity for part in extreme):
-        asked = {part.part for part in extreme if part.quantity == quantity}
-        name = extremum(quantity)
-        found.append(
-            Detector(
-                event_named(name, model),
-                name if "min" in asked else "",
-                name if "max" in asked else "",
-            )
-        )
-    return tuple(found)
+        wanted.append(("nu_crossing", 1, -1))
+    events = [(event_named(name, model), before, after) for name, before, after in wanted]
+    return tuple(
+        Detector(event, before, after, every and event.function is axis_fall)
+        for event, before, after in events
+    )
+
+
+def extremes(record: tuple[str, ...]) -> tuple[Part, ...]:
+    """The extreme values that are looked for in the steps, the smallest g_n first."""
+    wanted = [part for part in parts(record) if part.extreme and part.quantity != "theta"]
+    return tuple(dict.fromkeys(wanted))

@@ -8,33 +8,47 @@ from where they are, so that no lane waits, and what happens in one does not tou
 from __future__ import annotations
 
 import math
-from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
 import heyoka
 import numpy
 
+from tt_precise.integration.equations import Equations
 from tt_precise.integration.idle import Idle
-from tt_precise.mechanics.formulations import integrated
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.system import numeric_options, terminal_functions
+from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.runtime.arithmetic import Array
-from tt_precise.sweeps.columns import Detector
-from tt_precise.sweeps.step_buffer import ROOM, Events, StepBuffer
-from tt_precise.sweeps.steps_again import LaneStart, StepsAgain, compiled
+from tt_precise.runtime.untyped import Adaptive
+from tt_precise.sweeps.columns import Detector, Part
+from tt_precise.sweeps.events import Events, Steps, Zeros
+from tt_precise.sweeps.extremes import Extreme
 
+ROOM = 500  # steps; not near a multiple of 64, where the rows of columns share lines of a cache
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run
-MOST_AGAIN = 8  # lanes
 STEPS_AT_MOST = 5_000_000  # of one trajectory, which then counts as failed
 
 
+class LaneStart(NamedTuple):
+    """A start, dimensionless: state, parameters of the formulation, horizon, longest step."""
+
+    state: tuple[float, ...]
+    parameters: tuple[float, ...]
+    until: float
+    longest: float = math.inf
+
+
 class Build(NamedTuple):
-    """What a batch integrator is compiled for."""
+    """What a batch integrator is compiled for, and what is looked for along its trajectories."""
 
     model: str
     contact: str
-    detectors: tuple[Detector, ...]
     batch: int
+    detectors: tuple[Detector, ...]
+    extremes: tuple[Part, ...]
 
 
 class LaneResult(NamedTuple):
@@ -51,22 +65,19 @@ class LaneResult(NamedTuple):
 
 
 class LaneResults(NamedTuple):
-    """How all went: a result for each start, and their events.
+    """How all went: a result for each start, their events, and their extreme values.
 
-    Each kind of events of a trajectory is in order of time. Turning points of theta are minima
-    before the climb and maxima after it, unless their detector asks for every one; of the kinds
-    with a ``side`` there are those on it, and perhaps others. ``lowest`` holds the positions of
-    starts, in order, and states in one of which the normal force of a trajectory is smallest, if
-    that is inside of it.
+    The latter are positions of starts, in order, and the states with the extreme value, for each of
+    ``Build.extremes``.
     """
 
     results: list[LaneResult]
     events: Events
-    lowest: tuple[Array, Array]
+    extremes: dict[Part, tuple[Array, Array]]
 
 
 class Lanes:
-    """A compiled batch integrator, and what its lanes are carrying."""
+    """A compiled batch integrator, what its lanes are carrying, and their last steps."""
 
     def __init__(self, build: Build):
         heyoka.set_logger_level_critical()  # the status says what it would log
@@ -75,27 +86,37 @@ class Lanes:
         # bit; as one of two it has the same numbers as any other lane
         width = max(2, build.batch)
         form = integrated(build.model, "newton")
-        numbered = [(n, one) for n, one in enumerate(build.detectors) if not one.turning]
-        seldom = [(n, one) for n, one in numbered if one.side is not None]
-        hits = array("d")
-        self._batch, self._terminal = compiled(
-            form, build.contact, width, [pair for pair in numbered if pair not in seldom], hits
-        )
-        # of more lanes there would be nothing to gain, and twice as much to compile
-        again = StepsAgain(form, build.contact, min(width, MOST_AGAIN), seldom)
-        self._row_in = numpy.full(width, -1)  # which row is in each lane, -1: none
-        self._goals = [0.0] * width
-        self._longest = [math.inf] * width
+        self._batch, self._terminal = _compiled(form, build.contact, width)
+        # in an empty lane a top at rest has no time left: it takes steps of length 0
+        upright = tuple(float(one == "kz") for one in form.columns)
+        self._rest = LaneStart(upright, (0.5,) * len(form.parameters), 0.0)
+        self._zeros = Zeros(form, build.detectors)
+        self._extremes = [Extreme(form, part) for part in build.extremes]
+        self._readers: list[Zeros | Extreme] = [self._zeros, *self._extremes]
         self.order = int(self._batch.order)
+        self._row_in = numpy.full(width, -1)  # which row is in each lane, -1: none
+        self._goals, self._longest = [0.0] * width, [math.inf] * width
         self._age = numpy.zeros(width, dtype=int)  # steps since the start of each row
         self._time = self._batch.time  # a view of heyoka's own memory
-        self._buffer = StepBuffer(self._batch, form, build.detectors, hits, again)
+        self._series = numpy.empty((ROOM, *self._batch.tc.shape))
+        self._widths = numpy.empty((ROOM, width))
+        self._times = numpy.zeros((ROOM + 1, width))  # the first: of the start
+        self._rows = numpy.empty((ROOM, width), dtype=int)
+        self._steps = 0  # how many are recorded now
+        self._closed: list[tuple[int, Array, Array]] = []  # rows that end: step, lanes, states
+        self._record_step = self._recorder()
 
     def integrate(self, starts: Sequence[LaneStart]) -> LaneResults:
         """Integrate from all starts."""
         ends: dict[int, tuple[str, float, Array]] = {}
         waiting = iter(range(len(starts)))
-        self._buffer.open(starts)
+        bodies = numpy.array([one.parameters for one in starts])
+        bodies = bodies.reshape(len(starts), len(self._batch.pars)).T.copy()
+        for one in self._readers:
+            one.open(bodies)
+        self._taken = numpy.zeros(len(starts) + 1, dtype=int)  # the last one: by empty lanes
+        self._steps = 0
+        self._times[0] = 0.0
         for lane in range(len(self._row_in) if starts else 0):
             number = next(waiting, -1) if lane < self.build.batch else -1
             self._load(lane, number, starts)
@@ -107,27 +128,27 @@ class Lanes:
                 if number >= 0 and (status := self._ended(lane, outcomes[lane]))
             }
             if ended:
-                self._buffer.close(list(ended))
+                places = numpy.array(list(ended))
+                self._closed.append((self._steps - 1, places, self._batch.state[:, places]))
             for lane, status in ended.items():
                 ends[int(self._row_in[lane])] = self._end(lane, status)
                 self._load(lane, next(waiting, -1), starts)
-            if self._buffer.steps == ROOM:
-                self._buffer.read()
-        if self._buffer.steps:
-            self._buffer.read()
+            if self._steps == ROOM:
+                self._read()
+        if self._steps:
+            self._read()
         return LaneResults(
-            [LaneResult(*ends[row], int(self._buffer.taken[row])) for row in range(len(starts))],
-            self._buffer.events(),
-            self._buffer.lowest(),
+            [LaneResult(*ends[row], int(self._taken[row])) for row in range(len(starts))],
+            self._zeros.events(),
+            {one.part: one.states() for one in self._extremes},
         )
 
     def _load(self, lane: int, number: int, starts: Sequence[LaneStart]) -> None:
         self._row_in[lane] = number
-        # an empty lane stands at some valid start with no time left: it takes steps of length 0
-        start = starts[max(number, 0)]
+        start = starts[number] if number >= 0 else self._rest
         self._batch.state[:, lane] = start.state
         self._batch.pars[:, lane] = start.parameters
-        self._goals[lane] = 0.0 if number < 0 else start.until
+        self._goals[lane] = start.until
         self._longest[lane] = start.longest
         # not set_time, which would cut the low parts of the other lanes' times
         high, low = (part.copy() for part in self._batch.dtime)
@@ -135,22 +156,43 @@ class Lanes:
         if not numpy.isfinite(high).all():
             high, low = numpy.nan_to_num(high), numpy.nan_to_num(low)
         self._batch.set_dtime(high, low)
-        self._batch.reset_cooldowns(lane)
+        if self._batch.with_events:
+            self._batch.reset_cooldowns(lane)
         self._age[lane] = 0
 
+    def _recorder(self) -> Callable[[Adaptive], bool]:
+        """A function that records the last step of the integrator, which calls it after each.
+
+        Half the time of this loop was Python's way to the places; so all are looked up before.
+        """
+        # views of heyoka's own memory, which stays where it is
+        series, high, last_h = self._batch.tc, self._time, self._batch.last_h
+        places = list(zip(self._series, self._widths, self._times[1:], strict=True))
+
+        def record_step(_: Adaptive) -> bool:
+            to_series, to_width, to_time = places[self._steps]
+            to_series[...] = series
+            to_width[...] = last_h
+            to_time[...] = high
+            self._steps += 1
+            return True
+
+        return record_step
+
     def _advance(self) -> list[Any]:
-        before = self._buffer.steps
+        before = self._steps
         self._batch.propagate_until(
             self._goals,
             max_delta_t=self._longest,
             max_steps=min(STEPS_BETWEEN, ROOM - before),
-            callback=self._buffer.record_step,
+            callback=self._record_step,
+            write_tc=True,
         )
         outcomes = [outcome for outcome, _ in self._batch.step_res]
         if heyoka.taylor_outcome.err_nf_state in outcomes:
-            self._buffer.record_step(self._batch)  # heyoka skips the callback of such a step
-        self._buffer.assign(before, self._row_in)
-        self._age += self._buffer.steps - before
+            self._record_step(self._batch)  # heyoka skips the callback of such a step
+        self._rows[before : self._steps] = self._row_in
+        self._age += self._steps - before
         return outcomes
 
     def _ended(self, lane: int, outcome: Any) -> str:
@@ -166,12 +208,35 @@ class Lanes:
         """Status, time and state of a row that has ended."""
         state = self._batch.state[:, lane]
         if status == "failed":
-            return (
-                status,
-                self._buffer.step_start(lane) if self._age[lane] > 1 else 0.0,
-                state * numpy.nan,
-            )
+            begun = float(self._times[self._steps - 1, lane]) if self._age[lane] > 1 else 0.0
+            return status, begun, state * numpy.nan
         return status, float(self._time[lane]), state.copy()
+
+    def _read(self) -> None:
+        """Read off what happened in the recorded steps, and give them up."""
+        count, lanes = self._steps, numpy.arange(len(self._row_in))
+        ends, times = self._times[1 : count + 1].copy(), self._times
+        for step, closed, _ in self._closed:  # what is next in these lanes begins at time 0
+            times[step + 1, closed] = 0.0
+        last = [(count - 1, lanes, self._batch.state), *self._closed]
+        steps = Steps(
+            self._rows[:count],
+            times[:count],
+            ends,
+            self._widths[:count],
+            self._series[:count],
+            (
+                numpy.concatenate([numpy.full(len(mine), step) for step, mine, _ in last]),
+                numpy.concatenate([mine for _, mine, _ in last]),
+            ),
+            numpy.concatenate([states for _, _, states in last], axis=1),
+        )
+        self._taken += numpy.bincount(steps.row[steps.taken], minlength=len(self._taken))
+        for one in self._readers:
+            one.read(steps)
+        times[0] = times[count]
+        self._closed.clear()
+        self._steps = 0
 
 
 _idle = Idle(Lanes)
@@ -180,3 +245,22 @@ _idle = Idle(Lanes)
 def lanes(build: Build) -> AbstractContextManager[Lanes]:
     """Compiled lanes: idle ones of an earlier task of this process, or made now."""
     return _idle.lent(build)
+
+
+def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tuple[str, ...]]:
+    """A batch integrator, and its terminal events."""
+    equations = Equations.of(form)
+    terminal = terminal_functions(form, equations.motion, equations.variables[0])
+    if contact == "bilateral":
+        del terminal["contact_lost"]
+    options = numeric_options(Setup(formulation=form, precision=precision_named("double")))
+    # rolling compiles in a tenth of the time so, and runs as fast (1.02)
+    options["compact_mode"] |= form.model == "rolling"
+    made = heyoka.taylor_adaptive_batch(
+        equations.system,
+        numpy.zeros((len(form.columns), width)),
+        pars=numpy.ones((len(form.parameters), width)),
+        t_events=[heyoka.t_event_batch(function) for function in terminal.values()],
+        **options,
+    )
+    return made, tuple(terminal)

@@ -43,7 +43,11 @@ class Swept:
         """All rows in one table, in the order of their index."""
         import pandas
 
-        return pandas.concat(list(self.store.frames()), ignore_index=True)
+        frames = list(self.store.frames())
+        if not frames:
+            reason = next(iter(self.store.quarantined.values()))
+            raise InputError(f"sweep: got no row ({reason}), expected some; lower what is varied")
+        return pandas.concat(frames, ignore_index=True)
 
 
 def sweep(

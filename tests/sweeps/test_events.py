@@ -1,0 +1,95 @@
+"""Zeros of polynomials, and extreme values along steps: none is missed, none depends on company."""
+
+from typing import Any
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tt_precise.sweeps import events
+from tt_precise.sweeps.events import bernstein_of, halves, zeros
+from tt_precise.sweeps.extremes import FINER, NODES, _ceiling
+
+TERMS = 22
+
+
+def found_in(polynomials: Any, single: bool = False) -> Any:
+    rows = numpy.atleast_2d(polynomials)
+    padded = numpy.zeros((len(rows), TERMS))
+    padded[:, : rows.shape[1]] = rows
+    known = numpy.full(len(rows), single)
+    return zeros(padded.T, padded[:, 0], padded.sum(axis=1), known)
+
+
+def by_roots(polynomial: Any) -> Any:
+    roots = numpy.polynomial.Polynomial(polynomial).roots()
+    inside = roots.real[(abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real < 1)]
+    return numpy.sort(inside)
+
+
+def test_random_polynomials_vanish_where_their_roots_say() -> None:
+    draws = numpy.random.default_rng(1).normal(size=(300, 12))
+    which, places, rising = found_in(draws)
+    assert len(which) > 100
+    for row, polynomial in enumerate(draws):
+        mine = which == row
+        assert places[mine] == pytest.approx(by_roots(polynomial), abs=1e-9)
+        slopes = numpy.polynomial.Polynomial(polynomial).deriv()(places[mine])
+        assert ((slopes > 0) == rising[mine]).all()
+
+
+@pytest.mark.parametrize(
+    ("roots", "places"),
+    [([0.5], [0.5]), ([0.3, 0.300001, 0.7], [0.3, 0.300001, 0.7]), ([0.4, 0.4], []), ([2.0], [])],
+)
+def test_zeros_close_together_are_told_apart(roots: list[float], places: list[float]) -> None:
+    polynomial = numpy.polynomial.polynomial.polyfromroots(roots)
+    assert found_in(polynomial)[1] == pytest.approx(places, abs=1e-10)
+
+
+def test_without_halving_zeros_are_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    polynomial = numpy.polynomial.polynomial.polyfromroots([0.3, 0.6])
+    assert len(found_in(polynomial)[0]) == 2
+    monkeypatch.setattr(events, "HALVINGS", 0)
+    assert len(found_in(polynomial)[0]) == 0
+
+
+def test_company_does_not_change_a_bit() -> None:
+    draws = numpy.random.default_rng(2).normal(size=(40, TERMS))
+    which, places, _ = found_in(draws)
+    alone = [found_in(row)[1] for row in draws]
+    assert numpy.array_equal(places, numpy.concatenate(alone))
+    assert len(which) == len(places)
+
+
+def test_halves_are_the_same_polynomials() -> None:
+    draws = numpy.random.default_rng(3).normal(size=(5, 8))
+    lower, upper = halves(bernstein_of(draws))
+    for polynomial, low, high in zip(draws, lower, upper, strict=True):
+        value = numpy.polynomial.Polynomial(polynomial)
+        ends = value([0, 0.5, 0.5, 1])
+        assert [low[0], low[-1], high[0], high[-1]] == pytest.approx(ends, abs=1e-12)
+
+
+def test_a_ceiling_is_above_every_peak_between_the_nodes() -> None:
+    fine = numpy.linspace(0, 1, 1001)
+    for shift in numpy.linspace(-0.5, 1.5, 41):
+        for nodes in (NODES, FINER):
+            ceiling, largest = _ceiling(-((nodes - shift) ** 2)[:, None])
+            assert largest[0] <= (-((fine - shift) ** 2)).max() <= ceiling[0] < numpy.inf
+
+
+def test_a_peak_far_narrower_than_a_step_is_not_excluded() -> None:
+    """As phi_dot has them beside a pole."""
+    for place in numpy.linspace(0.02, 0.98, 49):
+        ceiling, _ = _ceiling(1 / (1e-4 + (FINER - place) ** 2)[:, None])
+        assert ceiling[0] == numpy.inf
+
+
+def test_the_spike_of_phi_dot_beside_the_pole_is_found() -> None:
+    """Some 40 microseconds wide near 3.19 s on the reference scene, where steps take 5 ms."""
+    rows = tt.sweep("reference", vary={"mu": "0.3"}, until="4", record=("min_phi_dot",), recheck=0)
+    run = tt.integrate(tt.load_scene("reference").varied(until="4"), events=("extremum:phi_dot",))
+    spike = run.event_table(("phi_dot",))["phi_dot"].min()
+    assert spike < -1e3
+    assert rows["min_phi_dot"][0] == pytest.approx(spike, rel=1e-9)

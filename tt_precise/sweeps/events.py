@@ -1,0 +1,467 @@
+"""Zeros of event functions along many trajectories, from the Taylor series of their steps.
+
+One way for all of them: a cubic through value and rate at both ends of a step tells whether the
+function may vanish in it; of the steps that may hold a zero those are chosen that the times of the
+climb depend on; there the function's own Taylor series, composed from that of the state, has the
+zeros between Bernstein bounds. What is found in a step does not depend on the others, to the last
+bit.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from functools import cache, reduce
+from math import comb
+from typing import NamedTuple
+
+import heyoka
+import numpy
+
+from tt_precise.integration.equations import Equations
+from tt_precise.integration.system import MOST_EVENTS, along, event_expression
+from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.sweeps.columns import Detector
+
+ALONE = {"batch_parallel": False}  # the other cores have sweeps of their own
+EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself
+# The cubic through values and rates at both ends is off by h^4/384 of the fourth derivative at
+# most. A step is 0.13 of the radius of convergence, which makes that 2e-5 of the function's size.
+FLOOR = 2.0**-11  # of the size of its terms: 25 times as much
+MARGIN = 2.0**-3  # of the cubic's largest coefficient, where its terms cancel all along a step
+KNOWN = 2.0**-30  # of the size of its terms; rounding decides about the sign of what is smaller
+MAYBE, SURE = 1, 2  # may have zeros in a step; has one
+HALVINGS = 26  # so close together, two zeros are as good as none, and three as one
+NEWTON_STEPS = 6  # at a time: enough for all but a few turning points in 1,000
+ITERATIONS = 10  # of so many steps: bisections alone would take 52
+SETTLED = 2.0**-30  # of a step: after so small a step of Newton's a zero is known
+EVENTS_OF_A_ROW = 1000  # a hundred bytes each; a climb has hundreds
+
+
+class Steps(NamedTuple):
+    """Steps of a batch integrator; arrays of the shape (steps, lanes).
+
+    Rows (-1: none), times at the start and at the end, lengths (0: not taken); the Taylor series of
+    the state, shape (steps, entries, order + 1, lanes); and ``last``, the positions (step, lane) of
+    the steps that no recorded step of the same row follows, with the states where they end, shape
+    (entries, positions).
+    """
+
+    row: Array
+    begin: Array
+    end: Array
+    width: Array
+    series: Array
+    last: tuple[Array, Array]
+    ends: Array
+
+    @property
+    def taken(self) -> Array:
+        """Which of them are steps of a row."""
+        return (self.width != 0) & (self.row >= 0) & numpy.isfinite(self.width)
+
+    def all_series(self, *entries: int) -> Array:
+        """Taylor coefficients of all steps, shape (entries, order + 1, steps times lanes)."""
+        chosen = self.series[:, list(entries)] if entries else self.series
+        moved = numpy.ascontiguousarray(chosen.transpose(1, 2, 0, 3))
+        return moved.reshape(*moved.shape[:2], -1)
+
+    def columns(self, step: Array, lane: Array, *entries: int) -> Array:
+        """Taylor coefficients of some steps, shape (entries, order + 1, positions); all entries."""
+        chosen = [self.series[step, one, :, lane] for one in entries or range(len(self.ends))]
+        return numpy.ascontiguousarray(numpy.swapaxes(chosen, 1, 2))
+
+
+class Events(NamedTuple):
+    """Events, a row each: an array for each column.
+
+    ``row`` and ``detector`` are positions, ``direction`` is +1 where the function rises and -1
+    where it falls, ``time`` is dimensionless as is ``state``, shape (events, entries), NaN where
+    the detector is not ``turning``.
+    """
+
+    row: Array
+    detector: Array
+    direction: Array
+    time: Array
+    state: Array
+
+
+class Zeros:
+    """Finds the zeros that ``detectors`` ask for, a buffer of steps at a time.
+
+    The first detector is that of the climb.
+    """
+
+    def __init__(self, form: Formulation, detectors: tuple[Detector, ...]):
+        self._form, self._detectors = form, detectors
+        self._height = form.columns.index("kz")
+        self._values = _values(form, detectors)
+
+    def open(self, bodies: Array) -> None:
+        """Begin with rows whose bodies have these parameters, shape (parameters, rows)."""
+        rows = bodies.shape[1]
+        self._bodies = bodies
+        # the last one of these is for empty lanes
+        self.climb = numpy.full(rows + 1, numpy.inf)  # theta first rises through pi/2
+        self._past = numpy.zeros((len(self._detectors), rows + 1), dtype=bool)  # no more is wanted
+        none = numpy.empty(0, dtype=int)
+        self._found = [self._events(0, none, none, numpy.empty(0))]
+        self._room = MOST_EVENTS + EVENTS_OF_A_ROW * rows
+
+    def read(self, steps: Steps) -> None:
+        """Find what is in some steps.
+
+        Raises
+        ------
+        InputError
+            There are more events than fit into memory.
+        """
+        signs, values = self._signs(steps)
+        for number, one in enumerate(self._detectors):
+            lane, step = numpy.nonzero(signs[number].T)  # each row's steps follow each other
+            if number == 0:
+                climb = self.climb[steps.row[step, lane]]
+                wanted = (climb < EARLY) | numpy.isinf(climb)
+            else:
+                wanted = self._chosen(number, one, steps, step, lane, signs, values)
+            chosen = step[wanted], lane[wanted]
+            sure = signs[number][chosen] == SURE
+            found = self._zeros(number, one, steps, *chosen, values[:, number], sure)
+            if number == 0:
+                numpy.minimum.at(self.climb, found.row, found.time)
+            self._found.append(found)
+            self._room -= len(found.row)
+        if self._room < 0:
+            most = MOST_EVENTS + EVENTS_OF_A_ROW * (len(self.climb) - 1)
+            raise InputError(
+                f"until: got a time in which {len(self.climb) - 1} rows have more than {most} "
+                "events, expected a shorter one"
+            )
+
+    def events(self) -> Events:
+        """All that was found, by row, each kind in order of time."""
+        events = Events(*(numpy.concatenate(one) for one in zip(*self._found, strict=True)))
+        order = numpy.lexsort((events.time, events.row))
+        return Events(*(column[order] for column in events))
+
+    def _signs(self, steps: Steps) -> tuple[Array, Array]:
+        """For each detector, step and lane: ``MAYBE``, ``SURE``, or 0; and values at both ends."""
+        count, shape = len(self._detectors), steps.row.shape
+        starts = self._evaluated(numpy.moveaxis(steps.series[:, :, 0], 1, 0), steps.row)
+        inputs = numpy.empty((7, count, *shape))
+        inputs[:3] = starts.reshape(3, count, *shape)
+        # where one step ends the next begins, so that no zero between them is lost or found twice
+        inputs[3:6, :, :-1] = inputs[:3, :, 1:]
+        last = self._evaluated(steps.ends, steps.row[steps.last])
+        inputs[3:6][:, :, *steps.last] = last.reshape(3, count, -1)
+        inputs[6] = steps.width
+        signs = _sign()(inputs.reshape(7, -1), **ALONE).reshape(count, *shape)
+        signs[:, ~steps.taken] = 0
+        return signs, inputs[[0, 3]]
+
+    def _evaluated(self, states: Array, rows: Array) -> Array:
+        """Values, rates and sizes of all functions in states, shape (entries, ...), of rows."""
+        parameters = self._bodies.take(rows.ravel(), axis=1)
+        inputs = numpy.ascontiguousarray(states).reshape(len(states), -1)
+        return self._values(inputs, pars=parameters, **ALONE).reshape(-1, *rows.shape)
+
+    def _chosen(
+        self,
+        number: int,
+        one: Detector,
+        steps: Steps,
+        step: Array,
+        lane: Array,
+        signs: Array,
+        values: Array,
+    ) -> Array:
+        """Which of the steps may have a zero that is wanted, by where the climb is."""
+        row, climb = steps.row[step, lane], self.climb[steps.row[step, lane]]
+        begin, end = steps.begin[step, lane], steps.end[step, lane]
+        every = one.every | (climb < EARLY)  # which crossing is the climb is decided later
+        sure = signs[number, step, lane] == SURE
+        rising = values[0, number, step, lane] < 0
+        # a step in which the sign changes the other way has none, or several
+        before = begin <= climb if one.before is not None else numpy.zeros(len(row), dtype=bool)
+        after = end >= climb if one.after is not None else numpy.zeros(len(row), dtype=bool)
+        if one.before:
+            before &= ~sure | (rising == (one.before > 0))
+        if one.after:
+            after &= ~sure | (rising == (one.after > 0))
+        if not one.turning:
+            # of several zeros before the climb only the last one counts, after it the first one
+            place = numpy.arange(len(row))
+            last, first = numpy.full((2, len(self.climb)), -1)
+            certain = numpy.flatnonzero(before & sure & (end < climb))
+            last[row[certain]] = certain
+            before &= place >= last[row]
+            certain = numpy.flatnonzero(after & sure & (begin > climb))[::-1]
+            first[row[certain]] = certain
+            after &= ~self._past[number, row] & ((first[row] < 0) | (place <= first[row]))
+            self._past[number, row[certain]] = True
+        return every | before | after
+
+    def _zeros(
+        self,
+        number: int,
+        one: Detector,
+        steps: Steps,
+        step: Array,
+        lane: Array,
+        values: Array,
+        sure: Array,
+    ) -> Events:
+        """The zeros of a detector's function in some steps."""
+        row, width = steps.row[step, lane], steps.width[step, lane]
+        polynomials = self._series(one, steps, step, lane)
+        polynomials = polynomials * numpy.vander(width, len(polynomials), increasing=True).T
+        first, last = values[:, step, lane]
+        which, place, rising = zeros(polynomials, first, last, sure)
+        since = place * width[which]
+        row, direction, time = row[which], 2 * rising - 1, steps.begin[step, lane][which] + since
+        if one.turning:
+            # minima before the climb, and maxima after it
+            climb = self.climb[row]
+            wanted = one.every | (climb < EARLY) | ((time > climb) == rising)
+            which, row, direction = which[wanted], row[wanted], direction[wanted]
+            time, since = time[wanted], since[wanted]
+            series = steps.columns(step[which], lane[which], *range(6))  # axis and momentum
+            state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
+            state[:, :6] = states_in(series, since)
+            return self._events(number, row, direction, time, state)
+        if number == 0:
+            falling = direction < 0
+            row, direction, time = row[falling], direction[falling], time[falling]
+        return self._events(number, row, direction, time)
+
+    def _events(
+        self, number: int, row: Array, direction: Array, time: Array, state: Array = None
+    ) -> Events:
+        if state is None or not len(state):
+            state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
+        return Events(row, numpy.full(len(row), number), direction, time, state)
+
+    def _series(self, one: Detector, steps: Steps, step: Array, lane: Array) -> Array:
+        """Taylor coefficients of the function in some steps, shape (order + 1, positions)."""
+        if one.turning:  # theta turns where the rate of kz = cos theta vanishes
+            return TaylorSeries(steps.columns(step, lane, self._height)[0]).rate
+        body = self._form.body(self._bodies[:, steps.row[step, lane]])
+        if one.event.gliding:
+            state = self._form.State(*map(TaylorSeries, steps.columns(step, lane)))
+            q = self._form.motion(body, state, SeriesFunctions)
+        else:  # a function of axis and momentum, the first six entries
+            kx, ky, kz, Lx, Ly, Lz = map(TaylorSeries, steps.columns(step, lane, *range(6)))
+            q = Motion(body, NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), SeriesFunctions)
+        found: TaylorSeries = one.event.function(q)
+        return found.c
+
+
+# ---- polynomials ---------------------------------------------------------------------------
+
+
+def zeros(
+    polynomials: Array, first: Array, last: Array, single: Array
+) -> tuple[Array, Array, Array]:
+    """All changes of sign of polynomials between 0 and 1; 0 counts as positive.
+
+    Parameters
+    ----------
+    polynomials
+        Coefficients of 1, x, x^2 ..., shape (terms, polynomials).
+    first, last
+        Values at 0 and 1, whose signs decide.
+    single
+        Which of them are known to have one zero.
+
+    Returns
+    -------
+    Which polynomial, where, whether it rises there: three arrays, in order for each of them.
+    """
+    known = numpy.flatnonzero(single)
+    owner: Array = numpy.flatnonzero(~single)
+    found = [(known, numpy.zeros(len(known)), numpy.ones(len(known)), first[known] < 0)]
+    bernstein = bernstein_of(polynomials[:, owner].T)
+    bernstein[:, 0], bernstein[:, -1] = first[owner], last[owner]
+    left: Array = numpy.zeros(len(owner))
+    width = 1.0
+    for halving in range(HALVINGS + 1):
+        negative = bernstein < 0
+        changes = numpy.count_nonzero(negative[:, 1:] != negative[:, :-1], axis=1)
+        one = changes % 2 == 1 if halving == HALVINGS else changes == 1
+        found.append((owner[one], left[one], left[one] + width, negative[one, 0]))
+        several = changes > 1
+        if not several.any():
+            break
+        owner, left, (lower, upper) = owner[several], left[several], halves(bernstein[several])
+        width /= 2
+        owner, left = numpy.tile(owner, 2), numpy.concatenate((left, left + width))
+        bernstein = numpy.concatenate((lower, upper))
+    owner, left, right, rising = (numpy.concatenate(one) for one in zip(*found, strict=True))
+    order = numpy.lexsort((left, owner))
+    owner, left, right, rising = (one[order] for one in (owner, left, right, rising))
+    secant = first / (first - last)
+    whole = (right - left == 1) & numpy.isfinite(secant[owner])
+    start = numpy.where(whole, secant[owner], (left + right) / 2)
+    return owner, _between(polynomials[:, owner], 2.0 * rising - 1, left, right, start), rising
+
+
+def bernstein_of(polynomials: Array) -> Array:
+    """Bernstein coefficients on [0, 1] of polynomials, a row of coefficients of 1, x, x^2 ... each.
+
+    Unlike a matrix product, sums of whole columns round a row whatever the others are.
+    """
+    found = numpy.zeros(polynomials.shape)
+    for column, row in zip(polynomials.T, _to_bernstein(polynomials.shape[1]), strict=True):
+        found += column[:, None] * row
+    return found
+
+
+@cache
+def _to_bernstein(size: int) -> Array:
+    last = size - 1
+    return numpy.array([[comb(j, i) / comb(last, i) for j in range(size)] for i in range(size)])
+
+
+def halves(bernstein: Array) -> tuple[Array, Array]:
+    """Bernstein coefficients on the lower and the upper half, of polynomials in rows."""
+    lower, upper, row = numpy.empty_like(bernstein), numpy.empty_like(bernstein), bernstein
+    for k in range(bernstein.shape[1]):
+        lower[:, k], upper[:, -1 - k] = row[:, 0], row[:, -1]
+        row = (row[:, 1:] + row[:, :-1]) * 0.5
+    return lower, upper
+
+
+def _between(polynomials: Array, *given: Array) -> Array:
+    """The only zero of each polynomial between two places; see ``_nearer``."""
+    inputs = numpy.concatenate((polynomials, given))
+    nearer = _nearer(len(polynomials))
+    place, at = numpy.empty(inputs.shape[1]), numpy.arange(inputs.shape[1])
+    for _ in range(ITERATIONS):
+        found = nearer(numpy.ascontiguousarray(inputs), **ALONE)
+        place[at] = found[2]
+        moving = ~(numpy.abs(found[3]) <= SETTLED)
+        if not moving.any():
+            break
+        at, inputs = at[moving], inputs[:, moving]
+        inputs[-3:] = found[:3, moving]
+    return place
+
+
+def states_in(series: Array, *since: Array) -> Array:
+    """States in steps, from their Taylor series, shape (entries, order + 1, steps).
+
+    ``since`` are times after the start of the steps, shape (steps,) each. The result has the shape
+    (steps, entries), with an axis in front for several times.
+    """
+    entries, terms, count = series.shape
+    inputs = numpy.concatenate((series.reshape(entries * terms, count), since))
+    found = _states(entries, terms, len(since))(numpy.ascontiguousarray(inputs), **ALONE)
+    states = found.reshape(len(since), entries, count).swapaxes(1, 2)
+    return states[0] if len(since) == 1 else states
+
+
+# ---- compiled ------------------------------------------------------------------------------
+
+
+def horner(coefficients: Sequence[Scalar], at: Scalar) -> Scalar:
+    """Value of a polynomial, from its coefficients of 1, x, x^2, ..."""
+    return reduce(lambda value, one: value * at + one, coefficients[-2::-1], coefficients[-1])
+
+
+def variables(letter: str, count: int) -> list[Scalar]:
+    """Symbols of heyoka's: the letter with 0, 1, 2, ..."""
+    return list(heyoka.make_vars(*(f"{letter}{n}" for n in range(count))))
+
+
+@cache
+def _states(entries: int, terms: int, times: int) -> Callable[..., Array]:
+    """From the series of all entries and times since the start: the states."""
+    series = [variables(f"c{entry}_", terms) for entry in range(entries)]
+    since = [heyoka.make_vars(f"since{n}") for n in range(times)]
+    return heyoka.cfunc(
+        [horner(one, at) for at in since for one in series],
+        vars=[*itertools.chain(*series), *since],
+    )
+
+
+@cache
+def _nearer(terms: int) -> Callable[..., Array]:
+    """Some steps of Newton's to a zero, and bisections where they lead away.
+
+    From the coefficients of a polynomial, whether it rises (1) or falls (-1), and three places:
+    two that have the zero between them, and where to begin. To the three places nearer to it, and
+    how far Newton last went, more than 1 if nowhere.
+    """
+    polynomial = variables("c", terms)
+    sign, left, right, place = heyoka.make_vars("sign", "left", "right", "place")
+    slope = [(j + 1.0) * one for j, one in enumerate(polynomial[1:])]
+    inputs, move = [*polynomial, sign, left, right, place], heyoka.expression(0.0)
+    for _ in range(NEWTON_STEPS):
+        value = horner(polynomial, place)
+        newton = place - value / horner(slope, place)
+        before = heyoka.lt(value * sign, 0.0)
+        left, right = heyoka.select(before, place, left), heyoka.select(before, right, place)
+        inside = heyoka.logical_and(
+            [heyoka.gte(newton, left - SETTLED), heyoka.lte(newton, right + SETTLED)]
+        )
+        clipped = heyoka.select(heyoka.lt(newton, left), left, newton)
+        clipped = heyoka.select(heyoka.gt(clipped, right), right, clipped)
+        move = heyoka.select(inside, newton - place, 2.0)
+        place = heyoka.select(inside, clipped, (left + right) / 2.0)
+    return heyoka.cfunc([left, right, place, move], vars=inputs)
+
+
+@cache
+def _values(form: Formulation, detectors: tuple[Detector, ...]) -> Callable[..., Array]:
+    """From states: values of the functions, their rates, and sizes of their terms.
+
+    The size is what a relative change of all entries by 1 changes a function by at most, so that
+    its rounding errors are some eps of that.
+    """
+    equations = Equations.of(form)
+    functions = [event_expression(one.event, equations) for one in detectors]
+    sizes = [
+        sum(_size(heyoka.diff(one, entry) * entry) for entry in equations.variables)
+        for one in functions
+    ]
+    rates = [along(one, equations) for one in functions]
+    return heyoka.cfunc([*functions, *rates, *sizes], vars=list(equations.variables))
+
+
+@cache
+def _sign() -> Callable[..., Array]:
+    """From value, rate and size at the start, those at the end, and length: the sign's changes."""
+    inputs = first, slope, size, last, last_slope, last_size, width = variables("x", 7)
+    bernstein = [first, first + slope * width / 3.0, last - last_slope * width / 3.0, last]
+    negative = heyoka.lt(first, 0.0)
+    upright = [heyoka.select(negative, -one, one) for one in bernstein]
+    least = -reduce(_larger, [-one for one in upright])
+    largest = reduce(_larger, map(_size, bernstein))
+    terms = _larger(size, last_size)
+    never = heyoka.logical_and(
+        [heyoka.gt(least, MARGIN * largest), heyoka.gt(least, FLOOR * terms)]
+    )
+    signs = [heyoka.lt(one, 0.0) for one in bernstein]
+    single = heyoka.logical_and(
+        [
+            heyoka.eq(sum(heyoka.neq(*pair) for pair in itertools.pairwise(signs)), 1.0),
+            heyoka.gt(_size(first), KNOWN * terms),
+            heyoka.gt(_size(last), KNOWN * terms),
+        ]
+    )
+    sign = heyoka.select(never, 0.0, heyoka.select(single, float(SURE), float(MAYBE)))
+    return heyoka.cfunc([sign], vars=inputs)
+
+
+def _size(one: Scalar) -> Scalar:
+    return _larger(one, -one)
+
+
+def _larger(first: Scalar, second: Scalar) -> Scalar:
+    return heyoka.select(heyoka.gt(first, second), first, second)

@@ -1,0 +1,173 @@
+"""Smallest and largest values of quantities along many trajectories.
+
+A quantity is evaluated at a few places of each step. A step whose largest value may exceed the
+largest of its row, by how much the values differ, is kept, and in the end the places close in on
+the extreme value; so no peak inside a step is missed. The centre of mass is at the height
+R (1 - alpha k.z), so g_n = m g - m R alpha (k.z)_ddot, gliding or rolling: the smallest normal
+force, which every row has, is read off the polynomial of k.z alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+import heyoka
+import numpy
+
+from tt_precise.mechanics.formulations import Formulation
+from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.sweeps.columns import SMALLEST_FORCE, Part
+from tt_precise.sweeps.events import ALONE, Steps, horner, states_in, variables
+
+NODES = numpy.linspace(0, 1, 5)
+FINER = numpy.linspace(0, 1, 9)
+MARGIN = 1 / 8  # of the spread of the values: what lies between them may be so much larger
+RESOLVED = 2.0**-6  # of the spread: by so much a parabola through every other value is off
+ROUNDING = 2.0**-45  # of the value, which is no spread
+CLOSE = 2.0**-27  # of a step: a parabola loses 2^-54 of its height so near to its peak
+MOST_HELD = 20_000  # steps; each takes 1.5 kB
+
+
+class _Held(NamedTuple):
+    """Steps that may hold an extreme value: rows, what it stays below, times, lengths, series."""
+
+    row: Array
+    ceiling: Array
+    begin: Array
+    width: Array
+    series: Array
+
+    def only(self, chosen: Array) -> _Held:
+        """Those at some positions, or where a mask is True."""
+        return _Held(*(column[..., chosen] for column in self))
+
+
+class Extreme:
+    """Finds the smallest or largest value of one quantity in each row."""
+
+    def __init__(self, form: Formulation, part: Part):
+        self.part, self._form = part, form
+        self._force = part == SMALLEST_FORCE
+        self._sign = -1.0 if part.part == "min" else 1.0
+        self._quantity = QUANTITIES[part.quantity]
+        self._entries = (form.columns.index("kz"),) if self._force else ()
+        # beside a pole it may have peaks far narrower than a step
+        self._nodes = NODES if self._quantity.pole else FINER
+
+    def open(self, bodies: Array) -> None:
+        """Begin with rows whose bodies have these parameters, shape (parameters, rows)."""
+        self._bodies, rows = bodies, bodies.shape[1]
+        # the last one of these is for empty lanes
+        self._best = numpy.full(rows + 1, -numpy.inf)  # of the values so far
+        self._highest = numpy.full(rows + 1, -numpy.inf)  # of those that were closed in on
+        self._when = numpy.full(rows + 1, numpy.inf)
+        self._states = numpy.full((rows + 1, len(self._form.columns)), numpy.nan)
+        self._held: list[_Held] = []
+
+    def read(self, steps: Steps) -> None:
+        """Look for it in some steps."""
+        row, width = steps.row.ravel(), steps.width.ravel()
+        values = self._sampled(row, steps.all_series(*self._entries), width * self._nodes[:, None])
+        ceiling, largest = _ceiling(values)
+        taken = numpy.flatnonzero(steps.taken)
+        numpy.fmax.at(self._best, row[taken], largest[taken])
+        may = taken[ceiling[taken] >= self._best[row[taken]]]
+        step, lane = numpy.divmod(may, steps.row.shape[1])
+        series = steps.columns(step, lane)
+        self._held.append(
+            _Held(row[may], ceiling[may], steps.begin[step, lane], width[may], series)
+        )
+        if sum(len(one.row) for one in self._held) > MOST_HELD:
+            self._close_in()
+
+    def states(self) -> tuple[Array, Array]:
+        """Rows, and the states in which the quantity is extreme, if there is one."""
+        self._close_in()
+        rows = numpy.flatnonzero(numpy.isfinite(self._when[:-1]))
+        return rows, self._states[rows]
+
+    def _close_in(self) -> None:
+        """Find the extreme values of the steps that are held, and forget the steps."""
+        if not self._held:
+            return
+        parts = [one.only(one.ceiling >= self._best[one.row]) for one in self._held]
+        held = _Held(*(numpy.concatenate(one, axis=-1) for one in zip(*parts, strict=True)))
+        self._held = []
+        series = held.series[list(self._entries)] if self._entries else held.series
+        highest, place = numpy.full(len(held.row), -numpy.inf), numpy.zeros(len(held.row))
+        owner = numpy.arange(len(held.row))
+        low, size = numpy.zeros(len(owner)), numpy.ones(len(owner))
+        apart = 1 / (len(self._nodes) - 1)
+        while len(owner):
+            at = low + size * self._nodes[:, None]
+            row = held.row[owner]
+            values = self._sampled(row, series[:, :, owner], held.width[owner] * at)
+            ceiling, largest = _ceiling(values)
+            best = values.argmax(axis=0)
+            order = numpy.lexsort((-at[best, numpy.arange(len(owner))], largest))
+            order = order[largest[order] > highest[owner[order]]]  # the last one stays
+            highest[owner[order]] = largest[order]
+            place[owner[order]] = at[best[order], order]
+            numpy.fmax.at(self._best, row, largest)
+            further = (ceiling >= self._best[row]) & (size > CLOSE)
+            single = further & numpy.isfinite(ceiling)
+            halved = further & ~single
+            # between the neighbours of the highest node
+            around = low + size * apart * numpy.clip(best - 1, 0, len(self._nodes) - 3)
+            owner = numpy.concatenate((owner[single], owner[halved], owner[halved]))
+            low = numpy.concatenate((around[single], low[halved], (low + size / 2)[halved]))
+            size = numpy.concatenate((2 * apart * size[single], *[size[halved] / 2] * 2))
+        self._keep(held, highest, place)
+
+    def _keep(self, held: _Held, highest: Array, place: Array) -> None:
+        """Keep the state of the highest value of each row, of equal ones the first."""
+        when = held.begin + place * held.width
+        order = numpy.lexsort((when, -highest, held.row))
+        first = order[numpy.unique(held.row[order], return_index=True)[1]]
+        row, before = held.row[first], self._highest[held.row[first]]
+        new = (highest[first] > before) | (
+            (highest[first] == before) & (when[first] < self._when[row])
+        )
+        first, row = first[new], row[new]
+        self._highest[row], self._when[row] = highest[first], when[first]
+        self._states[row] = states_in(held.series[:, :, first], place[first] * held.width[first])
+
+    def _sampled(self, row: Array, series: Array, since: Array) -> Array:
+        """The quantity, upside down for a smallest value, at times after the start of steps."""
+        if self._force:
+            inputs = numpy.concatenate((series[0, 2:], since))
+            curvature = _curvature(len(series[0]) - 2, len(since))
+            return curvature(numpy.ascontiguousarray(inputs), **ALONE)
+        states = states_in(series, *since)
+        body = self._form.body(self._bodies[:, row])
+        q = self._form.motion(body, self._form.State(*numpy.moveaxis(states, -1, 0)), numpy)
+        found: Array = self._sign * self._quantity.evaluate(q) * numpy.ones(since.shape)
+        return found
+
+
+def _ceiling(values: Array) -> tuple[Array, Array]:
+    """What a quantity stays below between its values at nodes, and the largest of these."""
+    largest, smallest = values.max(axis=0), values.min(axis=0)
+    spread = largest - smallest
+    ceiling = largest + MARGIN * spread
+    if len(values) == len(FINER):
+        even, odd = values[::2], values[1::2]
+        middle = (9 * (even[1:3] + even[2:4]) - even[:2] - even[3:]) / 16
+        first = (5 * even[0] + 15 * even[1] - 5 * even[2] + even[3]) / 16
+        last = (5 * even[4] + 15 * even[3] - 5 * even[2] + even[1]) / 16
+        off = numpy.abs(numpy.stack((first, *middle, last)) - odd).max(axis=0)
+        rough = off > RESOLVED * spread + ROUNDING * numpy.abs(largest)
+        ceiling = numpy.where(rough, numpy.inf, ceiling)
+    return ceiling, largest
+
+
+@cache
+def _curvature(terms: int, times: int) -> Callable[..., Array]:
+    """From the coefficients of h^2, h^3, ... of a series, and times: its second derivative."""
+    series = variables("c", terms)
+    second = [(j + 1.0) * (j + 2.0) * one for j, one in enumerate(series)]
+    since = variables("since", times)
+    return heyoka.cfunc([horner(second, at) for at in since], vars=[*series, *since])
