@@ -15,8 +15,8 @@ from tt_precise.integration import (
     dense_output,
     integrate,
     propagate,
-    solution,
 )
+from tt_precise.integration import run as run_of_scenes
 from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.numerals import as_fraction
@@ -278,7 +278,7 @@ def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
     """The same bits, whether the series of all steps are stored or of some steps at a time."""
     whole = integrate(half, precision)
     expected = [whole.frame(numbers="text").to_csv(), whole.frame().to_csv(), whole.at("0.2")]
-    assert whole._dense_output._pieces is not None
+    assert whole.run.segments[0].output._pieces is not None
     monkeypatch.setattr(dense_output, "MOST_BYTES", 10_000)
     monkeypatch.setitem(propagate.STEPS_IN_A_PIECE, precision, 10)
     done: list[float] = []
@@ -287,14 +287,14 @@ def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
         long.frame(numbers="text", progress=done.append).to_csv(), long.frame().to_csv(),
         long.at("0.2"),
     ]  # fmt: skip
-    assert long._dense_output._pieces is None
+    assert long.run.segments[0].output._pieces is None
     assert found == expected
     assert len(done) > 5
     assert done[-1] == 1
 
 
 def has_series(run: Trajectory) -> bool:
-    return run._dense_output._pieces is not None
+    return run.run.segments[0].output._pieces is not None
 
 
 @pytest.mark.parametrize("events", [(), ("theta_min",)])
@@ -313,7 +313,7 @@ def test_samples_taken_on_the_way_are_those_of_the_series(half: Scene, events: A
 
 def test_samples_of_a_run_that_ends_early_are_read_from_the_series() -> None:
     run = integrate("contact-lost")
-    assert run._dense_output.propagation.samples is None
+    assert run.run.segments[0].output.propagation.samples is None
     frame = run.frame("kx", "theta")
     assert frame["t"].iloc[-1] == run.t_end
     assert frame["kx"].iloc[-1] == run.state.kx
@@ -323,9 +323,9 @@ def test_not_more_samples_are_kept_than_are_worth_it(
     half: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = integrate(half).frame("kx")
-    monkeypatch.setattr(solution, "MOST_SAMPLES", 10)
-    solution.beginning.cache_clear()
+    monkeypatch.setattr(run_of_scenes, "MOST_SAMPLES", 10)
+    run_of_scenes.beginning.cache_clear()
     run = integrate(half)
-    assert run._dense_output.propagation.samples is None
+    assert run.run.segments[0].output.propagation.samples is None
     assert run.frame("kx").equals(expected)
-    solution.beginning.cache_clear()
+    run_of_scenes.beginning.cache_clear()

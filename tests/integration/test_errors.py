@@ -180,7 +180,10 @@ def test_deviations_of_every_column_are_those_of_finite_differences(
     scene = load_scene("reference" if model == "gliding" else "rolling").varied(until="0.1")
     record = ("phi", "psi", "x", "y")
     run = integrate(scene, formulation=coordinates, record=record, events=())
-    columns, row = Columns(run.setup, run.start), numpy.array(run._dense_output.propagation.state)
+    columns, row = (
+        Columns(run.setup, run.start),
+        numpy.array(run.run.segments[0].output.propagation.state),
+    )
     apart = numpy.random.default_rng(22).uniform(-1, 1, len(row))
 
     def read(h: Any, fn: Any = numpy) -> Any:

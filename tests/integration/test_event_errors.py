@@ -140,8 +140,8 @@ def test_another_top_has_its_pieces_at_other_times() -> None:
 def test_beside_a_part_of_another_kind_or_after_its_end_nothing_holds(
     at: float, other: str
 ) -> None:
-    tables = SimpleNamespace(of=None)
-    part, beside = (SimpleNamespace(tables=tables, begin=0, before=b) for b in ("stick", other))
+    one = SimpleNamespace(columns=None, begin=0)
+    part, beside = (SimpleNamespace(one=one, before=b) for b in ("stick", other))
     asked: Any = (part, [SimpleNamespace(time=at)], None, beside, 1.0)
     late, digits = _beside(*asked)
     assert (late.tolist(), digits.tolist()) == ([numpy.inf], [0.0])

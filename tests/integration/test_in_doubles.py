@@ -136,7 +136,7 @@ def test_what_it_lacks_is_refused_in_one_line() -> None:
     reference = load_scene("reference")
     setup = Setup.of(reference, "double-double", options={"compact_mode": True})
     with pytest.raises(InputError, match=r"options: got compact_mode with precision double-double"):
-        Trajectory(reference, setup)
+        Trajectory.of(reference, setup)
 
 
 def test_events_beyond_lost_contact_are_found_and_it_is_said(lost: Trajectory) -> None:

@@ -13,7 +13,7 @@ import pytest
 import tt_precise as tt
 from tt_precise import golden
 from tt_precise.integration import Trajectory
-from tt_precise.integration.lifting import _flies
+from tt_precise.integration.hybrid import _flies
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.runtime.errors import InputError

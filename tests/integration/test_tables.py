@@ -8,8 +8,8 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.integration import Trajectory, integrate, tables
-from tt_precise.integration.times import Times, long_double
+from tt_precise.integration import Trajectory, integrate, reading
+from tt_precise.integration.dense_output import Times, long_double
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import load_scene
@@ -26,12 +26,12 @@ def runs(request: pytest.FixtureRequest) -> Iterator[tuple[Trajectory, Trajector
     names = [name for name in EVENTS if scene.model == "gliding" or name != "phi_dot_zero"]
     runs = tuple(integrate(scene, events=names, record=("phi", "x")) for _ in range(2))
     with pytest.MonkeyPatch.context() as patch:
-        slow = tables.has_long_double
-        patch.setattr(tables, "has_long_double", lambda: False)
+        slow = reading.has_long_double
+        patch.setattr(reading, "has_long_double", lambda: False)
         by_row = runs[1]
         by_row.frame_by_row = by_row.frame(*QUANTITIES, "kx", "vx", "phi", "x", numbers="text")  # type: ignore[attr-defined]
         by_row.drift, by_row.events  # noqa: B018 - cached while arrays are out of reach
-        patch.setattr(tables, "has_long_double", slow)
+        patch.setattr(reading, "has_long_double", slow)
         yield runs[0], by_row
 
 

@@ -45,7 +45,7 @@ def test_reading_in_threads_gives_what_one_thread_reads(half: Scene, precision: 
     trajectory = integrate(half, precision)
     trajectory.at("0.05")
     barrier = threading.Barrier(THREADS)
-    output = trajectory._dense_output
+    output = trajectory.run.segments[0].output
     output._pieces = tuple(MeetingBehind(one, barrier) for one in output._pieces or ())
     assert together(lambda n: trajectory.at(times[n])) == alone
 

@@ -7,8 +7,8 @@ import mpmath
 import numpy
 import pytest
 
+from tt_precise.integration.dense_output import SampleTimes, Times
 from tt_precise.integration.precision import precision_named
-from tt_precise.integration.times import SampleTimes, Times
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.scene.scene import load_scene
 from tt_precise.taylor.numbers import added, number

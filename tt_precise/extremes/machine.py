@@ -61,7 +61,7 @@ def _allowed(until: str) -> float:
 def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Observation:
     """How much of a result in double is the compiler's."""
     scene = varied(until=HORIZON_S).perturbed(**(wrong or {}))
-    run = Trajectory(scene, Setup.of(scene, options=FLAGS[flag]))
+    run = Trajectory.of(scene, Setup.of(scene, options=FLAGS[flag]))
     moved = vector_distance(run, _plain(HORIZON_S)) / EPS
     finite([moved])
     return together(
@@ -99,7 +99,7 @@ def flags_in_wide(
     tolerance = options.pop("tol", 0.0)
     one = integrate(scene, precision)
     setup = Setup.of(scene, precision, options=options, tolerance=tolerance)
-    other = Trajectory(scene, setup)
+    other = Trajectory.of(scene, setup)
     return together(
         same(other.state.as_text() == one.state.as_text(), True),
         same(other.steps, one.steps),

@@ -73,7 +73,7 @@ def integrate(
             loaded, rung.precision, bits=rung.bits, tolerance=rung.tolerance,
             formulation=formulation, events=events, record=record, contact=contact,
         )  # fmt: skip
-        return Trajectory(loaded, setup, progress)
+        return Trajectory.of(loaded, setup, progress)
 
     if digits is None:
         return run(Rung(precision or "double", tolerance, bits))

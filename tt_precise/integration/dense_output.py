@@ -6,24 +6,112 @@ thread at a time evaluates, and what is returned is a copy.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import NamedTuple
 
 from tt_precise.integration.columns import Row
-from tt_precise.integration.propagate import ARRIVED, Pieces, Propagation, propagate
+from tt_precise.integration.precision import Precision
+from tt_precise.integration.propagate import ARRIVED, Pieces, Propagation, Status, propagate
 from tt_precise.integration.quadratures import extended_rates
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.times import SampleTimes, Times
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.mpfr import Mpfr
 from tt_precise.runtime.progress import Progress
 from tt_precise.runtime.untyped import ContinuousOutput
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.numerals import as_fraction, to_mpmath
-from tt_precise.taylor.numbers import MOST_PARTS
+from tt_precise.scene.scene import Scene
+from tt_precise.taylor.numbers import MOST_PARTS, moments, multiples
+
+EXACT = 2**53  # integers up to here are doubles, so that a quotient of two is rounded once
+
+
+class Times(NamedTuple):
+    """Times as float64 arrays of one shape.
+
+    ``seconds`` are the doubles nearest to the exact times in s. ``rounded`` + ``delay`` is the
+    dimensionless time with the 64 bits of a long double: heyoka takes ``rounded``.
+    """
+
+    seconds: Array
+    rounded: Array
+    delay: Array
+
+    @classmethod
+    def of(cls, times: Sequence[Fraction], unit: Scalar) -> Times:
+        """Exact ``times`` in s; ``unit`` is the unit of time in s, an mpmath number."""
+        import numpy
+
+        above, below = [t.numerator for t in times], [t.denominator for t in times]
+        if max(map(abs, above + below), default=0) < EXACT:
+            numerator, denominator = (numpy.array(part, dtype=float) for part in (above, below))
+            seconds = numerator / denominator
+            exact = numerator.astype(numpy.longdouble) / denominator
+        else:
+            seconds = numpy.array([float(t) for t in times])
+            low = [float(t - Fraction(s)) for t, s in zip(times, seconds.tolist(), strict=True)]
+            exact = seconds + numpy.array(low, dtype=numpy.longdouble)
+        inner = exact / long_double(unit)
+        rounded = inner.astype(float)
+        return cls(seconds, rounded, (inner - rounded).astype(float))
+
+
+@dataclass(frozen=True, eq=False)
+class SampleTimes:
+    """The sample times of a scene: exact, in s, and as doubles."""
+
+    exact: tuple[Fraction, ...]
+    doubles: Times
+    start: InitialState
+
+    @cached_property
+    def parts(self) -> Array:
+        """The dimensionless times, each as three doubles: axes (time, part)."""
+        import numpy
+
+        until = self.start.until
+        step = to_mpmath(self.exact[1], until.context) / self.start.units.time
+        inner = multiples(step, numpy.arange(len(self.exact) - 1))
+        return numpy.concatenate([inner, moments([until])])
+
+    @classmethod
+    def of(cls, scene: Scene, start: InitialState) -> SampleTimes:
+        """The doubles end with the horizon of ``start``, to the last bit."""
+        times = Times.of(scene.sample_times, start.units.time)
+        horizon = float(start.until)
+        times.rounded[-1], times.delay[-1] = horizon, float(start.until - horizon)
+        return cls(scene.sample_times, times, start)
+
+
+def in_parts(times: Sequence[Fraction], unit: Scalar, wide: Mpfr) -> Array:
+    """Exact times in s as dimensionless ones, each as three doubles: axes (time, part)."""
+    with wide.precision():
+        return wide.in_parts(wide.of_fractions(times) / wide.number(unit), MOST_PARTS)
+
+
+def long_double(value: Scalar) -> Scalar:
+    """An mpmath number as NumPy's long double."""
+    import numpy
+
+    high = float(value)
+    if math.isinf(high):  # ln v at rest
+        return numpy.longdouble(high)
+    return numpy.longdouble(high) + numpy.longdouble(float(value - high))
+
+
+def has_long_double() -> bool:
+    """Whether NumPy's long double has at least the 64 bits of an extended number here."""
+    import numpy
+
+    return bool(numpy.finfo(numpy.longdouble).nmant >= 63)
+
 
 TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
 MOST_BYTES = 400_000_000  # of the series of all steps of one run
@@ -57,7 +145,51 @@ class StoredPieces:
         return tuple(self._pieces) if self._bytes <= MOST_BYTES else None
 
 
-class DenseOutput:
+class Span:
+    """The time of a solution: from 0 to ``end_time``, and never beyond."""
+
+    start: InitialState
+    precision: Precision
+    end_time: Scalar
+
+    @property
+    def status(self) -> Status:
+        """How the solution ended."""
+        raise NotImplementedError
+
+    @cached_property
+    def end(self) -> Scalar:
+        """The end of the solution in s."""
+        return self.end_time * self.start.units.time
+
+    def dimensionless_time(self, t: Scalar) -> Scalar:
+        """A time in s as a guarded dimensionless one.
+
+        Raises
+        ------
+        InputError
+            It lies outside the trajectory.
+        """
+        wanted = as_fraction(t)
+        time = to_mpmath(wanted, self.precision.context)
+        if wanted < 0 or time > self._latest:
+            raise InputError(
+                f"t: got {float(wanted):.17g} s, expected 0 to {float(self.end):.17g} s, where the "
+                f"trajectory ends ({self.status}); it is never extrapolated"
+            )
+        if time >= self.end or self._as_given(time) == self._as_given(self.end):
+            return self.end_time
+        return time / self.start.units.time
+
+    @cached_property
+    def _latest(self) -> Scalar:
+        return self.end * (1 + to_mpmath(TIME_TOLERANCE, self.precision.context))
+
+    def _as_given(self, time: Scalar) -> Scalar:
+        return float(time) if self.precision.name == "double" else time
+
+
+class DenseOutput(Span):
     """Rows over the time of a propagation, dimensionless: in guarded numbers or in double.
 
     The series of all steps are made by a second propagation when they are first needed, and stored;
@@ -81,6 +213,11 @@ class DenseOutput:
         self.samples = samples
         self._lock = threading.RLock()
         self._propagate = again or self._propagate_alone
+
+    @property
+    def status(self) -> Status:
+        """How the propagation ended."""
+        return self.propagation.status
 
     @property
     def stored(self) -> bool:
@@ -108,11 +245,6 @@ class DenseOutput:
         return self._reached
 
     @cached_property
-    def end(self) -> Scalar:
-        """The end of the solution in s."""
-        return self.end_time * self.start.units.time
-
-    @cached_property
     def start_row(self) -> Row:
         """The row at t = 0, not rounded to heyoka's precision: v = 0 there is exactly 0."""
         return self.start.first_row(self.setup.formulation, self.setup.record)
@@ -128,32 +260,6 @@ class DenseOutput:
     @cached_property
     def _reached(self) -> Scalar:
         return sum(map(self.precision.guarded, (self.propagation.time, self.propagation.time_low)))
-
-    def dimensionless_time(self, t: Scalar) -> Scalar:
-        """A time in s as a guarded dimensionless one.
-
-        Raises
-        ------
-        InputError
-            It lies outside the trajectory.
-        """
-        wanted = as_fraction(t)
-        time = to_mpmath(wanted, self.precision.context)
-        if wanted < 0 or time > self._latest:
-            raise InputError(
-                f"t: got {float(wanted):.17g} s, expected 0 to {float(self.end):.17g} s, where the "
-                f"trajectory ends ({self.propagation.status}); it is never extrapolated"
-            )
-        if time >= self.end or self._as_given(time) == self._as_given(self.end):
-            return self.end_time
-        return time / self.start.units.time
-
-    @cached_property
-    def _latest(self) -> Scalar:
-        return self.end * (1 + to_mpmath(TIME_TOLERANCE, self.precision.context))
-
-    def _as_given(self, time: Scalar) -> Scalar:
-        return float(time) if self.precision.name == "double" else time
 
     def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
         """Rows at guarded dimensionless ``times``, in guarded numbers."""

@@ -15,13 +15,14 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from tt_precise.integration.columns import digits_of_time, digits_over_rows, worst_digits
+from tt_precise.integration.dense_output import has_long_double, in_parts, long_double
 from tt_precise.integration.event_errors import event_errors
 from tt_precise.integration.pose import POSE_NAMES
 from tt_precise.integration.precision import finer
 from tt_precise.integration.propagate import ARRIVED
+from tt_precise.integration.reading import Reader, Reference, distance, floats
+from tt_precise.integration.segments import Segment
 from tt_precise.integration.setup import Setup, full_tolerance
-from tt_precise.integration.tables import Reference, Tables, distance, floats
-from tt_precise.integration.times import in_parts, long_double
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.scene.numerals import as_fraction
 
@@ -98,14 +99,15 @@ class Errors:
         """
         import numpy
 
-        run, state = self._run, self._run._columns.names
+        run, state = self._run, self._run.run.columns.names
         every = tuple(dict.fromkeys([*state, *names]))
         times = run.sample_times
-        own = None if _in_pieces(run._tables) else States(run._tables, times)
+        alone = run.run.alone
+        own = States(alone, times) if alone else None
         if own:
-            found = run._columns.of_arrays(state, tuple(own.floats), float)
+            found = run.run.columns.of_arrays(state, tuple(own.floats), float)
         else:
-            found = run._tables.columns(state, times, "float")
+            found = run._reader.columns(state, times, "float")
         values = {name: floats(column) for name, column in found.items() if name != "t"}
         errors = {name: numpy.zeros(len(times)) for name in every}
         for reference in self._references:
@@ -118,7 +120,7 @@ class Errors:
 
     def events(self) -> dict[str, Array]:
         """Of the recorded events, in order of time: name, t, error (s), and "digits"."""
-        return event_errors(self._run._tables, self._references)
+        return event_errors(self._run.run, self._references)
 
     @cached_property
     def digits_throughout(self) -> float:
@@ -127,7 +129,7 @@ class Errors:
 
         run = self._run
         found = [*self.over_time()["digits"]]
-        if run._dense_output.propagation.hits:
+        if run.event_counts:
             found += [*self.events()["digits"]]
         if run.status not in ARRIVED:
             error, unit = float(self.at_end["t_end"]), float(run.start.units.time)
@@ -137,9 +139,7 @@ class Errors:
     @property
     def _references(self) -> list[Reference]:
         return [
-            Reference(
-                one._tables, as_fraction(one._dense_output.end), one.status == self._run.status
-            )
+            Reference(one._reader, as_fraction(one.run.end), one.status == self._run.status)
             for one in self.references
         ]
 
@@ -160,7 +160,7 @@ class Errors:
         while inner and inner[-1] > end and not math.isclose(inner[-1], end, rel_tol=1e-15):
             inner.pop()
         same = own if len(inner) == len(times) else None
-        found = compared(self._run._tables, reference.tables, names, inner, same)
+        found = compared(self._run._reader, reference.reader, names, inner, same)
         for name in names:
             apart = numpy.full(len(times), math.inf)
             apart[: len(inner)] = found[name]
@@ -190,8 +190,8 @@ def error_estimate(end: End, references: Iterable[End], fn: Functions) -> dict[s
 
 
 def compared(
-    run: Tables,
-    reference: Tables,
+    run: Reader,
+    reference: Reader,
     names: Sequence[str],
     times: Sequence[Fraction],
     states: States | None = None,
@@ -205,19 +205,19 @@ def compared(
 
     from tt_precise.integration import deviation
 
-    alike = not (_in_pieces(run) or _in_pieces(reference))
-    alike &= (run.of.form, run.of.record) == (reference.of.form, reference.of.record)
-    if not alike or POSE_NAMES & {*names}:
-        own, other = (one.columns(names, times, "native") for one in (run, reference))
-        context = reference.of.precision.context
-        return {name: distance(own[name], other[name], context) for name in names}
+    one, other = run.run.alone, reference.run.alone
+    kinds = [(r.run.setup.formulation, r.run.setup.record) for r in (run, reference)]
+    if not (one and other and kinds[0] == kinds[1]) or POSE_NAMES & {*names}:
+        own, others = (r.columns(names, times, "native") for r in (run, reference))
+        context = reference.precision.context
+        return {name: distance(own[name], others[name], context) for name in names}
     if not len(times):
         return {name: numpy.zeros(0) for name in names}
-    values, apart = (states or States(run, times)).beside(States(reference, times))
+    values, apart = (states or States(one, times)).beside(States(other, times))
     entries = numpy.empty(values.shape, dtype=complex)
     entries.real, entries.imag = values, SMALL * apart
     with numpy.errstate(all="ignore"):
-        found = run.of.of_arrays(names, tuple(entries), float, deviation)
+        found = one.columns.of_arrays(names, tuple(entries), float, deviation)
         errors = {name: numpy.abs(numpy.imag(one)) / SMALL for name, one in found.items()}
     return {
         name: numpy.where(numpy.isfinite(numpy.real(found[name])), error, math.nan)
@@ -228,10 +228,11 @@ def compared(
 class States:
     """The states of a run under one set of equations at some times: axes (entry, time)."""
 
-    def __init__(self, tables: Tables, times: Sequence[Fraction]):
-        self._of, self._output, self._times = tables.of, tables.dense_output, times
-        self.in_long_double = tables.in_long_double
-        self.precision = tables.of.precision
+    def __init__(self, one: Segment, times: Sequence[Fraction]):
+        self._output, self._times = one.output, times
+        self.precision = one.output.precision
+        kinds = ("double", "extended")
+        self.in_long_double = self.precision.name in kinds and has_long_double()
 
     def beside(self, other: States) -> tuple[Array, Array]:
         """The states, and what they exactly differ by from others at the same times: float64."""
@@ -275,7 +276,7 @@ class States:
         if samples and tuple(self._times) == samples.exact:
             moments = samples.parts
         else:
-            moments = in_parts(self._times, self._of.start.units.time, self.precision.wide)
+            moments = in_parts(self._times, self._output.start.units.time, self.precision.wide)
         found: Array = self._output.in_parts(moments).transpose(1, 2, 0)
         return found
 
@@ -285,7 +286,3 @@ class States:
         import numpy
 
         return numpy.array(self._output.wide_arrays(self.precision.wide.of_fractions(self._times)))
-
-
-def _in_pieces(tables: Tables) -> bool:
-    return hasattr(tables.dense_output, "pieces")

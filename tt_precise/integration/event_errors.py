@@ -12,42 +12,35 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from tt_precise.integration.columns import Columns, digits_of_time, digits_over_rows
+from tt_precise.integration.dense_output import Times, has_long_double, long_double
 from tt_precise.integration.events import EXTREMUM, Event, event_named
-from tt_precise.integration.pieces import MotionPiece
+from tt_precise.integration.reading import Reference, distance, floats
+from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.system import Hit
-from tt_precise.integration.tables import Reference, Tables, distance, floats
-from tt_precise.integration.times import Times, long_double
 from tt_precise.runtime.arithmetic import Array, Scalar
 
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
 
 
-class JoinedStretch(NamedTuple):
-    """A stretch of a motion: where it begins (dimensionless), and the event that ends it, if any.
+class Part(NamedTuple):
+    """A segment, the events that joined those before it, and the one that ends it, if any."""
 
-    ``before`` are the events that joined what was before it.
-    """
-
-    begin: Scalar
-    tables: Tables
+    one: Segment
     before: tuple[str, ...]
     ended: str
 
 
-def _parts(tables: Tables) -> list[JoinedStretch]:
-    pieces: Sequence[MotionPiece] = getattr(tables.dense_output, "pieces", ())
-    if not pieces:
-        return [JoinedStretch(tables.of.precision.context.mpf(0), tables, (), "")]
-    found: list[JoinedStretch] = []
+def _parts(run: Run) -> list[Part]:
+    found: list[Part] = []
     before: tuple[str, ...] = ()
-    for piece in pieces:
-        ended = "" if piece is pieces[-1] else piece.ended
-        found.append(JoinedStretch(piece.begin, piece.tables, before, ended))
+    for one in run.segments:
+        ended = "" if one is run.segments[-1] else one.ended
+        found.append(Part(one, before, ended))
         before += (ended,) if ended else ()
     return found
 
 
-def event_errors(tables: Tables, references: Sequence[Reference]) -> dict[str, Array]:
+def event_errors(run: Run, references: Sequence[Reference]) -> dict[str, Array]:
     """Of each event, in order of time: name, t, its error (s), and "digits".
 
     These are the significant ones of the worst entry of the state there, and of the time beside
@@ -57,39 +50,39 @@ def event_errors(tables: Tables, references: Sequence[Reference]) -> dict[str, A
     """
     import numpy
 
-    unit = float(tables.of.start.units.time)
-    others = [(reference, _parts(reference.tables)) for reference in references]
+    unit = float(run.start.units.time)
+    others = [(reference, _parts(reference.reader.run)) for reference in references]
     names: list[str] = []
     columns: list[tuple[Array, Array, Array]] = []
-    for part in _parts(tables):
-        hits = sorted(part.tables.dense_output.propagation.hits, key=lambda hit: hit.time)
+    for part in _parts(run):
+        hits = sorted(part.one.output.propagation.hits, key=lambda hit: hit.time)
         names += [hit.name for hit in hits]
         columns.append(_errors_within(part, hits, others))
         if part.ended:
             names.append(part.ended)
             columns.append(_errors_of_joint(part, [parts for _, parts in others]))
     times, errors, digits = (numpy.concatenate(column) for column in zip(*columns, strict=True))
-    most = tables.of.precision.bits * math.log10(2)
+    most = run.precision.bits * math.log10(2)
     digits = numpy.minimum(numpy.minimum(digits, digits_of_time(errors, times, unit)), most)
     found = numpy.array(names, dtype=object)
     return {"name": found, "t": times, "error": errors, "digits": digits}
 
 
 def _errors_within(
-    part: JoinedStretch,
+    part: Part,
     hits: Sequence[Hit],
-    others: Sequence[tuple[Reference, Sequence[JoinedStretch]]],
+    others: Sequence[tuple[Reference, Sequence[Part]]],
 ) -> tuple[Array, Array, Array]:
     """Times and errors (s) of what happens inside a part, and digits of the states there."""
     import numpy
 
-    of = part.tables.of
+    of = part.one.columns
     unit = float(of.start.units.time)
-    times = numpy.array([float(part.begin) + float(hit.time) for hit in hits]) * unit
+    times = numpy.array([float(part.one.begin) + float(hit.time) for hit in hits]) * unit
     errors, digits = numpy.zeros(len(hits)), numpy.full(len(hits), math.inf)
     for reference, parts in others:
         alike: dict[tuple[str, int], list[int]] = {}
-        begins = [float(one.begin) * unit for one in parts]
+        begins = [float(one.one.begin) * unit for one in parts]
         for place, hit in enumerate(hits):
             at = max(bisect.bisect_left(begins, times[place]) - 1, 0)
             alike.setdefault((hit.name, at), []).append(place)
@@ -102,13 +95,11 @@ def _errors_within(
     return times, errors, digits
 
 
-def _errors_of_joint(
-    part: JoinedStretch, others: Sequence[Sequence[JoinedStretch]]
-) -> tuple[Array, Array, Array]:
+def _errors_of_joint(part: Part, others: Sequence[Sequence[Part]]) -> tuple[Array, Array, Array]:
     """Time and error (s) of the event that ends a part, and digits of the state there."""
     import numpy
 
-    of = part.tables.of
+    of = part.one.columns
     time, state = _end(part)
     error, digits = 0.0, math.inf
     for parts in others:
@@ -126,10 +117,10 @@ def _errors_of_joint(
     return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits])
 
 
-def _end(part: JoinedStretch) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
+def _end(part: Part) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     """The time (s) at which a part ends, and the columns of the state there."""
-    of, output = part.tables.of, part.tables.dense_output
-    time = (part.begin + output.end_time) * of.start.units.time
+    of, output = part.one.columns, part.one.output
+    time = (part.one.begin + output.end_time) * of.start.units.time
     state = of.of_rows(of.names, [output.end_row])
     if part.ended == "stick":  # at rest; what is left of v_A says how small a speed counts as none
         state |= {name: [time * 0] for name in GLIDING if name in state}
@@ -137,7 +128,7 @@ def _end(part: JoinedStretch) -> tuple[Scalar, Mapping[str, Sequence[Scalar | No
 
 
 def _beside(
-    part: JoinedStretch, hits: Sequence[Hit], event: Event, other_part: JoinedStretch, last: float
+    part: Part, hits: Sequence[Hit], event: Event, other_part: Part, last: float
 ) -> tuple[Array, Array]:
     """Distances in time (s), and digits of the states, of one event from those of a reference.
 
@@ -145,17 +136,15 @@ def _beside(
     """
     import numpy
 
-    of, other = part.tables.of, other_part.tables.of
+    of, other = part.one.columns, other_part.one.columns
     late, digits = numpy.full(len(hits), math.inf), numpy.zeros(len(hits))
-    hits = [hit for hit in hits if float(part.begin) + float(hit.time) <= last]
+    hits = [hit for hit in hits if float(part.one.begin) + float(hit.time) <= last]
     if not hits or part.before != other_part.before:
         return late, digits
     guarded, mpf = of.precision.guarded, other.precision.context.mpf
-    shift = mpf(part.begin) - mpf(other_part.begin)
-    delay, entries = _zeros(
-        other_part.tables, [mpf(guarded(hit.time)) + shift for hit in hits], event
-    )
-    names, inner, in_arrays = of.names, slice(0, len(hits)), _in_arrays(other_part.tables)
+    shift = mpf(part.one.begin) - mpf(other_part.one.begin)
+    delay, entries = _zeros(other_part.one, [mpf(guarded(hit.time)) + shift for hit in hits], event)
+    names, inner, in_arrays = of.names, slice(0, len(hits)), _in_arrays(other_part.one)
     number = long_double if in_arrays else of.precision.context.mpf
     own = tuple(zip(*([number(guarded(x)) for x in hit.state] for hit in hits), strict=True))
     values, others = (
@@ -168,24 +157,21 @@ def _beside(
     return numpy.where(numpy.isfinite(late), late, math.inf), digits
 
 
-def _zeros(
-    tables: Tables, times: Sequence[Scalar], event: Event
-) -> tuple[Array, tuple[Array, ...]]:
+def _zeros(one: Segment, times: Sequence[Scalar], event: Event) -> tuple[Array, tuple[Array, ...]]:
     """How much later than ``times`` a run's event function vanishes, and the states there.
 
     By the parabola through three points, so far apart that a slope has two thirds of its digits.
     """
     import numpy
 
-    apart = 2.0 ** (-(tables.of.precision.bits // 3))
-    end = tables.dense_output.end_time
+    apart = 2.0 ** (-(one.columns.precision.bits // 3))
+    end = one.output.end_time
     middle = [min(max(time, apart), end - apart) for time in times]
     (before, early), (at, now), (behind, later) = (
-        _evaluated(tables, event, [time + shift for time in middle])
-        for shift in (-apart, 0.0, apart)
+        _evaluated(one, event, [time + shift for time in middle]) for shift in (-apart, 0.0, apart)
     )
-    kind = numpy.longdouble if _in_arrays(tables) else object
-    off = numpy.array([_number(tables, t - m) for t, m in zip(times, middle, strict=True)], kind)
+    kind = numpy.longdouble if _in_arrays(one) else object
+    off = numpy.array([_number(one, t - m) for t, m in zip(times, middle, strict=True)], kind)
 
     def slope(first: Array, last: Array) -> Array:
         return (last - first) / (2 * apart)
@@ -207,12 +193,12 @@ def _zeros(
 
 
 def _evaluated(
-    tables: Tables, event: Event, times: Sequence[Scalar]
+    one: Segment, event: Event, times: Sequence[Scalar]
 ) -> tuple[tuple[Array, ...], Array]:
     import numpy
 
-    of, dense_output = tables.of, tables.dense_output
-    if _in_arrays(tables):
+    of, dense_output = one.columns, one.output
+    if _in_arrays(one):
         rounded = numpy.array([float(time) for time in times])
         delay = numpy.array([float(t - float(t)) for t in times])
         entries = dense_output.arrays(Times(rounded, rounded, delay), long_double)
@@ -233,9 +219,9 @@ def _columns(
     return of.of_rows(names, list(zip(*entries, strict=True)))
 
 
-def _in_arrays(tables: Tables) -> bool:
-    return tables.in_long_double
+def _in_arrays(one: Segment) -> bool:
+    return one.output.precision.name in ("double", "extended") and has_long_double()
 
 
-def _number(tables: Tables, value: Scalar) -> Scalar:
-    return long_double(value) if _in_arrays(tables) else value
+def _number(one: Segment, value: Scalar) -> Scalar:
+    return long_double(value) if _in_arrays(one) else value

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
+from tt_precise.integration.dense_output import DenseOutput, StoredPieces
 from tt_precise.integration.events import EXTREMUM, event_named
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.propagate import (
@@ -22,13 +23,16 @@ from tt_precise.integration.propagate import (
     without_start,
 )
 from tt_precise.integration.quadratures import extended_rates, motion
-from tt_precise.integration.setup import Setup, full_tolerance
+from tt_precise.integration.run import Beginning
+from tt_precise.integration.segments import Run, Segment
+from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
 from tt_precise.integration.step_limit import longest_step
 from tt_precise.integration.system import MOST_EVENTS, Hit, terminal_functions
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
+from tt_precise.scene.scene import Scene
 from tt_precise.taylor.crossings import SignChange, Watch
 from tt_precise.taylor.numbers import moments, number, numbers_of
 from tt_precise.taylor.system import StepBlock, System, order_of
@@ -115,14 +119,9 @@ def propagate_in_doubles(
     Raises
     ------
     InputError
-        More than ``MOST_EVENTS`` events happened, one of them needs a function that is not there,
-        or there are options, which are heyoka's.
+        More than ``MOST_EVENTS`` events happened, or one of them needs a function that is not
+        there.
     """
-    if setup.options:
-        raise InputError(
-            f"options: got {', '.join(dict(setup.options))} with precision {setup.precision.name}, "
-            "expected none: they are heyoka's"
-        )
     fn, until = setup.precision.context, start.until
     run = _Run(setup, start)
     tolerance = float(setup.tolerance or full_tolerance(setup.precision))
@@ -146,6 +145,34 @@ def propagate_in_doubles(
     assert end.status, "a run goes on until it ends"
     hits = without_start(run.hits, run.events, setup, start, FIRST_STEP)
     return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits)
+
+
+def refuses(scene: Scene, setup: Setup) -> str | None:
+    """Motions in several segments, and options, which are heyoka's."""
+    name = setup.precision.name
+    if not setup.precision.doubles:
+        return f"{scene.name}: got {name}, expected double-double or triple-double"
+    why = refused_in_doubles(scene)
+    if why:
+        return f"{scene.name}: got {name}, expected double, extended, quad or mp for {why}"
+    if setup.options:
+        return (
+            f"options: got {', '.join(dict(setup.options))} with precision {name}, expected none: "
+            "they are heyoka's"
+        )
+    return None
+
+
+def run(begun: Beginning, setup: Setup, start: InitialState, progress: Progress | None) -> Run:
+    """What becomes of ``start``, in one segment whose series are stored."""
+    stored = StoredPieces(setup)
+    propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)
+
+    def again(pieces: Pieces, progress: Progress | None) -> Propagation:
+        return propagate_in_doubles(setup, start, dense=pieces, progress=progress)
+
+    output = DenseOutput(setup, start, propagation, stored.pieces, again, begun.samples)
+    return Run(setup, start, [Segment(start.until * 0, output)])
 
 
 class _End(NamedTuple):

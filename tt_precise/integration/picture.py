@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from tt_precise.integration.tables import DIGITS, ERROR
+from tt_precise.integration.reading import DIGITS, ERROR
 from tt_precise.runtime import plotting
 from tt_precise.runtime.notebook import table
 

@@ -21,8 +21,6 @@ from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 from tt_precise.scene.numerals import to_mpmath
-from tt_precise.scene.scene import Scene
-from tt_precise.taylor.graph import Graph
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -188,14 +186,6 @@ def is_available(name: str) -> bool:
     if name in DOUBLES:
         return _has_llvmlite()
     return name != "extended" or _has_80_bit_floats()
-
-
-def refused_in_doubles(scene: Scene) -> str:
-    """Why double-double and triple-double cannot integrate a scene; "" where they can."""
-    if scene.in_pieces:
-        return "a motion that may come in pieces"
-    missing = scene.body.friction.missing(Graph)
-    return f"{scene.body.law} friction, which needs {' and '.join(missing)}" if missing else ""
 
 
 def finer(precision: Precision) -> Precision:

@@ -13,6 +13,7 @@ from tt_precise.mechanics.formulations import Formulation, elastic, integrated
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import RECORDABLE, Scene
+from tt_precise.taylor.graph import Graph
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +96,14 @@ def full_tolerance(precision: Precision) -> Scalar:
     beside the rounding (6e-15 against 2e-15 on the reference scene); order 21 costs 5 %.
     """
     return precision.eps / 16 if precision.name == "double" or precision.doubles else precision.eps
+
+
+def refused_in_doubles(scene: Scene) -> str:
+    """Why double-double and triple-double cannot integrate a scene; "" where they can."""
+    if scene.in_pieces:
+        return "a motion that may come in pieces"
+    missing = scene.body.friction.missing(Graph)
+    return f"{scene.body.law} friction, which needs {' and '.join(missing)}" if missing else ""
 
 
 def _formulation(scene: Scene, coordinates: str) -> Formulation:

@@ -13,13 +13,12 @@ import numpy
 
 from tt_precise.integration.columns import Columns
 from tt_precise.integration.contact import require_contact
-from tt_precise.integration.dense_output import moved_arrays
+from tt_precise.integration.dense_output import long_double, moved_arrays
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.propagate import Status, status_of
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.step_limit import longest_step
 from tt_precise.integration.system import integrator
-from tt_precise.integration.times import long_double
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array

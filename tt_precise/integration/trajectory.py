@@ -13,13 +13,13 @@ from tt_precise.integration.columns import State
 from tt_precise.integration.errors import End, Errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
-from tt_precise.integration.pieces import MotionPart, parts, reading
 from tt_precise.integration.pose import POSE, POSE_NAMES, expanded
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.propagate import ARRIVED, Status
+from tt_precise.integration.reading import DIGITS, ERROR, Numbers, Reader
+from tt_precise.integration.run import integrated
+from tt_precise.integration.segments import Run, Stretch
 from tt_precise.integration.setup import Setup, full_tolerance
-from tt_precise.integration.solution import solve
-from tt_precise.integration.tables import DIGITS, ERROR, Numbers
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.arithmetic import Array, Scalar
@@ -65,22 +65,25 @@ class Trajectory:
         ``State`` at ``t_end``.
     """
 
-    def __init__(
-        self,
+    def __init__(self, scene: Scene, run: Run, *, rounded_otherwise: bool = False):
+        self.scene, self.run, self.setup, self.start = scene, run, run.setup, run.start
+        self.status: Status = run.status
+        self.steps, self.order = run.steps, run.order
+        self._rounded_otherwise = rounded_otherwise
+        self._reader = Reader(run)
+
+    @classmethod
+    def of(
+        cls,
         scene: Scene,
         setup: Setup,
         progress: Progress | None = None,
         *,
         rounded_otherwise: bool = False,
-    ):
-        solution = solve(scene, setup, progress, rounded_otherwise=rounded_otherwise)
-        propagation = solution.output.propagation
-        self.scene, self.setup, self.start = scene, setup, solution.start
-        self._rounded_otherwise = rounded_otherwise
-        self._dense_output = solution.output
-        self._columns, self._tables = reading(solution.output)
-        self.status: Status = propagation.status
-        self.steps, self.order = propagation.steps, propagation.order
+    ) -> Trajectory:
+        """The scene integrated once, as the set-up says."""
+        run = integrated(scene, setup, progress, rounded_otherwise=rounded_otherwise)
+        return cls(scene, run, rounded_otherwise=rounded_otherwise)
 
     def again(self, *, rounded_otherwise: bool = False, **changes: Any) -> Trajectory:
         """The same scene integrated again, with some fields of the ``Setup`` replaced.
@@ -89,11 +92,11 @@ class Trajectory:
         exact one: what such a run differs by contains what their rounding does to a run.
         """
         setup = self.setup.but(**changes)
-        return Trajectory(self.scene, setup, rounded_otherwise=rounded_otherwise)
+        return Trajectory.of(self.scene, setup, rounded_otherwise=rounded_otherwise)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # made again where it is unpickled: heyoka's own pickles are machine code
-        make = partial(Trajectory, rounded_otherwise=self._rounded_otherwise)
+        make = partial(Trajectory.of, rounded_otherwise=self._rounded_otherwise)
         return make, (self.scene, self.setup)
 
     def __repr__(self) -> str:
@@ -118,19 +121,19 @@ class Trajectory:
         return self.precision.context.mpf(self.setup.tolerance) or full_tolerance(self.precision)
 
     @property
-    def pieces(self) -> tuple[MotionPart, ...]:
-        """Stretches of gliding and rolling, under Coulomb's friction; else one, the whole."""
-        return parts(self._dense_output, self._columns.leaving)
+    def pieces(self) -> tuple[Stretch, ...]:
+        """Stretches of gliding, rolling, flight and contact, where there are several; else one."""
+        return self.run.stretches
 
     @cached_property
     def t_end(self) -> Scalar:
         """Where the solution ends, in s: a float in double, else an mpmath number."""
-        return self._columns.leaving(self._dense_output.end)
+        return self.run.columns.leaving(self.run.end)
 
     @cached_property
     def state(self) -> State:
         """The state at ``t_end``."""
-        return self._columns.states([self._dense_output.end_time], [self._dense_output.end_row])[0]
+        return self.run.states([self.run.end_time])[0]
 
     @property
     def end(self) -> End:
@@ -148,27 +151,26 @@ class Trajectory:
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
         several = hasattr(t, "__len__") and not isinstance(t, str)
-        times = [self._dense_output.dimensionless_time(one) for one in (t if several else [t])]
-        states = self._columns.states(times, self._dense_output.rows(times))
+        times = [self.run.dimensionless_time(one) for one in (t if several else [t])]
+        states = self.run.states(times)
         return State.joined(states, self.precision) if several else states[0]
 
     def motion(self, t: Scalar) -> Motion:
         """What quantities are computed from at ``t`` (s), dimensionless; refused as by ``at``."""
-        time = self._dense_output.dimensionless_time(t)
-        return self._columns.motion(self._dense_output.rows([time])[0])
+        return self.run.motions([self.run.dimensionless_time(t)])[0]
 
     def evaluated(
         self, function: Callable[[Motion], Scalar], times: Sequence[Scalar]
     ) -> list[Scalar]:
         """``function(motion(t))`` at all of these times, which are mpmath numbers, at once."""
-        return self._tables.evaluated(function, times)
+        return self._reader.evaluated(function, times)
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
         """The scene's exact sample times up to ``t_end``, which is added where it ends early."""
         if self.status in ARRIVED:
             return self.scene.sample_times
-        end = as_fraction(self._dense_output.end)
+        end = as_fraction(self.run.end)
         return (*(t for t in self.scene.sample_times if t < end), end)
 
     def frame(
@@ -208,7 +210,7 @@ class Trajectory:
         if pose:
             names = (*names, POSE)
         columns = self.table(*names, times=times, numbers=numbers, progress=progress)
-        if numbers == "text" or not self._tables.in_arrays:
+        if numbers == "text" or not self._reader.in_arrays:
             return pandas.DataFrame(columns)
         # pandas takes one array much faster than many
         return pandas.DataFrame(numpy.array(list(columns.values())).T, columns=list(columns))
@@ -230,7 +232,7 @@ class Trajectory:
                 f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
             )
         exact = self.sample_times if times is None else tuple(map(as_fraction, times))
-        wanted = expanded(names or self._columns.names)
+        wanted = expanded(names or self.run.columns.names)
         if any(map(is_estimate, wanted)):
             if times is not None:
                 raise InputError("times: got some beside estimated errors, expected the samples'")
@@ -239,11 +241,11 @@ class Trajectory:
             return self._with_errors(found, wanted, numbers)
         missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
         if not missing:
-            return self._tables.columns(wanted, exact, numbers, progress)
+            return self._reader.columns(wanted, exact, numbers, progress)
         run = self.with_quadratures
         plain = [name for name in wanted if name not in missing]
-        found = self._tables.columns(plain, exact, numbers)
-        found = run._tables.columns(missing, self._alike(exact, run), numbers) | found
+        found = self._reader.columns(plain, exact, numbers)
+        found = run._reader.columns(missing, self._alike(exact, run), numbers) | found
         return {name: found[name] for name in ("t", *wanted)}
 
     def _with_errors(
@@ -290,7 +292,7 @@ class Trajectory:
         import pandas
 
         errors = Errors(self, beside) if beside else self.errors
-        return pandas.DataFrame(errors.over_time(names or self._columns.names))
+        return pandas.DataFrame(errors.over_time(names or self.run.columns.names))
 
     def event_errors(self, *, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
@@ -306,7 +308,7 @@ class Trajectory:
         """``times`` in another run of the scene, whose end stands for that of this one."""
         if self.status in ARRIVED:
             return tuple(times)
-        end, other = (as_fraction(one._dense_output.end) for one in (self, run))
+        end, other = (as_fraction(one.run.end) for one in (self, run))
         return tuple(other if t >= end else t for t in times)
 
     @cached_property
@@ -332,7 +334,7 @@ class Trajectory:
 
         ``direction`` is +1 where the event's function rises through zero, -1 where it falls.
         """
-        return self._tables.events()
+        return self._reader.events()
 
     def event_table(
         self, names: Sequence[str] | None = None, at: Container[str] | None = None
@@ -341,12 +343,12 @@ class Trajectory:
 
         ``at`` names events; elsewhere entries of the state may be missing.
         """
-        return self._tables.event_columns(self._columns.names if names is None else names, at)
+        return self._reader.event_columns(self.run.columns.names if names is None else names, at)
 
     @property
     def event_counts(self) -> Counter[str]:
         """How often each event was recorded."""
-        return Counter(hit.name for hit in self._dense_output.propagation.hits)
+        return self.run.event_counts
 
     @cached_property
     def suspect_events(self) -> tuple[str, ...]:
@@ -376,10 +378,10 @@ class Trajectory:
         integrals = [
             integral
             for integral in conserved(self.scene.model, self.scene.body)
-            if self._columns.has_azimuth or not integral.azimuth
+            if self.run.columns.has_azimuth or not integral.azimuth
             if self.formulation == "newton" or integral.name != "axis_norm"
         ]
-        return self._tables.drift(integrals, self.sample_times)
+        return self._reader.drift(integrals, self.sample_times)
 
     def plot(self, *names: str) -> Figure:
         """A matplotlib ``Figure`` over time: a panel for each of ``names``.
@@ -420,7 +422,7 @@ class Trajectory:
 
     def dimension(self, name: str) -> Dimension:
         """The dimension of a column; refuses names that ``frame`` does not know."""
-        return self._columns.dimension(name)
+        return self.run.columns.dimension(name)
 
     @cached_property
     def inversion(self) -> InversionTimes:

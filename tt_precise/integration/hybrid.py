@@ -1,0 +1,279 @@
+"""Motions in several segments: friction that sticks and slips, flight, an elastic table.
+
+Coulomb's friction: the top glides; below a small speed in polar form, in a time of its own, in
+which it comes to rest without end and so reaches v = 0 to the last bit. There it rolls on where the
+force that rolling needs lies within the cone |F_f| <= mu g_n ("stick"), until that force reaches
+the cone ("slip"). Gliding then begins anew with a power series, as it does from rest where no
+rolling is possible.
+
+Flight: of a rigid top that has lost contact, and between contacts with an elastic table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+from tt_precise.integration.contact import contact_terms
+from tt_precise.integration.dense_output import DenseOutput, StoredPieces
+from tt_precise.integration.events import existing
+from tt_precise.integration.own_time import OnsetOutput, OwnTimeOutput, terms_for
+from tt_precise.integration.propagate import propagate
+from tt_precise.integration.quadratures import motion
+from tt_precise.integration.segments import Segment
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.system import SLOW_SPEED
+from tt_precise.mechanics import compliant, friction, polar, rolling
+from tt_precise.mechanics.formulations import FLIGHT, SLOW, STICKING, Formulation, flight_over
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.onset import direction_on_the_cone, directions_from_rest, onset
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress
+from tt_precise.scene.scene import Scene
+
+MOST_SEGMENTS = 10_000
+GOES_ON = ("slow", "fast", "stick", "slip")
+
+
+def segments_of(
+    scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
+) -> list[Segment]:
+    """The segments of a motion that may have several, from its ``start``; the last one ends it."""
+    if scene.model == "flight":
+        return flying(setup, start)
+    if scene.body.spring:
+        return bouncing(scene.name, setup, start, progress)
+    if scene.may_stick:
+        found = sticking_and_slipping(scene.name, setup, start, progress)
+    else:
+        found = [Segment(start.until * 0, propagated(setup, start))]
+    return flying_on(found, setup, start) if scene.flies else found
+
+
+def propagated(setup: Setup, start: InitialState) -> DenseOutput:
+    """One piece: ``start`` propagated as ``setup`` says, readable over t."""
+    stored = StoredPieces(setup) if setup.precision.name in ("quad", "mp") else None
+    propagation = propagate(setup, start, dense=stored)
+    pieces = stored.pieces if stored else None
+    if not setup.formulation.own_time:
+        return DenseOutput(setup, start, propagation, pieces)
+    t = setup.formulation.columns.index("t")
+    hits = tuple(hit._replace(time=hit.state[t]) for hit in propagation.hits)
+    return OwnTimeOutput(setup, start, replace(propagation, hits=hits), pieces)
+
+
+def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -> InitialState:
+    """Where the next piece begins: the last one's end, as a row of its own formulation."""
+    setup, fn = output.setup, output.precision.context
+    row = output.end_row
+    q = motion(setup.formulation, setup.record, output.start.body, row, fn)
+    vectors = q.state
+    if at_rest:
+        vectors = vectors._replace(vx=fn.mpf(0), vy=fn.mpf(0))
+    euler = q.euler if setup.formulation.coordinates == "euler" else before.euler
+    return replace(
+        before,
+        model=setup.formulation.model,
+        vectors=vectors,
+        euler=euler,
+        until=before.until - output.end_time,
+        row=row[len(setup.formulation.columns) :],
+    )
+
+
+def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialState:
+    """The same place as the start of a piece that is integrated as ``form``.
+
+    The row of ``here`` holds quadratures only.
+    """
+    state: tuple[Scalar, ...]
+    if "rise" in form.columns:
+        state = _lifted(here, form, fn)
+    elif not form.own_time:
+        state = form.start(here.body, here.vectors, here.euler)
+    elif form.coordinates == "euler":
+        state = polar.from_euler(here.euler, fn)
+    else:
+        state = polar.from_vectors(here.vectors, fn)
+    return replace(here, model=form.model, row=(*state, *here.row))
+
+
+def _lifted(here: InitialState, form: Formulation, fn: Functions) -> tuple[Scalar, ...]:
+    vectors: Any = here.vectors
+    height, rise = getattr(vectors, "height", fn.mpf(0)), getattr(vectors, "rise", fn.mpf(0))
+    turning = here.euler if form.coordinates == "euler" else vectors[:8]
+    if not form.own_time:
+        return (*turning, height, rise)
+    return (*turning, fn.sqrt(-height) if height < 0 else fn.mpf(0), rise, fn.mpf(0))
+
+
+def sticking_and_slipping(
+    name: str, setup: Setup, start: InitialState, progress: Progress | None = None
+) -> list[Segment]:
+    """The pieces of the motion of scene ``name`` from ``start``, the last one ends it.
+
+    Raises
+    ------
+    InputError
+        More pieces than ``MOST_SEGMENTS``, or gliding can begin in no direction, or in several.
+    """
+    found: list[Segment] = []
+    begin = start.until * 0
+    for output in _outputs(name, setup, start, progress):
+        if len(found) == MOST_SEGMENTS:
+            raise InputError(
+                f"{name}: got more than {MOST_SEGMENTS} changes between gliding and rolling, "
+                "expected fewer: ask for a shorter time"
+            )
+        status = output.propagation.status
+        found.append(Segment(begin, output, status if status in ("stick", "slip") else ""))
+        begin = begin + output.end_time
+    return found
+
+
+def _outputs(
+    name: str, setup: Setup, start: InitialState, progress: Progress | None
+) -> Iterator[DenseOutput]:
+    plain, context = setup.formulation, setup.precision.context
+    coordinates = plain.coordinates
+    here = replace(start, row=tuple(context.mpf(0) for _ in setup.record))
+    at_rest = not any(start.vectors.v)
+    status = "rest" if at_rest else _speed_of(start.motion(context), context)
+    while True:
+        if status in ("rest", "stick", "slip"):
+            output = _from_rest(name, setup, here, status)
+        else:
+            form = SLOW[coordinates] if status == "slow" else plain
+            output = propagated(setup.but(formulation=form), entering(here, form, context))
+        yield output
+        status = output.propagation.status
+        if isinstance(output, OnsetOutput) and status != "complete":
+            status = "slow"
+        if progress:
+            progress(float(1 - (here.until - output.end_time) / start.until))
+        if status not in GOES_ON:
+            return
+        here = after(output, here, at_rest=status == "stick")
+
+
+def _speed_of(q: Motion, fn: Any) -> str:
+    return "slow" if fn.hypot(q.state.vx, q.state.vy) < SLOW_SPEED else "fast"
+
+
+def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> DenseOutput:
+    """Rolling where the cone allows it, and the begin of gliding where not."""
+    coordinates, fn = setup.formulation.coordinates, setup.precision.context
+    q = here.motion(fn)
+    if status != "slip":
+        pressed = rolling.constraint_force(q.body, q.state)[2] > 0
+        if pressed and friction.cone_margin(q.body, q.state) >= 0:
+            form = STICKING[coordinates]
+            rolls = setup.but(formulation=form, events=existing(setup.events, "rolling"))
+            return propagated(rolls, entering(here, form, fn))
+    precision = setup.precision
+    vectors = here.vectors
+    on_the_cone = status == "slip"
+    directions = (
+        [direction_on_the_cone(q.body, vectors, fn)]
+        if on_the_cone
+        else directions_from_rest(q.body, vectors, fn)
+    )
+    if len(directions) != 1:
+        raise InputError(
+            f"{name}: got {len(directions)} directions in which gliding could begin from rest, "
+            "expected one: Coulomb's law does not say how this motion goes on"
+        )
+    series = onset(
+        q.body, vectors, directions[0], terms_for(precision.bits), precision.eps, fn, on_the_cone
+    )
+    form = SLOW[coordinates]
+    begun = replace(here, model="gliding", row=())
+    return OnsetOutput(setup.but(formulation=form), begun, series, here.row)
+
+
+def flying(setup: Setup, start: InitialState) -> list[Segment]:
+    """The flight that begins at ``start``, until the top comes down: one piece."""
+    fn = setup.precision.context
+    here = replace(start, row=start.row or tuple(fn.mpf(0) for _ in setup.record))
+    output = propagated(setup, entering(here, setup.formulation, fn))
+    if output.propagation.status == "landing":
+        output.propagation = replace(output.propagation, status="landed")
+    return [Segment(start.until * 0, output)]
+
+
+def flying_on(pieces: Sequence[Segment], setup: Setup, start: InitialState) -> list[Segment]:
+    """``pieces``, and the flight where the last one has lost contact, until the top comes down."""
+    *former, last = pieces
+    if last.output.propagation.status != "contact_lost":
+        return list(pieces)
+    rest = start.until - last.begin
+    here = after(last.output, replace(last.output.start, until=rest))
+    form = FLIGHT[setup.formulation.coordinates]
+    flight = setup.but(formulation=form, events=existing(setup.events, "flight"))
+    (flown,) = flying(flight, here)
+    begin = last.begin + last.output.end_time
+    return [*former, replace(last, ended="lift_off"), replace(flown, begin=begin)]
+
+
+def bouncing(
+    name: str, setup: Setup, start: InitialState, progress: Progress | None = None
+) -> list[Segment]:
+    """The pieces of the motion on an elastic table: in contact, and in flight, in turn.
+
+    It begins where a table at rest carries what the rigid one would, unless the scene says at
+    which height. A damped table lets go before it has come up, and takes the top again where its
+    force would push once more.
+
+    Raises
+    ------
+    InputError
+        Too many of them.
+    """
+    fn, contact = setup.precision.context, setup.formulation
+    here = _begun(start, setup, fn)
+    found: list[Segment] = []
+    begin, flies = start.until * 0, _flies(here)
+    while True:
+        form = flight_over(contact.model, contact.coordinates) if flies else contact
+        events = existing(setup.events, "flight") if flies else setup.events
+        output = propagated(setup.but(formulation=form, events=events), entering(here, form, fn))
+        status = output.propagation.status
+        joint = {"release": "separation", "sinking": "landing"}.get(status, status)
+        found.append(Segment(begin, output, joint if joint in ("separation", "landing") else ""))
+        if joint not in ("separation", "landing"):
+            return found
+        if len(found) == MOST_SEGMENTS:
+            raise InputError(
+                f"{name}: got more than {MOST_SEGMENTS} changes of contact, expected fewer: ask "
+                "for a shorter time"
+            )
+        begin = begin + output.end_time
+        here, flies = after(output, here), joint == "separation"
+        if status == "landing" or (contact.own_time and status == "separation"):
+            here = replace(here, vectors=_on_the_surface(here.vectors, fn))
+        if progress:
+            progress(float(begin / start.until))
+
+
+def _on_the_surface(vectors: Any, fn: Functions) -> Any:
+    return vectors._replace(height=fn.mpf(0))
+
+
+def _flies(here: InitialState) -> bool:
+    vectors: Any = here.vectors
+    pulls = bool(compliant.reach(here.body, vectors.height, vectors.rise) > 0)
+    return bool(vectors.height > 0) or (vectors.height == 0 and vectors.rise >= 0) or pulls
+
+
+def _begun(start: InitialState, setup: Setup, fn: Functions) -> InitialState:
+    vectors: Any = start.vectors
+    if not isinstance(vectors, LiftedState):
+        numerator, denominator = contact_terms("gliding", start.body, vectors, fn)
+        height = compliant.resting_height(start.body, numerator / denominator, fn)
+        vectors = LiftedState(*(*vectors, height, fn.mpf(0)))
+    zeros = tuple(fn.mpf(0) for _ in setup.record)
+    return replace(start, vectors=vectors, row=zeros)
