@@ -236,7 +236,8 @@ def _worst(stored: Stored, run: Run) -> WorstEntry | None:
 
 def _fine(stored: Stored, bits: int | None) -> Task:
     """The fresh computation: in ``FINE``, or, where that has too few bits, in ``mp``."""
-    from tt_precise.integration.precision import BITS, is_available, refused_in_doubles
+    from tt_precise.integration.precision import BITS, is_available
+    from tt_precise.integration.setup import refused_in_doubles
 
     ours = is_available(FINE) and not refused_in_doubles(stored.scene)
     precision = FINE if ours else WITHOUT_LLVM

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from tt_precise.integration.dense_output import DenseOutput, StoredPieces
+from tt_precise.integration.dense_output import DenseOutput, SampleTimes, StoredPieces
 from tt_precise.integration.propagate import propagate
-from tt_precise.integration.run import Beginning
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
@@ -19,17 +18,22 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
     return None
 
 
-def run(begun: Beginning, setup: Setup, start: InitialState, progress: Progress | None) -> Run:
+def run(
+    scene: Scene,
+    setup: Setup,
+    start: InitialState,
+    samples: SampleTimes | None,
+    progress: Progress | None,
+) -> Run:
     """What becomes of ``start``, in one segment unless the scene may have several."""
-    if begun.scene.in_pieces:
+    if scene.in_pieces:
         from tt_precise.integration.hybrid import segments_of
 
-        return Run(setup, start, segments_of(begun.scene, setup, start, progress))
+        return Run(setup, start, segments_of(scene, setup, start, progress))
     if setup.precision.name == "double":
-        times = begun.samples
-        samples = None if times is None else times.doubles.rounded[1:]
-        propagation = propagate(setup, start, samples=samples, progress=progress)
-        output = DenseOutput(setup, start, propagation, samples=times)
+        taken = None if samples is None else samples.doubles.rounded[1:]
+        propagation = propagate(setup, start, samples=taken, progress=progress)
+        output = DenseOutput(setup, start, propagation, samples=samples)
     else:
         # wider arithmetics take longer, so there the dense output is always stored at once
         stored = StoredPieces(setup)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from tt_precise.integration.dense_output import DenseOutput, StoredPieces
+from tt_precise.integration.dense_output import DenseOutput, SampleTimes, StoredPieces
 from tt_precise.integration.events import EXTREMUM, event_named
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.propagate import (
@@ -23,7 +23,6 @@ from tt_precise.integration.propagate import (
     without_start,
 )
 from tt_precise.integration.quadratures import extended_rates, motion
-from tt_precise.integration.run import Beginning
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
 from tt_precise.integration.step_limit import longest_step
@@ -163,7 +162,13 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
     return None
 
 
-def run(begun: Beginning, setup: Setup, start: InitialState, progress: Progress | None) -> Run:
+def run(
+    scene: Scene,
+    setup: Setup,
+    start: InitialState,
+    samples: SampleTimes | None,
+    progress: Progress | None,
+) -> Run:
     """What becomes of ``start``, in one segment whose series are stored."""
     stored = StoredPieces(setup)
     propagation = propagate_in_doubles(setup, start, dense=stored, progress=progress)
@@ -171,7 +176,7 @@ def run(begun: Beginning, setup: Setup, start: InitialState, progress: Progress 
     def again(pieces: Pieces, progress: Progress | None) -> Propagation:
         return propagate_in_doubles(setup, start, dense=pieces, progress=progress)
 
-    output = DenseOutput(setup, start, propagation, stored.pieces, again, begun.samples)
+    output = DenseOutput(setup, start, propagation, stored.pieces, again, samples)
     return Run(setup, start, [Segment(start.until * 0, output)])
 
 

@@ -29,9 +29,14 @@ class Backend(Protocol):
         """Why it cannot integrate ``scene`` so, in a line of got and expected; None if it can."""
 
     def run(
-        self, begun: Beginning, setup: Setup, start: InitialState, progress: Progress | None
+        self,
+        scene: Scene,
+        setup: Setup,
+        start: InitialState,
+        samples: SampleTimes | None,
+        progress: Progress | None,
     ) -> Run:
-        """What becomes of ``start``, which is that of ``begun`` or its other rounding."""
+        """What becomes of ``start``; ``samples`` are times at which it will be read, if any."""
 
 
 def backends() -> Iterator[Backend]:
@@ -90,7 +95,7 @@ def integrated(
     for backend in backends():
         reason = backend.refuses(scene, setup)
         if reason is None:
-            return backend.run(begun, setup, start, progress)
+            return backend.run(scene, setup, start, begun.samples, progress)
     raise InputError(reason or f"{scene.name}: got no backend")
 
 

@@ -11,7 +11,8 @@ from tt_precise.claims.measured import Settled
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
 from tt_precise.integration import Trajectory, catalogue, integrate
-from tt_precise.integration.precision import is_available, refused_in_doubles
+from tt_precise.integration.precision import is_available
+from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene, load_scene
