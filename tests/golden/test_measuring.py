@@ -9,7 +9,7 @@ from decimal import Decimal
 import numpy
 import pytest
 
-from tt_precise.check.digits_over_time import DigitsOverTime
+from tt_precise.check.golden import DigitsOverTime
 from tt_precise.golden import measuring
 from tt_precise.golden.carrying import Carrier
 from tt_precise.golden.digits import EXACT

@@ -82,7 +82,8 @@ _ALL = (
     ),
 )  # fmt: skip
 COLUMN_SETS = {entry.name: entry for entry in _ALL}
-OURS = {"t", *(name for entry in _ALL for name in (*entry.names, *entry.height))}
+TRACK = ("phi", "psi", "x", "y")  # beside any set: what the rates of a state add up to
+OURS = {"t", *TRACK, *(name for entry in _ALL for name in (*entry.names, *entry.height))}
 
 
 def known_sets(present: Sequence[str]) -> list[ColumnSet]:
@@ -92,7 +93,7 @@ def known_sets(present: Sequence[str]) -> list[ColumnSet]:
 
 def known_columns(present: Iterable[str]) -> list[str]:
     """Columns among ``present`` that some set has; others are ignored."""
-    ours = {name for entry in _ALL for name in entry.names}
+    ours = {*TRACK, *(name for entry in _ALL for name in entry.names)}
     return [name for name in present if name in ours]
 
 

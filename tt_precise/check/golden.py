@@ -1,44 +1,164 @@
 """Distance from the true solution: golden data, or the solution computed afresh.
 
-The rule is that of ``golden.distance``, the same as in ``golden.compare``. A row between golden
-times is compared with the golden row nearest to it, carried to its time by the equations of
+Digits count by the rule of ``mechanics.digits``, the same as in ``golden.compare``. A row between
+golden times is compared with the golden row nearest to it, carried to its time by the equations of
 motion; with ``fresh``, rows that golden data do not reach are compared with a solution that is
 computed at their own times.
+
+Where digits are asked for, every row must have been compared to so many of them, and no stretch of
+the motion may be without rows: the share of the rows compared, and the largest gap between them,
+are what the finding rests on, and it shows both.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy
 
 from tt_precise.check.blocks import Block
-from tt_precise.check.digits_over_time import DigitsOverTime
-from tt_precise.check.evidence import Evidence
+from tt_precise.check.columns import TRACK
 from tt_precise.check.finding import CheckFinding, Verdict
 from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.check.worst import RunningWorst
 from tt_precise.golden import store
-from tt_precise.golden.distance import as_decimal
+from tt_precise.golden.digits import EXACT
+from tt_precise.golden.distance import as_decimal, correct_digits
 from tt_precise.golden.fewest import FewestDigits
-from tt_precise.golden.measuring import RESOLVED, Measured, TrueRows
+from tt_precise.golden.measuring import RESOLVED, Measured, TrueRows, turned_back
 from tt_precise.golden.places import MANIFEST, Folder, locate
 from tt_precise.golden.seal import read_whole
+from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
-from tt_precise.scene.numerals import exact
+from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
 
 MEANING = "correct digits of every column"
-MOST_RECOMPUTED = 1024  # rows computed afresh, evenly spread over those that need it
-FEW_ENOUGH = 10
-SPARE_DIGITS = 1.0  # by which a carried row must be better than what is asked
+SPARE_DIGITS = 1.0  # by which a carried or computed row must be better than what is asked
+USUAL_DIGITS = 12.0  # that a solution is computed to where none are asked for
+IN_DOUBLE = 13.0  # digits that differences of doubles can show
+
+HOLE = 1.5  # intervals without a row, where rows are evenly spaced
+PART = 0.1  # of the span without a row, where they are not
+EVEN = 1e-3  # relative, by which most intervals of evenly spaced rows differ
+
+
+class Evidence:
+    """Which rows were compared with the true solution, and where none are: two numbers.
+
+    ``compared`` of ``rows``; the start counts in neither, as it is given.
+    """
+
+    def __init__(self) -> None:
+        self.rows = self.compared = 0
+        self.missed: float | None = None  # time (s) of the first row that was not compared
+        self._t: list[numpy.ndarray] = []
+
+    def add(self, t: numpy.ndarray, compared: numpy.ndarray) -> None:
+        """The next rows: their times (s), and whether each was compared."""
+        after = t > 0
+        self.rows += int((t != 0).sum())
+        self.compared += int((compared & after).sum())
+        self.miss(t[~compared & (t != 0)])
+        self._t.append(t)
+
+    def miss(self, t: numpy.ndarray) -> None:
+        """Name the first of these rows, which could not be compared."""
+        if len(t):
+            self.missed = float(t[0]) if self.missed is None else min(self.missed, float(t[0]))
+
+    def gap(self, end: float, spacing: float) -> tuple[float, float, float]:
+        """The first gap up to time ``end`` that is too wide, or the largest: from, to, allowed.
+
+        All in s. ``spacing`` of the rows is never too wide. Rows may begin one interval after the
+        start, and must reach so far that no other one would fit before the end.
+        """
+        t = numpy.concatenate(self._t)
+        steps = numpy.diff(t)
+        # numpy.median would import numpy.ma
+        usual = float(numpy.sort(steps)[len(steps) // 2]) if len(steps) else math.inf
+        even = len(steps) > 1 and (abs(steps - usual) <= EVEN * usual).mean() > 1 - PART
+        widest = max(PART * end, HOLE * spacing)
+        if even:
+            widest = min(widest, HOLE * usual)
+        begin, rest = (usual * (1 + EVEN), usual * (1 - EVEN)) if even else (widest, widest)
+        if t[0] > begin:
+            return 0.0, float(t[0]), begin
+        if end - t[-1] > rest:
+            return float(t[-1]), end, rest
+        place = int(numpy.argmax(steps)) if len(steps) else 0
+        return float(t[place]), float(t[min(place + 1, len(t) - 1)]), widest
+
+
+class DigitsOverTime:
+    """Takes blocks of measured rows; as text such as "9 digits until 1.2 s, none from 5 s"."""
+
+    STEPS = (12, 10, 8, 6, 4, 2, 1)  # digits whose end is looked for
+    MOST = 3  # of them are named
+    EARLY = 0.02  # part of the span before which an end is not worth a word
+    FURTHER = 1.2  # times the end before, for another one to be named
+
+    def __init__(self) -> None:
+        self._errors = RunningWorst()
+
+    def add(self, found: Measured) -> None:
+        """The next rows."""
+        rows = found.compared & ~found.start
+        if rows.any():
+            self._errors.add(found.t[rows], found.worst()[rows])
+
+    @property
+    def from_the_start(self) -> bool:
+        """Whether no digit is right in the first row after the start already."""
+        _, errors = self._errors.curve
+        return len(errors) > 0 and correct_digits(errors[0]) < 1
+
+    def __str__(self) -> str:
+        t, errors = self._errors.curve
+        if not len(t):
+            return ""
+        order = numpy.argsort(t)
+        t, errors = t[order], errors[order]
+        worst = numpy.maximum.accumulate(errors)
+        spans: list[tuple[int, float]] = []
+        for digits in self.STEPS:
+            good = int(numpy.searchsorted(worst, 10.0**-digits, side="right"))
+            if good == len(t):
+                spans.append((digits, float(t[-1])))
+                break
+            until = float(t[good - 1]) if good else 0.0
+            if until > self.EARLY * t[-1] and (not spans or until > self.FURTHER * spans[-1][1]):
+                spans.append((digits, until))
+        whole = bool(spans) and spans[-1][1] == t[-1]
+        named = spans[:1] + spans[1:][-(self.MOST - 1) :]
+        words = [
+            f"{digits} {'digit' if digits == 1 else 'digits'} "
+            + ("to the end" if until == t[-1] else f"until {until:.3g} s")
+            for digits, until in named
+        ]
+        if not whole:
+            beyond = numpy.flatnonzero(worst > 0.1)
+            words.append(f"none from {t[beyond[0]]:.3g} s" if len(beyond) else "fewer then")
+        return ", ".join(words)
+
+
+class OpenRows(NamedTuple):
+    """Rows that golden data do not reach: times (s), columns, and the cells as written."""
+
+    t: numpy.ndarray
+    values: dict[str, numpy.ndarray]
+    cells: Callable[[int, Sequence[str]], list[Any]]
 
 
 class GoldenDistance:
@@ -57,43 +177,40 @@ class GoldenDistance:
     ):
         self._setup, self._asked, self._fresh = setup, asked, fresh
         self._true, self._absent = _golden_rows(setup, folder)
-        lifted = LIFTED if setup.scene.lifts else ()
-        known = [*NewtonState._fields, *EulerState._fields, *lifted]
-        still = {"vx", "vy", "nu_x", "nu_y"} if setup.rolling else set()
-        self._written = [name for name in present if name in known and name not in still]
+        known = {*NewtonState._fields, *EulerState._fields}
+        known |= {*LIFTED} if setup.scene.lifts else set()
+        known |= {*TRACK} if fresh else {*TRACK} & {*(self._true.names if self._true else ())}
+        known -= {"vx", "vy", "nu_x", "nu_y"} if setup.rolling else set()
+        self._written = [name for name in present if name in known]
         self._derived: list[str] = []
         if setup.columns.name == "rigid body":
             derived = NewtonState._fields if setup.velocity_known else NewtonState._fields[:6]
             derived = (*derived, *(LIFTED if setup.height_given else ()))
-            taken = {*self._written, *still}
-            self._derived = [name for name in derived if name not in taken]
-        self._fewest, self._evidence = FewestDigits(), Evidence()
-        self._over_time = DigitsOverTime()
-        self._rows: list[tuple[Fraction, dict[str, Decimal | None]]] = []
-        self._stride, self._seen = 1, 0
+            self._derived = [n for n in derived if n in known and n not in self._written]
+        self._fewest, self._over_time = FewestDigits(), DigitsOverTime()
+        self._evidence = Evidence()
+        self._open: list[OpenRows] = []
         self._resolved = RESOLVED if asked is None else 10.0 ** -(asked + SPARE_DIGITS)
 
     def look(self, block: Block, samples: Samples) -> None:
         """The next rows, as given and as vectors."""
         t = block.values["t"]
-        start, compared = abs(t) <= 0, numpy.zeros(len(block), bool)
+        compared = numpy.zeros(len(block), bool)
+        values = {name: block.values[name] for name in self._written}
+        values |= {name: getattr(samples.state, name) for name in self._derived}
+        cells = partial(self._cells, block, samples)
         if self._true is not None:
-            values = {name: block.values[name] for name in self._written}
-            values |= {name: getattr(samples.state, name) for name in self._derived}
-            found = self._true.measure(
-                t,
-                values,
-                partial(self._cells, block, samples),
-                self._resolved,
-                largest_only=True,
-            )
+            found = self._true.measure(t, values, cells, self._resolved, largest_only=True)
             self._take(found)
             compared = found.compared
-        if self._fresh:
-            for row in numpy.flatnonzero(~compared & ~start).tolist():
-                self._keep(block, samples, row)
-            compared = compared | ~start
-        self._evidence.add(t, compared, start)
+        if self._fresh and not compared.all():
+            rest = numpy.flatnonzero(~compared)
+            there = {name: entries[rest] for name, entries in values.items()}
+            self._open.append(
+                OpenRows(t[rest], there, lambda row, names: cells(int(rest[row]), names))
+            )
+            compared = numpy.ones(len(block), bool)
+        self._evidence.add(t, compared)
 
     def _take(self, found: Measured) -> None:
         self._fewest.add(found)
@@ -106,20 +223,11 @@ class GoldenDistance:
         return [
             (cells[name] if numpy.isfinite(block.values[name][row]) else None)
             if name in cells
+            else block.texts(row, ["t"])[0]
+            if name == "t"
             else float(getattr(samples.state, name)[row])
             for name in names
         ]
-
-    def _keep(self, block: Block, samples: Samples, row: int) -> None:
-        if self._seen % self._stride == 0:
-            written = block.texts(row, ["t"])[0]
-            t = exact(written) if isinstance(written, str) else Fraction(float(written))
-            names = [*self._written, *self._derived]
-            cells = map(as_decimal, self._cells(block, samples, row, names))
-            self._rows.append((t, dict(zip(names, cells, strict=True))))
-            if len(self._rows) > 2 * MOST_RECOMPUTED:
-                self._rows, self._stride = self._rows[::2], 2 * self._stride
-        self._seen += 1
 
     def finding(self, until: float, broken: str, progress: Progress) -> CheckFinding:
         """The distance up to time ``until`` (s), with a fresh computation where one is allowed.
@@ -131,63 +239,161 @@ class GoldenDistance:
         InputError
             Digits were asked for, but there is nothing to compare with, or not enough.
         """
-        notes = []
-        if self._fewest.rows:
-            notes.append(f"{self._fewest.rows} rows compared with golden data")
-        if self._rows:
-            from tt_precise.check.recompute import recomputed
-
-            found, note = recomputed(self._setup.scene, self._rows, self._asked, progress)
-            self._take(found)
+        notes, ended = [], ""
+        open_ = sum(int((rows.t != 0).sum()) for rows in self._open)
+        here = self._fewest.exactly
+        carried = self._evidence.compared - here - open_
+        if here:
+            notes.append(f"{here} rows compared at golden times")
+        if carried:
+            notes.append(f"{carried} with the golden solution carried to their times")
+        if self._open:
+            note, ended = self._recompute(progress)
             notes.append(note)
-            self._evidence.compared -= int((~found.compared).sum()) * self._stride
-        left_out = self._evidence.rows - self._evidence.compared
-        if notes and left_out:
-            notes.append(f"{left_out} of {self._evidence.rows} rows after the start were not")
-        lacking = self._absent or "no row at a time of the golden data"
-        if self._fewest.rows:
-            lacking = broken or self._evidence.lacking(*self._reach(until))
-        few = bool(self._fewest.rows) and self._fewest.worst < (self._asked or 0.0)
-        if self._asked is not None and lacking and not (few or broken):
-            raise InputError(f"digits: {lacking}; {self._advice()}")
+        evidence, few = self._evidence, False
         if not self._fewest.rows:
-            failed = broken and self._asked is not None
+            lacking = self._absent or ended or "no row could be compared with golden data"
             reason = broken or f"{lacking}; --fresh computes the solution"
-            return CheckFinding("golden", "fail" if failed else "skipped", reason=reason)
-        verdict: Verdict = "pass"
-        worst = self._fewest.worst
+            if self._asked is None or broken:
+                verdict: Verdict = "fail" if self._asked is not None else "skipped"
+                return CheckFinding("golden", verdict, reason=reason)
+            raise InputError(f"digits: {lacking}; {self._advice()}")
+        few = self._fewest.worst < (self._asked or 0.0)
+        since, to, allowed = evidence.gap(self._end(until), float(self._setup.scene.sample_every))
+        if self._asked is not None and not (few or broken):
+            if evidence.compared < evidence.rows:
+                raise InputError(
+                    f"digits: {evidence.compared} of {evidence.rows} rows after the start could be "
+                    f"compared to {self._asked:g} digits, not that at t = {evidence.missed:.6g} s; "
+                    + (ended or self._advice())
+                )
+            if to - since > allowed:
+                raise InputError(
+                    f"digits: there is no row between t = {since:.6g} and {to:.6g} s, expected "
+                    f"one every {allowed:.3g} s, or --until {since:.6g} where no more is wanted"
+                )
+        if evidence.compared < evidence.rows:
+            notes.append(f"{evidence.compared} of {evidence.rows} rows after the start in all")
+        notes.append(f"largest gap {to - since:.3g} s")
         if self._asked is None:
             notes.append("reported only: --digits N asks for N")
-        elif few or broken:
-            verdict = "fail"
-        if broken:
-            notes.append(broken)
+        notes += [text for text in (broken, ended) if text]
+        worst = self._fewest.worst
         if worst < 1 and self._over_time.from_the_start:
             notes.append("is it another start than the scene's?")
         return CheckFinding(
-            "golden", verdict, worst, self._asked, self._fewest.at, "; ".join(notes), MEANING,
-            "at least", {name: round(value, 2) for name, value in self._fewest.digits.items()},
+            "golden", "fail" if few or (broken and self._asked is not None) else "pass",
+            worst, self._asked, self._fewest.at, "; ".join(notes), MEANING, "at least",
+            {name: round(value, 2) for name, value in self._fewest.digits.items()},
             history=str(self._over_time),
         )  # fmt: skip
 
-    def _reach(self, until: float) -> tuple[float, int]:
-        """The time (s) up to which rows are expected, and how many golden times there are."""
-        if self._true is None:
-            return min(until, float(self._setup.scene.until)), FEW_ENOUGH
-        times = self._true.times
-        return min(until, float(times[-1])), int((times <= until).sum()) - 1
+    def _recompute(self, progress: Progress) -> tuple[str, str]:
+        """Compare the open rows with the solution; what was done, and where the solution ends."""
+        fresh = FreshSolution(self._setup.scene, self._open, self._asked, progress)
+        done = beyond = 0
+        for rows in self._open:
+            found = fresh.measured(rows)
+            self._take(found)
+            done += int(found.compared.sum())
+            beyond += int((~found.compared).sum())
+            self._evidence.miss(found.t[~found.compared])
+        self._evidence.compared -= beyond
+        return f"{done} rows computed afresh in {fresh.arithmetic}", fresh.ended if beyond else ""
+
+    def _end(self, until: float) -> float:
+        """The time (s) up to which rows are expected."""
+        last = float(self._setup.scene.until) if self._true is None else self._true.times[-1]
+        return min(until, float(last))
 
     def _advice(self) -> str:
-        if self._fresh:
-            return "expected rows that reach over the whole of it"
         if self._true is None:
             return "expected --fresh, which computes the solution"
         times = self._true.times
         shown = ", ".join(f"{t:g}" for t in times[:3])
         return (
             "expected --fresh, which computes the solution at the trajectory's own times, or rows "
-            f"at the golden times {shown} ... {times[-1]:g} s"
+            f"at the golden times {shown} ... {times[-1]:g} s (--until {times[-1]:.12g})"
         )
+
+
+class FreshSolution:
+    """The solution of ``scene`` at the times of rows, to a digit more than is ``asked`` for.
+
+    Raises
+    ------
+    InputError
+        It cannot be computed so accurately.
+    """
+
+    def __init__(
+        self, scene: Scene, rows: Sequence[OpenRows], asked: float | None, progress: Progress
+    ):
+        from tt_precise.integration import integrate
+
+        self._exact = asked is not None and asked + SPARE_DIGITS > IN_DOUBLE
+        names = rows[0].values.keys()
+        last = max(self._times(rows[-1])[-1], Fraction(0))
+        wanted = math.ceil((USUAL_DIGITS if asked is None else asked) + SPARE_DIGITS)
+        record = tuple(name for name in TRACK if name in names)
+        scene = replace(scene, until=last, events=(), record=record)
+        self._run = run = integrate(scene, digits=wanted, progress=progress)
+        self._body = scene.body.numbers(float)
+        self._own = 10.0**-run.digits_throughout
+        lifted = LIFTED if scene.lifts else ()
+        self._names = (*NewtonState._fields, *EulerState._fields, *lifted, *record)
+        self._last = last if run.status == "complete" else as_fraction(run.t_end)
+        self.arithmetic = run.precision.name
+        self.ended = ""
+        if run.status != "complete":
+            end = float(run.t_end)
+            self.ended = f"the solution ends at t = {end:.6g} s: {run.status}; --until {end:.4g}"
+
+    def measured(self, rows: OpenRows) -> Measured:
+        """The distance of rows; those beyond the solution's end are not compared."""
+        times = self._times(rows)
+        within = numpy.array([0 <= t <= self._last for t in times], bool)
+        inner = [t for t in times if 0 <= t <= self._last]
+        frame = self._run.frame(
+            *self._names, times=inner, numbers="text" if self._exact else "float"
+        )
+        true = {
+            name: numpy.array([float(x) if x is not None else math.nan for x in frame[name]])
+            for name in self._names
+        }
+        with numpy.errstate(all="ignore"):
+            beside = sizes(self._body, true, numpy)
+        errors, bounds = {}, {}
+        for name, given in rows.values.items():
+            if self._exact:
+                apart = self._apart(rows, numpy.flatnonzero(within), name, list(frame[name]))
+            else:
+                apart = turned_back(name, given[within] - true[name])
+            found = numpy.full(len(times), math.nan)
+            found[within] = numpy.where(
+                numpy.isnan(apart) & ~numpy.isnan(true[name]), math.inf, abs(apart) / beside[name]
+            )
+            errors[name] = found
+            bounds[name] = numpy.where(numpy.isnan(found), math.nan, self._own)
+        return Measured(rows.t, errors, bounds, within, within & (rows.t == 0))
+
+    def _times(self, rows: OpenRows) -> list[Fraction]:
+        if not self._exact:
+            return list(map(Fraction, rows.t.tolist()))
+        return [as_fraction(rows.cells(row, ["t"])[0]) for row in range(len(rows.t))]
+
+    @staticmethod
+    def _apart(
+        rows: OpenRows, within: numpy.ndarray, name: str, true: Sequence[str | None]
+    ) -> numpy.ndarray:
+        apart = []
+        for row, cell in zip(within.tolist(), true, strict=True):
+            given = as_decimal(rows.cells(row, [name])[0])
+            if given is None or cell is None:
+                apart.append(math.nan)
+            else:
+                apart.append(float(turned_back(name, EXACT.subtract(given, Decimal(cell)))))
+        return numpy.array(apart)
 
 
 def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, str]:

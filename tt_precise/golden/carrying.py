@@ -101,6 +101,7 @@ class Carrier:
             for part in _stretches(rows):
                 matrix = self._coefficients[rows[part.start]]
                 powers = numpy.cumprod(numpy.tile(delays[part], (ORDER, 1)), axis=0).T
+                slopes = abs(matrix[2:]) * numpy.arange(2, ORDER + 1)[:, None]
                 change[part] = powers @ matrix[1:]
                 sizes = abs(powers) @ abs(matrix[1:])
                 terms = (abs(powers[:, -4:, None] * matrix[-4:]) / self._scales).max(axis=2)
@@ -109,7 +110,7 @@ class Carrier:
                 bound[part] = (
                     ROUNDINGS * (sizes + abs(delays[part, None]) * self._rates[rows[part.start]])
                     + tail[:, None] * self._scales
-                    + rounding[part, None] * abs(matrix[1])
+                    + rounding[part, None] * (abs(matrix[1]) + abs(powers[:, :-1]) @ slopes)
                 )
                 if self._lifts:  # where the top is not on the table, the equations are others
                     bound[part] = numpy.inf

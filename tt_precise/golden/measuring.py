@@ -1,8 +1,8 @@
 """True rows, and how far the rows of a trajectory are from them, at golden times or between them.
 
 A row at a golden time is compared exactly, in decimals. One between two golden times is compared
-with the nearer of them, carried to its time by the equations of motion in double; what that
-cannot resolve is not held against it.
+with the nearer of them, carried to its time by the equations of motion in double: it is held to
+what that can resolve.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy
 
 from tt_precise.golden.carrying import Carrier
-from tt_precise.golden.digits import DIGITS
+from tt_precise.golden.digits import DIGITS, EXACT
 from tt_precise.golden.distance import as_decimal, relative_error
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.digits import sizes
@@ -29,6 +29,8 @@ FIGURES = 1e-8  # relative; an exact error is rounded to nine digits
 FAR = 1000  # roundings; a larger error is known to three digits without regard to them
 SAME_TIME = 4 * EPS  # relative; a row at a golden time may miss it by a rounding
 LIFT_OFF = 1e-12  # relative; a last row may lie so far beyond the end of the solution
+TURN = Decimal("6.283185307179586476925286766559005768394338798750211641949889185")
+OTHERWISE = 10.0  # times what a row moves by: no law makes it faster
 RESOLVED = 1e-8  # relative error that a carried row must resolve to be compared
 
 
@@ -90,6 +92,18 @@ class TrueRows:
             return sizes(self._scene.body.numbers(float), self._numbers, numpy)
 
     @cached_property
+    def _fastest(self) -> numpy.ndarray:
+        """How often an entry of a row moves by its size in a second, at most, under any rigid law.
+
+        Rates are about omega times a size; phi and psi have the tilt in theirs.
+        """
+        if self._scene.body.spring:
+            return numpy.full(len(self.times), numpy.inf)
+        everything = [self._sizes["omega_3"], self._sizes["vx"] / float(self._scene.body.R)]
+        everything += [abs(self._numbers["phi_dot"])] if "phi" in self.names else []
+        return OTHERWISE * numpy.fmax.reduce(everything)
+
+    @cached_property
     def _carrier(self) -> Carrier:
         vectors = [self._numbers[name] for name in NewtonState._fields]
         return Carrier(self._scene, vectors)
@@ -122,10 +136,11 @@ class TrueRows:
             here & (nearest == 0),
         )
         at = numpy.flatnonzero(here)
-        self._measure_here(found, at, nearest, values, exactly, largest_only)
         between = numpy.flatnonzero(~here & (t > 0) & (t <= self.times[-1] * (1 + LIFT_OFF)))
-        if len(between):
-            self._measure_between(found, between, nearest, delays, values, resolved)
+        with numpy.errstate(all="ignore"):  # what is no number has an infinite error
+            self._measure_here(found, at, nearest, values, exactly, largest_only)
+            if len(between):
+                self._measure_between(found, between, nearest, delays, values, resolved)
         return found
 
     def _measure_here(
@@ -141,7 +156,7 @@ class TrueRows:
         close: dict[int, list[str]] = {}
         for name, errors in found.errors.items():
             given, true = values[name][here], self._numbers[name][rows]
-            error = abs(given - true) / self._sizes[name][rows]
+            error = abs(turned_back(name, given - true)) / self._sizes[name][rows]
             defined = ~numpy.isnan(true)
             errors[here] = numpy.where(defined & numpy.isnan(error), numpy.inf, error)
             found.bounds[name][here] = numpy.where(defined, 0.0, numpy.nan)
@@ -171,16 +186,22 @@ class TrueRows:
         carried = self._carrier.carry(rows, delays[between], rounding)
         whole = numpy.zeros(len(between), bool)
         lost = numpy.zeros(len(between), bool)
-        for name in found.errors.keys() & carried.values.keys():
-            size = self._sizes[name][rows]
-            bound = carried.bounds[name] / size
+        fastest = abs(delays[between]) * self._fastest[rows]
+        for name in found.errors:
+            size, true = self._sizes[name][rows], self._numbers[name][rows]
+            bound = numpy.where(numpy.isnan(true), numpy.nan, fastest)
+            if name in carried.values:
+                true = carried.values[name]
+                bound = numpy.fmin(carried.bounds[name] / size, fastest)
             fine = bound <= resolved
-            error = abs(values[name][between] - carried.values[name]) / size
+            error = abs(turned_back(name, values[name][between] - true)) / size
             error = numpy.where(numpy.isnan(error), numpy.inf, error)
-            found.errors[name][between] = numpy.where(fine, error, numpy.nan)
-            found.bounds[name][between] = numpy.where(fine, bound, numpy.nan)
+            # what is certainly wrong counts, however little the row can be held to
+            certain = numpy.where(numpy.isfinite(bound), numpy.fmax(error - bound, 0), numpy.nan)
+            found.errors[name][between] = numpy.where(fine, error, certain)
+            found.bounds[name][between] = numpy.where(fine, bound, 0 * certain)
             whole |= fine
-            lost |= ~fine & numpy.isfinite(carried.values[name])
+            lost |= ~fine & numpy.isfinite(true)
         found.compared[between] = whole & ~lost
 
     def _nearest(self, t: numpy.ndarray) -> tuple[numpy.ndarray, numpy.ndarray]:
@@ -194,4 +215,17 @@ class TrueRows:
     def _exact_error(self, name: str, row: int, given: Scalar) -> float:
         true = Decimal(self._cells[name][row])
         size = Decimal(self._sizes[name][row])
-        return float(relative_error(as_decimal(given), true, size))
+        number = as_decimal(given)
+        if number is not None:
+            number = EXACT.add(true, turned_back(name, EXACT.subtract(number, true)))
+        return float(relative_error(number, true, size))
+
+
+def turned_back(name: str, apart: Scalar) -> Scalar:
+    """A difference of entries, an array or a decimal; whole turns of phi and psi are none."""
+    if name not in ("phi", "psi"):
+        return apart
+    if isinstance(apart, Decimal):
+        turns = EXACT.divide(apart, TURN).to_integral_value()
+        return EXACT.subtract(apart, EXACT.multiply(turns, TURN))
+    return apart - float(TURN) * numpy.rint(apart / float(TURN))
