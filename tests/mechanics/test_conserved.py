@@ -41,11 +41,17 @@ def test_drift_is_relative_to_the_start(body: TippeTop, mp: Any, rounded: Any) -
     assert abs(changed - mp.mpf("0.25")) < 4 * mp.eps
 
 
-def test_an_integral_that_starts_at_zero_has_a_scale(body: TippeTop, mp: Any, rounded: Any) -> None:
+@pytest.mark.parametrize("axis", "xy")
+def test_an_integral_that_starts_at_zero_has_a_scale(
+    axis: str, body: TippeTop, mp: Any, rounded: Any
+) -> None:
     numbers = dataclasses.replace(body.numbers(rounded), mu=mp.mpf(0))
     first = NewtonState(*map(mp.mpf, (0, 0, 1, 0, 0, 2, 0, 0)))
-    moved = first._replace(vx=mp.mpf("1e-10"))
-    found = drift(INTEGRALS["momentum_x"], [Motion(numbers, one, mp) for one in (first, moved)])
+    moved = first._replace(**{f"v{axis}": mp.mpf("1e-10")})
+    motions = [Motion(numbers, one, mp) for one in (first, moved)]
+    found = drift(INTEGRALS[f"momentum_{axis}"], motions)
     scale = numbers.m * numbers.R * 2 / numbers.I3
     assert abs(found[1] - numbers.m * mp.mpf("1e-10") / scale) < 10 * mp.eps
     assert found[0] == 0
+    other = INTEGRALS[f"momentum_{'y' if axis == 'x' else 'x'}"]
+    assert drift(other, motions)[1] == 0

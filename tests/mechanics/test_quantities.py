@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tt_precise.mechanics import newton, rolling
+from tt_precise.mechanics import euler, newton, rolling
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
@@ -241,3 +241,14 @@ def test_angles_and_their_rates_are_in_rad() -> None:
     assert {name for name, one in QUANTITIES.items() if one.radians} == {
         name for name, unit in units.items() if "rad" in unit
     }
+
+
+def test_simplified_rate_of_the_inclination(motion: Motion) -> None:
+    """mu g_n R^2 (1 - alpha cos theta)^2 nu_y/lambda, from the Euler equations' own numbers."""
+    body, state, mp = motion.body, motion.euler, motion.fn
+    height = body.R - body.R * body.alpha * mp.cos(state.theta)
+    friction = body.mu * euler.normal_force(body, state, mp) * state.nu_y
+    expected = friction * height**2 / euler.jellett(body, state, mp)
+    found = QUANTITIES["theta_dot_simplified"].evaluate(motion)
+    assert abs(found / expected - 1) < mp.mpf(10) ** -55
+    assert abs(found / (expected / height**2) - 1) > mp.mpf("0.01")
