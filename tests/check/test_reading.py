@@ -108,6 +108,7 @@ def spoil(path: Path, line: int, column: str, text: str) -> None:
     [
         ("kz", "abc", "line 300, column kz: got 'abc', expected a number"),
         ("kz", "1_0", "line 300, column kz: got '1_0', expected a number"),
+        ("kz", "\u0660.\u0661", "line 300, column kz: got '\u0660.\u0661', expected a number"),
         ("kz", "0x10", "line 300, column kz: got '0x10', expected a number"),
         ("kz", "1j", "line 300, column kz: got '1j', expected a real number"),
         ("kz", "1e999", "line 300, column kz: got '1e999', expected a number within the range"),

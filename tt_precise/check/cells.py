@@ -49,7 +49,7 @@ def _number_of_text(text: str, strict: bool) -> float:
     if text.lower() in MISSING:
         return math.nan
     try:
-        if "_" in text:
+        if "_" in text or not text.isascii():  # float reads the digits of every script
             raise ValueError
         found = float(text)
     except ValueError:
