@@ -7,8 +7,9 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.integration import Trajectory, dense_output, deviation, integrate
+from tt_precise.integration import Trajectory, dense_output, integrate
 from tt_precise.integration.columns import Columns, worst_digits
+from tt_precise.integration.errors import deviations
 from tt_precise.mechanics.formulations import COORDINATES
 from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
 
@@ -190,7 +191,7 @@ def test_deviations_of_every_column_are_those_of_finite_differences(
         entries = tuple((row + h * apart)[:, None])
         return columns.of_arrays(columns.names, entries, float, fn)
 
-    found, ahead, behind = read(1e-20j, deviation), read(1e-6), read(-1e-6)
+    found, ahead, behind = read(1e-20j, deviations()), read(1e-6), read(-1e-6)
     for name, one in found.items():
         slope, size = (ahead[name] - behind[name])[0] / 2e-6, 1 + abs(one.real[0])
         assert one.real[0] == pytest.approx(read(0)[name][0], rel=1e-15)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from tt_precise.integration.pose import POSE_NAMES, pose_of
-from tt_precise.integration.pose import dimension as pose_dimension
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integration.setup import Setup
+from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.pose import Pose, pose
+from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
@@ -23,6 +23,18 @@ from tt_precise.scene.body import Dimension
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 LIFTED_COLUMNS = ("height", "rise")  # of the lowest point, which is else on the table
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+
+# what stands for the pose among column names: scalar first, or last
+POSE, POSE_SCALAR_LAST = "pose", "pose:xyzw"
+_LAST = ("qx", "qy", "qz", "qw")
+POSE_COLUMNS = {
+    POSE: Pose._fields,
+    POSE_SCALAR_LAST: (*_LAST, *(name for name in Pose._fields if name not in _LAST)),
+}
+POSE_NAMES = frozenset(Pose._fields)
+_DIMENSIONS = {"q": Dimension(), "w": RATE, "v": SPEED}
+_LENGTH = Dimension(0, 1, 0)
+MOST_MISSED = 0.1  # rad between a quadrature's phi and the state's; a lost passage makes pi
 
 Row = tuple[Scalar, ...]
 """The state in the order of its formulation's columns, and the quadratures (scaled) behind it."""
@@ -105,7 +117,7 @@ class Columns:
         if name in self.names:
             return STATE_DIMENSIONS[name]
         if name in POSE_NAMES:
-            return pose_dimension(name)
+            return _DIMENSIONS.get(name[0], _LENGTH)
         raise InputError(
             f"column: got {name[:60]!r}, expected one of: "
             + ", ".join(dict.fromkeys([*self.names, *QUANTITIES]))
@@ -213,6 +225,37 @@ class Columns:
         return {
             name: value * QUADRATURE_SCALE for name, value in zip(self.record, values, strict=True)
         }
+
+
+def expanded(names: Iterable[str]) -> tuple[str, ...]:
+    """``names`` with the pose's own columns in the place of what stands for them."""
+    columns = (column for name in names for column in POSE_COLUMNS.get(name, (name,)))
+    return tuple(dict.fromkeys(columns))
+
+
+def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
+    """The pose of a motion whose phi, psi, x and y are ``recorded``; one row or arrays of them.
+
+    Raises
+    ------
+    InputError
+        The recorded phi lost the half turn that it takes where the axis passes the vertical.
+    """
+    import numpy
+
+    fn, phi = q.fn, recorded["phi"]
+    pi = fn.atan2(abs(0 * phi), abs(0 * phi) - 1)  # of the arithmetic, whichever it is
+    nearest = getattr(fn, "nint", None) or fn.round
+    # the azimuth of the state itself, in the turn that the quadrature counted
+    azimuth = fn.atan2(q.state.ky, q.state.kx)
+    azimuth = azimuth + 2 * pi * nearest((phi - azimuth) / (2 * pi))
+    if bool((numpy.abs(numpy.asarray(phi - azimuth, dtype=float)) > MOST_MISSED).any()):
+        raise InputError(
+            "pose: got an axis that is exactly vertical at some time, where phi and psi are "
+            "undefined; expected another scene"
+        )
+    length = horizontal_length(fn, q.state.kx, q.state.ky)
+    return pose(q, length, azimuth, recorded["psi"], recorded["x"], recorded["y"])
 
 
 def digits_over_rows(

@@ -11,13 +11,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-from tt_precise.integration.columns import digits_of_time, digits_over_rows, worst_digits
+from tt_precise.integration.columns import (
+    POSE_NAMES,
+    digits_of_time,
+    digits_over_rows,
+    worst_digits,
+)
 from tt_precise.integration.dense_output import has_long_double, in_parts, long_double
 from tt_precise.integration.event_errors import event_errors
-from tt_precise.integration.pose import POSE_NAMES
 from tt_precise.integration.precision import finer
 from tt_precise.integration.propagate import ARRIVED
 from tt_precise.integration.reading import Reader, Reference, distance, floats
@@ -203,8 +208,6 @@ def compared(
     """
     import numpy
 
-    from tt_precise.integration import deviation
-
     one, other = run.run.alone, reference.run.alone
     kinds = [(r.run.setup.formulation, r.run.setup.record) for r in (run, reference)]
     if not (one and other and kinds[0] == kinds[1]) or POSE_NAMES & {*names}:
@@ -217,12 +220,31 @@ def compared(
     entries = numpy.empty(values.shape, dtype=complex)
     entries.real, entries.imag = values, SMALL * apart
     with numpy.errstate(all="ignore"):
-        found = one.columns.of_arrays(names, tuple(entries), float, deviation)
+        found = one.columns.of_arrays(names, tuple(entries), float, deviations())
         errors = {name: numpy.abs(numpy.imag(one)) / SMALL for name, one in found.items()}
     return {
         name: numpy.where(numpy.isfinite(numpy.real(found[name])), error, math.nan)
         for name, error in errors.items()
     }
+
+
+@cache
+def deviations() -> Functions:
+    """Functions of numbers with a small deviation, which are carried along as complex ones.
+
+    An analytic function of x + i d is f(x) + i d f'(x), but for d^2. ``abs`` and comparisons,
+    which are not analytic, have no place there.
+    """
+    import numpy
+
+    def atan2(y: Array, x: Array) -> Array:
+        # the deviation without the cancellation that a logarithm would have
+        turned = (x.real * y.imag - y.real * x.imag) / (x.real * x.real + y.real * y.real)
+        return numpy.arctan2(y.real, x.real) + 1j * turned
+
+    return SimpleNamespace(
+        atan2=atan2, cos=numpy.cos, sin=numpy.sin, sqrt=numpy.sqrt, exp=numpy.exp, log=numpy.log
+    )
 
 
 class States:

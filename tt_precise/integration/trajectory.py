@@ -9,11 +9,10 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
-from tt_precise.integration.columns import State
+from tt_precise.integration.columns import POSE, POSE_NAMES, State, expanded
 from tt_precise.integration.errors import End, Errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
-from tt_precise.integration.pose import POSE, POSE_NAMES, expanded
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.propagate import ARRIVED, Status
 from tt_precise.integration.reading import DIGITS, ERROR, Numbers, Reader
@@ -389,7 +388,7 @@ class Trajectory:
         Without names: theta, energies, normal force, relative drift of what is conserved; recorded
         events are marked. ``tt_precise.runtime.plotting.save`` writes it.
         """
-        from tt_precise.integration.picture import figure
+        from tt_precise.integration.views import figure
 
         return figure(self, names)
 
@@ -409,14 +408,14 @@ class Trajectory:
         with ``fps`` frames in each, equally spaced in the trajectory's time from ``begin`` to
         ``end`` (s; by default all of it). ``progress`` is called with the fraction done.
         """
-        from tt_precise.integration.animation import animate
+        from tt_precise.integration.views import animate
 
         return animate(
             self, path, seconds=seconds, fps=fps, begin=begin, end=end, progress=progress
         )
 
     def _repr_html_(self) -> str:
-        from tt_precise.integration.picture import notebook_table
+        from tt_precise.integration.views import notebook_table
 
         return notebook_table(self)
 
