@@ -180,8 +180,8 @@ def test_headings_are_in_order_and_everything_is_named(driver: Any, page: str) -
     assert levels[0] == 1
     assert all(after <= before + 1 for before, after in pairwise(levels))
     unnamed = in_page(
-        driver, "svg[role=img]",
-        "(e.getAttribute('aria-label') || document.getElementById(e.getAttribute("
+        driver, "svg[role=img], figure img",
+        "(e.alt || document.getElementById(e.getAttribute("
         "'aria-labelledby'))?.textContent || '') && document.getElementById("
         "e.getAttribute('aria-describedby'))?.textContent.trim().length > 20",
     )  # fmt: skip

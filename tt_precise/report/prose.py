@@ -13,7 +13,7 @@ from functools import partial
 from html import escape
 from unicodedata import normalize
 
-from tt_precise.report import typeset
+from tt_precise.report import formula
 from tt_precise.report.formula import GREEK, Node, NoFormulaError, parts_of_symbol, read
 
 DIGITS = 8  # significant, that a number shows where the digits are not the point
@@ -50,12 +50,12 @@ def markdown(text: str, digits: int | None = None) -> str:
 
 def formula_html(text: str, digits: int | None = DIGITS) -> str:
     """One formula, several (``name: formula; name: formula``), or words."""
-    return _pieces(text, typeset.mathml, partial(html, digits=digits), "<br>")
+    return _pieces(text, formula.mathml, partial(html, digits=digits), "<br>")
 
 
 def formula_markdown(text: str, digits: int | None = DIGITS) -> str:
     """The same in Markdown."""
-    return _pieces(text, lambda node: f"${typeset.latex(node)}$",
+    return _pieces(text, lambda node: f"${formula.latex(node)}$",
                    partial(markdown, digits=digits), "; ")  # fmt: skip
 
 
@@ -65,8 +65,8 @@ def pair_html(printed: str, corrected: str) -> tuple[str, str]:
         left, right = read(printed), read(corrected)
     except NoFormulaError:
         return formula_html(printed), formula_html(corrected)
-    marked = typeset.differences(left, right)
-    return typeset.mathml(left, marked[0]), typeset.mathml(right, marked[1])
+    marked = formula.differences(left, right)
+    return formula.mathml(left, marked[0]), formula.mathml(right, marked[1])
 
 
 def pair_markdown(printed: str, corrected: str) -> tuple[str, str]:
@@ -75,8 +75,8 @@ def pair_markdown(printed: str, corrected: str) -> tuple[str, str]:
         left, right = read(printed), read(corrected)
     except NoFormulaError:
         return formula_markdown(printed), formula_markdown(corrected)
-    marked = typeset.differences(left, right)
-    return f"${typeset.latex(left, marked[0])}$", f"${typeset.latex(right, marked[1])}$"
+    marked = formula.differences(left, right)
+    return f"${formula.latex(left, marked[0])}$", f"${formula.latex(right, marked[1])}$"
 
 
 def shortened(number: str, digits: int) -> str:
@@ -89,13 +89,13 @@ def shortened(number: str, digits: int) -> str:
 
 
 def _pieces(
-    text: str, formula: Callable[[Node], str], words: Callable[[str], str], between: str
+    text: str, setter: Callable[[Node], str], words: Callable[[str], str], between: str
 ) -> str:
     found, formulas = [], 0
     for piece in text.split("; "):
         name, colon, rest = piece.rpartition(": ")
         try:
-            written = formula(read(rest))
+            written = setter(read(rest))
             formulas += 1
         except NoFormulaError:
             found.append(words(piece))
@@ -118,7 +118,7 @@ def _as_html(match: re.Match[str], digits: int | None) -> str:
     if match["symbol"]:
         letter, accents, index = parts_of_symbol(match["symbol"])
         letter = normalize("NFC", letter + "".join(_ACCENT[accent] for accent in accents))
-        written = f"<i>{letter}</i>" if letter[0] != typeset.AXIS else f"<b>{letter}</b>"
+        written = f"<i>{letter}</i>" if letter[0] != formula.AXIS else f"<b>{letter}</b>"
         return written + (f"<sub>{escape(index)}</sub>" if index else "")
     if match["number"]:
         return _number(match, digits, "{} · 10<sup>{}</sup>", "−")
@@ -133,7 +133,7 @@ def _as_markdown(match: re.Match[str], digits: int | None) -> str:
     if match["code"]:
         return match["code"]
     if match["symbol"]:
-        return f"${typeset.latex_symbol(match['symbol'])}$"
+        return f"${formula.latex_symbol(match['symbol'])}$"
     if match["number"]:
         return _number(match, digits, r"${} \cdot 10^{{{}}}$", "-")
     if match["raised"]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from base64 import b64encode
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
@@ -22,13 +23,6 @@ if TYPE_CHECKING:
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
 MIXED = {"reading", "untestable", "skipped", "misprint"}
 
-# what the colours of a drawing are called on the page, where they follow light and dark
-_COLOURS = {
-    "#000000": "var(--fig-ink)", "#ffffff": "var(--fig-ground)", "#e4e4e4": "var(--fig-grid)",
-    "#767676": "var(--fig-soft)", "#e9e9e9": "var(--panel)", "#eeeeee": "var(--panel)",
-     "#505050": "var(--fig-soft)", "#0072b2": "var(--fig-blue)",
-}  # fmt: skip
-
 
 def html(report: Report) -> str:
     """The report as one HTML file with everything in it."""
@@ -38,14 +32,14 @@ def html(report: Report) -> str:
         "short": _marked_up(lambda text: prose.html(text, prose.DIGITS)),
         "formula": _marked_up(prose.formula_html),
         "pair": lambda entry: _pair(entry, prose.pair_html, prose.formula_html),
-        "drawing": _drawing,
+        "image": _image,
         "compact": _compact,
     }
     text = environment.get_template("report.html.j2").render(
         report=report, paper_sections=SECTIONS, marks=MARKS, citation=_citation(report)
     )
     # lines that held nothing but template
-    return _shared_styles(_shared_letters(re.sub(r"\n\s*\n+", "\n", text)))
+    return re.sub(r"\n\s*\n+", "\n", text)
 
 
 def markdown(report: Report) -> str:
@@ -111,66 +105,9 @@ def _pair(
     return tuple(map(Markup, written))
 
 
-def _drawing(figure: Figure) -> Markup:
-    """The SVG of a figure inside the page: named, described, in the page's colours."""
-    from markupsafe import Markup, escape
-
-    # what stands before <svg (XML declaration, doctype) has no place inside HTML
-    svg = figure.svg[figure.svg.index("<svg") :]
-    svg = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>", "", svg, flags=re.DOTALL)
-    used = set(re.findall(r'(?:href="|url\()#([^")]+)', svg))
-    svg = re.sub(
-        r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", svg
-    )  # fmt: skip
-    svg = re.sub(
-        r"#[0-9a-fA-F]{6}\b", lambda found: _COLOURS.get(found[0].lower(), found[0]), svg
-    )  # fmt: skip
-    svg = re.sub(r">\s+<", "><", svg)
-    label = escape(layout.lead(figure.caption))
-    named = f'<svg role="img" aria-label="{label}" aria-describedby="about-{figure.name}"'
-    return Markup(svg.replace("<svg", named, 1))
-
-
-_LETTER = re.compile(
-    r'<path id="[\w-]+?-((?:DejaVu|Cm|STIX)\w*-[0-9a-f]+)" (d="[^"]*"[^>]*?)/>', re.ASCII
-)
-
-
-def _shared_letters(page: str) -> str:
-    """The page with each letter's outline once, where every figure brings its own."""
-    letters = dict(_LETTER.findall(page))
-    page = _LETTER.sub("", page).replace("<defs></defs>", "")
-    page = re.sub(
-        r'(?:xlink:)?href="#[\w-]+?-((?:DejaVu|Cm|STIX)\w*-[0-9a-f]+)"', r'href="#\1"', page
-    )
-    drawn = "".join(f'<path id="{name}" {rest}/>' for name, rest in letters.items())
-    shared = (
-        f'<svg class="letters" width="0" height="0" aria-hidden="true"><defs>{drawn}</defs></svg>'
-    )
-    return page.replace("<main>", f"{shared}\n<main>", 1) if letters else page
-
-
-_FIGURE = re.compile(r'<svg role="img" aria-label=.*?</svg>', re.DOTALL)
-FEW = 3  # of these a class would save nothing
-_STYLED = re.compile(r'<(?![^<>]* class=)([^<>]*?) style="([^"]*)"')
-
-
-def _shared_styles(page: str) -> str:
-    """The page with each style of a figure's parts once, as a class, where every part has its own.
-
-    Twice the class in the rule: it outranks the style sheet's words on figures, as a style does.
-    """
-    styles = Counter(style for svg in _FIGURE.findall(page) for _, style in _STYLED.findall(svg))
-    often = [style for style, count in styles.most_common() if count > FEW]
-    classes = {style: f"f{number}" for number, style in enumerate(often)}
-
-    def part(found: re.Match[str]) -> str:
-        name = classes.get(found[2])
-        return f'<{found[1]} class="{name}"' if name else found[0]
-
-    page = _FIGURE.sub(lambda found: _STYLED.sub(part, found[0]), page)
-    rules = "".join(f"svg .{name}.{name}{{{style}}}\n" for style, name in classes.items())
-    return page.replace("</style>", f"{rules}</style>", 1)
+def _image(figure: Figure) -> str:
+    """The figure as the address of an image that the page itself holds."""
+    return "data:image/svg+xml;base64," + b64encode(figure.svg.encode("utf-8")).decode("ascii")
 
 
 def _compact(value: Mapping[str, Json]) -> Markup:

@@ -123,35 +123,10 @@ def save(figure: Figure, path: str | Path) -> None:
 
 
 def svg_text(figure: Figure) -> str:
-    """A picture as SVG text.
-
-    ``Figure.savefig`` would draw it twice, first to lay it out, with a reader of formulas each
-    time whose cache is empty. Drawing lays out as well, and all pictures share a reader.
-    """
-    from matplotlib.backend_bases import FigureCanvasBase
-    from matplotlib.backends.backend_mixed import MixedModeRenderer
-    from matplotlib.backends.backend_svg import RendererSVG
-    from matplotlib.textpath import text_to_path
-
+    """A picture as SVG text."""
     sink = io.StringIO()
-    before = figure.canvas, figure.dpi, figure.get_facecolor()
     with styled():
-        try:
-            figure.dpi = POINTS
-            figure.set_facecolor(_SETTINGS["savefig.facecolor"])
-            width, height = figure.get_size_inches()
-            sizes, dpi = (POINTS * width, POINTS * height), before[1]  # of what is an image in it
-            svg: Any = RendererSVG(*sizes, sink, image_dpi=dpi, metadata=_METADATA[".svg"])
-            svg._text2path = text_to_path
-            renderer: Any = MixedModeRenderer(figure, width, height, dpi, svg)
-            canvas: Any = FigureCanvasBase(figure)
-            canvas.get_renderer = lambda: renderer  # that the layout measures with
-            figure.draw(renderer)
-            renderer.finalize()
-        finally:
-            canvas, figure.dpi, face = before
-            figure.set_canvas(canvas)
-            figure.set_facecolor(face)
+        figure.savefig(sink, format="svg", metadata=_METADATA[".svg"])
     return _numbered(sink.getvalue())
 
 

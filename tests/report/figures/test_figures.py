@@ -82,5 +82,3 @@ def test_all_figures() -> None:
     figures = all_figures()
     assert {figure.name for figure in figures} == EXPECTED
     assert [problem for figure in figures for problem in problems(figure)] == []
-    ids = [id for figure in figures for id in re.findall(r'\bid="([^"]*)"', figure.svg)]
-    assert len(ids) == len(set(ids))

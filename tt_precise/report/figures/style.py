@@ -52,18 +52,12 @@ def grid(rows: int, columns: int, height: float) -> Iterator[tuple[Drawing, list
 
 def finished(name: str, drawing: Drawing, *, caption: str, alt: str) -> Figure:
     """The drawing as a figure of the report."""
-    return Figure(name, caption, svg_text(name, drawing), alt)
+    return Figure(name, caption, svg_text(drawing), alt)
 
 
-def svg_text(name: str, drawing: Drawing) -> str:
-    """The drawing as SVG: no date, every id begins with ``name``, one decimal in paths.
-
-    Several figures can so stand in one HTML page, and the same data give the same text.
-    """
+def svg_text(drawing: Drawing) -> str:
+    """The drawing as SVG: no date, one decimal in paths; the same data give the same text."""
     text = plotting.svg_text(drawing)
-    text = re.sub(r'\bid="', f'id="{name}-', text)
-    text = re.sub(r'href="#', f'href="#{name}-', text)
-    text = re.sub(r"url\(#", f"url(#{name}-", text)
     return re.sub(r' (?:d|points|x|y)="[^"]*"|translate\([^)]*\)', _rounded, text)
 
 
