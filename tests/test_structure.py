@@ -11,7 +11,7 @@ import pytest
 
 import tt_precise
 from tt_precise.claims import committed
-from tt_precise.golden import workers
+from tt_precise.golden import building
 from tt_precise.runtime.sources import SOURCES
 
 PACKAGE = Path(tt_precise.__file__).parent
@@ -123,7 +123,7 @@ def missing(places: tuple[str, ...]) -> set[str]:
     return reached - own
 
 
-@pytest.mark.parametrize("places", [SOURCES, workers.CODE, committed.CODE])
+@pytest.mark.parametrize("places", [SOURCES, building.CODE, committed.CODE])
 def test_results_are_kept_beside_the_hash_of_all_that_they_rest_on(places: tuple[str, ...]) -> None:
     assert missing(places) == set()
     assert missing(tuple(place for place in places if place != "taylor")) != set()

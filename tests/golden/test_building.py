@@ -5,20 +5,36 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import mpmath
 import pytest
 
+from tests.golden.conftest import keep
 from tt_precise.golden import building, store
-from tt_precise.golden.building import REFUSED, RENEWED, REPLACED, UNCHANGED
-from tt_precise.golden.hashes import PROOF, PROOF_KEY
-from tt_precise.golden.manifest import derive
-from tt_precise.golden.runs import LADDER, tasks
-from tt_precise.golden.seal import read_whole
-from tt_precise.golden.store import FILES, MANIFEST, TRAJECTORY
+from tt_precise.golden.building import (
+    CONSTANT_TO,
+    REFUSED,
+    RENEWED,
+    REPLACED,
+    UNCHANGED,
+    WORKING_DIGITS,
+    Constancy,
+    constancies,
+    derive,
+    finished_runs,
+    run_of,
+)
+from tt_precise.golden.runs import LADDER, Run, Task, tasks
+from tt_precise.golden.store import FILES, MANIFEST, PROOF, PROOF_HASH, TRAJECTORY, read, read_whole
 from tt_precise.golden.table import Table
+from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
+from tt_precise.scene.numerals import to_mpmath
 
 if TYPE_CHECKING:
     from tests.golden.conftest import Small
@@ -26,7 +42,7 @@ if TYPE_CHECKING:
 
 def again(small: Small, reason: str = "") -> building.Built:
     built = building.build(
-        [small.scene], folder=small.folder, replace=reason, workers=1, cache=small.shelf
+        [small.scene], folder=small.folder, replace=reason, workers=1, finished=small.shelf
     )
     return built[0]
 
@@ -97,49 +113,14 @@ def test_another_manifest_with_the_same_digits_is_renewed(small: Small) -> None:
 def test_a_contradiction_between_runs_leaves_the_data(small: Small) -> None:
     before = contents(small)
     task = tasks(small.scene, LADDER[0])[1]
-    small.shelf.keep(task, replace(small.runs[1], status="contact_lost"))
+    keep(small.shelf, task, replace(small.runs[1], status="contact_lost"))
     try:
         built = again(small)
     finally:
-        small.shelf.keep(task, small.runs[1])
+        keep(small.shelf, task, small.runs[1])
     assert built.outcome == building.FAILED
     assert "contact_lost" in built.note
     assert contents(small) == before
-
-
-def test_an_interrupted_replacement_leaves_the_old_data(
-    small: Small, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    before = contents(small)
-
-    def interrupt(fresh: Path, target: Path) -> None:
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patched:
-        patched.setattr(store, "_exchange", interrupt)
-        with pytest.raises(KeyboardInterrupt):
-            store.replace_folder(small.folder / small.scene.name, {TRAJECTORY: "t\n"})
-    assert contents(small) == before
-    assert store.scenes(small.folder) == [small.scene.name]
-    # what the interruption left behind is in nobody's way
-    assert again(small).outcome == UNCHANGED
-    store.replace_folder(small.folder / small.scene.name, {TRAJECTORY: "t\n"})
-    assert contents(small) == {**before, TRAJECTORY: b"t\n"}
-    assert [path.name for path in small.folder.iterdir()] == [small.scene.name]
-
-
-@pytest.mark.parametrize("without", ["renameat2", ""])
-def test_a_folder_is_replaced_with_and_without_exchange(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without: str
-) -> None:
-    if without:
-        monkeypatch.setattr(store.ctypes, "CDLL", lambda *args, **kwargs: object())
-    target = tmp_path / "scene"
-    store.replace_folder(target, {"a": "old\n", "proof": "of others\n"})
-    store.replace_folder(target, {"a": "new\n", "b": "new\n"})
-    found = {path.name: path.read_text() for path in target.iterdir()}
-    assert found == {"a": "new\n", "b": "new\n", "proof": "of others\n"}
-    assert [path.name for path in tmp_path.iterdir()] == ["scene"]
 
 
 def test_two_builds_do_not_share_a_folder(small: Small) -> None:
@@ -147,24 +128,49 @@ def test_two_builds_do_not_share_a_folder(small: Small) -> None:
         again(small)
 
 
-def test_cached_runs_come_back_and_damaged_ones_do_not(small: Small) -> None:
-    task = tasks(small.scene, LADDER[0])[2]
-    assert small.shelf.find(task) == small.runs[2]
-    path = small.shelf.records.path(task.name, asdict(task))
-    content = path.read_bytes()
-    try:
-        path.write_bytes(content[: len(content) // 2])
-        assert small.shelf.find(task) is None
-    finally:
-        path.write_bytes(content)
-    assert small.shelf.find(replace(task, bits=168)) is None
+def test_cached_runs_come_back_and_damaged_ones_do_not(
+    small: Small, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After an interruption only the rest is computed; another code or task computes anew."""
+    task, computed = tasks(small.scene, LADDER[0])[2], list[Task]()
+
+    def perform(task: Task) -> Run:
+        computed.append(task)
+        return small.runs[2]
+
+    monkeypatch.setattr(building, "perform", perform)
+    for _ in range(2):
+        assert run_of(task, finished_runs(tmp_path)) == small.runs[2]
+    assert computed == [task]
+    run_of(replace(task, bits=168), finished_runs(tmp_path))
+    path = finished_runs(tmp_path).path(task.name, asdict(task))
+    path.write_bytes(path.read_bytes()[:100])
+    run_of(task, finished_runs(tmp_path))
+    monkeypatch.setattr(building, "source_hash", lambda *_: "another")
+    run_of(task, finished_runs(tmp_path))
+    assert computed == [task, replace(task, bits=168), task, task]
+
+
+def test_missing_digits_are_computed_with_more_bits(small: Small, tmp_path: Path) -> None:
+    scene, (high, low, euler) = small.scene, small.runs
+    rows = [list(row) for row in low.trajectory.rows]
+    rows[3][1] = rows[3][1][:20] + "e-2"
+    coarse = replace(low, trajectory=Table(low.trajectory.columns, tuple(map(tuple, rows))))
+    shelf = finished_runs(tmp_path)
+    for one, run in zip(tasks(scene, LADDER[0]), (high, coarse, euler), strict=True):
+        keep(shelf, one, run)
+    for one, run in zip(tasks(scene, LADDER[1]), (high, high, euler), strict=True):
+        keep(shelf, one, replace(run, label=one.label))
+    (built,) = building.build([scene], folder=tmp_path / "data", workers=1, finished=shelf)
+    assert built.bits == LADDER[1]
+    assert built.digits == 34
 
 
 def test_a_spoiled_proof_is_not_recorded(small: Small) -> None:
     place = small.folder / "reference"
     (place / PROOF).write_text("{}")
-    building.build([small.scene], folder=small.folder, workers=1, cache=small.shelf)
-    assert PROOF_KEY not in json.loads((place / MANIFEST).read_text())
+    building.build([small.scene], folder=small.folder, workers=1, finished=small.shelf)
+    assert PROOF_HASH not in json.loads((place / MANIFEST).read_text())
     with pytest.raises(InputError, match=r"proof\.json: spoiled"):
         read_whole("reference", small.folder)
 
@@ -172,3 +178,58 @@ def test_a_spoiled_proof_is_not_recorded(small: Small) -> None:
 def test_tables_that_claim_nothing_claim_no_digits(small: Small) -> None:
     nothing = Table(("t", "kx"), (("0", "0"), ("0.01", "")))
     assert derive(small.scene, nothing, Table(("name", "t", "kx"), ()))["digits"] == 0
+
+
+def few(scene: str, rows: int = 12) -> Table:
+    table = read(scene).trajectory
+    return Table(table.columns, table.rows[:rows])
+
+
+def found(scene: str, table: Table) -> dict[str, Constancy]:
+    return {one.name: one for one in constancies(read(scene).scene, table)}
+
+
+@pytest.mark.parametrize(
+    ("scene", "names"),
+    [
+        ("reference", {"jellett", "jellett_euler"}),
+        ("upright", {"jellett"}),  # a pole: no Euler angles
+        ("rocking", {"jellett"}),  # passes through one
+    ],
+)
+def test_what_is_conserved_is_so_to_all_digits(scene: str, names: set[str]) -> None:
+    constant = found(scene, few(scene))
+    assert names <= constant.keys()
+    assert ("jellett_euler" in constant) == ("jellett_euler" in names)
+    assert all(one.worst_row < 12 for one in constant.values())
+    assert min(one.digits for one in constant.values()) >= CONSTANT_TO
+
+
+@pytest.mark.parametrize(("column", "name"), [("Lz", "jellett"), ("phi_dot", "jellett_euler")])
+def test_the_row_of_a_wrong_digit_is_named(column: str, name: str) -> None:
+    table = few("reference")
+    place = table.columns.index(column)
+    rows = [list(row) for row in table.rows]
+    cell = rows[7][place]
+    at = cell.index(".") + 12
+    rows[7][place] = f"{cell[:at]}{(int(cell[at]) + 5) % 10}{cell[at + 1 :]}"
+    wrong = found("reference", Table(table.columns, tuple(map(tuple, rows))))[name]
+    assert (wrong.worst_row, wrong.digits < 20) == (7, True)
+
+
+@pytest.mark.parametrize("scene", ["reference", "frictionless", "rolling", "flight"])
+def test_drifts_are_those_of_mpmath_row_by_row(scene: str) -> None:
+    context = mpmath.MPContext()
+    context.dps = WORKING_DIGITS
+    table, known = few(scene, 40), read(scene).scene
+    body = known.body.numbers(lambda value: to_mpmath(value, context))
+    kind: Any = LiftedState if known.lifts else NewtonState
+    columns = [list(map(context.mpf, table.column(name))) for name in kind._fields]
+    motions = [Motion(body, kind(*row), context, known.model) for row in zip(*columns, strict=True)]
+    constant = found(scene, table)
+    for integral in conserved(known.model, known.body):
+        drifts = drift(integral, motions)
+        worst = max(range(len(drifts)), key=drifts.__getitem__)
+        digits = min(34.0, float(-context.log10(drifts[worst]))) if drifts[worst] else 34.0
+        # bit by bit: both arithmetics round correctly, to the same precision
+        assert constant[integral.name] == Constancy(integral.name, digits, worst)

@@ -10,9 +10,8 @@ from fractions import Fraction
 import pytest
 
 from tt_precise.golden.closed_form import closed_form
-from tt_precise.golden.consensus import reconcile
 from tt_precise.golden.digits import agreement
-from tt_precise.golden.runs import Task, perform
+from tt_precise.golden.runs import Task, perform, reconcile
 from tt_precise.golden.table import Table
 from tt_precise.scene.scene import Scene, load_scene
 

@@ -59,7 +59,8 @@ def test_verify_fails_with_status_1_and_names_the_damage(
     assert printed["schema"] == "tt_precise.golden.verify/1"
     (one,) = printed["scenes"]
     assert (one["scene"], one["verdict"], one["digits_claimed"]) == ("reference", "fail", 34)
-    assert "trajectory.csv: changed since it was built: line 4, column kx" in one["problems"]
+    assert "trajectory.csv: changed since it was built" in one["problems"][0]
+    assert "trajectory.csv, line 4, kx: newton triple-double agrees to 0.0" in one["problems"][1]
 
 
 def test_verdicts_are_printed_in_lines() -> None:

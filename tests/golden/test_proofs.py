@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import json
+import random
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
+from itertools import product
+from operator import add, mul, sub, truediv
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any
 
+import mpmath
 import pytest
 
 from tt_precise.golden import proofs, store
-from tt_precise.golden.integrity import inspect
-from tt_precise.golden.outward import Outward
-from tt_precise.golden.proof_checks import _excluded
+from tt_precise.golden.digits import last_place
 from tt_precise.golden.proofs import ENCLOSURE, EVENTS_ENCLOSURE, PROOF, Interval, established
 from tt_precise.golden.store import EVENTS, SCENE, TRAJECTORY
-from tt_precise.golden.table import Table
+from tt_precise.golden.verifying import inspect, verify_scene
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -50,7 +52,7 @@ def edit_proof(folder: Path, change: Callable[[dict[str, Any]], None], *, seal: 
     def changed(text: str) -> str:
         content = json.loads(text)
         change(content)
-        return proofs.text(content) if seal else json.dumps(content)
+        return store.proof_text(content) if seal else json.dumps(content)
 
     edit(folder, PROOF, changed)
 
@@ -137,13 +139,13 @@ def test_an_edited_proof_is_found(folder: Path, scene: Scene) -> None:
 
 def test_a_spoiled_enclosure_is_found_and_named(folder: Path, scene: Scene) -> None:
     edit(folder, ENCLOSURE, lambda text: flipped(text, 7, "Ly", 16))
-    assert problems(folder) == [f"{ENCLOSURE}, line 7: changed since it was written"]
+    assert problems(folder) == [f"{ENCLOSURE}: changed since it was written"]
     assert established(scene, folder)[0] is None
 
 
 def test_a_missing_row_of_the_enclosure_is_found(folder: Path) -> None:
     edit(folder, ENCLOSURE, lambda text: text.replace(text.splitlines()[400] + "\n", ""))
-    assert problems(folder) == [f"{ENCLOSURE}, line 401: changed since it was written"]
+    assert problems(folder) == [f"{ENCLOSURE}: changed since it was written"]
 
 
 def test_a_printed_digit_is_excluded_by_its_enclosure(folder: Path, scene: Scene) -> None:
@@ -270,7 +272,7 @@ def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
     assert "golden certify" in why
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"schema": "tt_precise.proof/2"}', '{"schema": 7}'])
+@pytest.mark.parametrize("text", ["", "[]", '{"schema": "tt_precise.proof/3"}', '{"schema": 7}'])
 def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) -> None:
     (folder / NAME / PROOF).write_text(text)
     with pytest.raises(InputError):
@@ -279,35 +281,139 @@ def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) 
 
 
 def test_a_proof_that_ends_early_establishes_nothing(folder: Path, scene: Scene) -> None:
-    edit_proof(folder, lambda stated: stated.update(failure="not proved (S4): far"), seal=True)
+    why = "not proved (S4): far"
+    edit_proof(folder, lambda c: c.update(failure=why, inversion={"failure": why}), seal=True)
     assert problems(folder) == []
     proof, why = established(scene, folder)
     assert proof is None
     assert "S4" in why
 
 
-def test_an_interval_is_exact() -> None:
+def test_a_truncated_proof_says_nothing_of_the_climb(folder: Path) -> None:
+    def truncated(content: dict[str, Any]) -> None:
+        none = {"t_init": None, "t_end": None}
+        content["failure"] = "not proved (S4): far"
+        content["inversion"] = {"equator": None, "A": none, "B": none, "C": none}
+
+    edit_proof(folder, truncated, seal=True)
+    assert problems(folder) == [f"{PROOF}: no climb, by a proof that ends early"]
+
+
+@pytest.mark.parametrize("version", [0, 10**6, "1", None])
+def test_a_proof_by_another_prover_is_refused(folder: Path, scene: Scene, version: object) -> None:
+    """One older than the last change that mattered to soundness, or one that nobody knows."""
+    edit_proof(folder, lambda content: content["prover"].update(version=version), seal=True)
+    with pytest.raises(InputError, match=f"version {version} of the prover"):
+        proofs.read(NAME, folder)
+    assert established(scene, folder)[0] is None
+    assert verify_scene(NAME, folder).verdict == "fail"
+
+
+def test_a_proof_says_which_sources_made_it() -> None:
+    record = proofs.read(NAME)
+    assert record is not None
+    assert re.fullmatch("[0-9a-f]{64}", record.content["prover"]["sources_sha256"])
+
+
+ENDS = [Fraction(x) for x in ("-3", "-0.5", "0", "0.25", "2")]
+INTERVALS = [(a, b) for a, b in product(ENDS, ENDS) if a <= b]
+
+
+@pytest.mark.parametrize("one", INTERVALS, ids=str)
+def test_intervals_reach_from_the_least_corner_to_the_largest(
+    one: tuple[Fraction, Fraction],
+) -> None:
+    for other in INTERVALS:
+        for operation in (add, sub, mul, truediv):
+            if operation is truediv and other[0] <= 0 <= other[1]:
+                with pytest.raises(ZeroDivisionError):
+                    Interval(*one) / Interval(*other)
+                continue
+            corners = [operation(a, b) for a, b in product(one, other)]
+            found = operation(Interval(*one), Interval(*other))
+            assert (found.low, found.high) == (min(corners), max(corners))
+        below = one[1] < other[0]
+        assert (Interval(*one) < Interval(*other)) == below == (Interval(*other) > Interval(*one))
+
+
+def test_pi_is_enclosed() -> None:
+    with mpmath.workdps(80):
+        truth = Fraction(mpmath.nstr(+mpmath.pi, 78))
+    assert proofs.PI.low < truth < proofs.PI.high
+    assert proofs.PI.high - proofs.PI.low < Fraction(1, 10**58)
+
+
+@pytest.mark.parametrize("ball", [("nan", "1"), ("1", "inf"), ("1", "-1"), ("-inf", "0")])
+def test_what_is_no_ball_is_refused(ball: tuple[str, str]) -> None:
+    with pytest.raises(ArithmeticError, match="expected a middle and a radius"):
+        Interval.around(*ball)
     third = Interval.around("1.5e-1", "2e-40")
     assert third.low == Fraction(3, 20) - Fraction(2, 10**40)
     assert third.high - third.low == Fraction(4, 10**40)
 
 
-def test_a_zero_counts_as_printed_to_34_digits_of_its_column() -> None:
-    class Enclosed:
-        stored = SimpleNamespace(table=lambda _: Table(("name", "t", "kx"), (("a", "0.1", "0"),)))
-        scales: ClassVar = {"t": Decimal(1), "kx": Decimal(1)}
+@pytest.mark.parametrize("seed", range(5))
+def test_a_ball_comes_back_from_its_decimal(seed: int) -> None:
+    """It holds the interval, to the place that was asked for or the first that is wide enough."""
+    rng = random.Random(seed)
+    for _ in range(50):
+        place = rng.randint(-60, 5)
+        unit = Fraction(10) ** place
+        middle = rng.randint(-(10**37), 10**37) * unit + unit * Fraction(rng.random())
+        reach = unit * Fraction(rng.random()) * Fraction(10) ** rng.randint(-6, 6)
+        text = proofs.ball_text(middle - reach, middle + reach, place)
+        found = Interval.of_ball(text)
+        assert found.low <= middle - reach < middle + reach <= found.high
+        assert found.high - found.low <= max(2 * unit, 40 * reach)
+    assert proofs.ball_text(Fraction(0), Fraction(0), -37) == "0e-37"
 
-        def __init__(self, kx: str):
-            self.cells = {"t": Outward.of(Fraction(1, 10)), "kx": Outward.of(Fraction(kx))}
 
-        def table(self, file: str) -> Table:
-            return Table(("name", "t", "kx"), (("a", "", ""),))
+SCALE = Decimal("0.5")
 
-        def row(self, *_: object) -> Any:
-            return self.cells
 
-    enclosed: Any = Enclosed
-    assert list(_excluded(enclosed("1e-35"), EVENTS)) == []
-    assert list(_excluded(enclosed("1e-33"), EVENTS)) == [
-        f"{EVENTS}, line 2, kx: excluded by its enclosure"
-    ]
+@pytest.mark.parametrize("seed", range(5))
+def test_exclusion_is_what_fractions_say(seed: int) -> None:
+    """A comparison of integers, against intervals of exact numbers."""
+    rng = random.Random(seed)
+    for _ in range(100):
+        places = rng.randint(0, 6)
+        sign = rng.choice(["", "-"])
+        text = f"{sign}{rng.randint(1, 9)}.{rng.randint(0, 10**places):0{places}d}e-2"
+        text = text if places else text.replace(".0", "")
+        unit = Fraction(10) ** last_place(text)
+        middle = Fraction(text) + unit * Fraction(rng.randint(-120, 120), 100)
+        ball = proofs.ball_text(middle, middle, last_place(text) - rng.randint(-2, 3))
+        apart = abs(Fraction(text) - sum(Interval.of_ball(ball), Fraction(0)) / 2)
+        width = (Interval.of_ball(ball).high - Interval.of_ball(ball).low) / 2
+        assert proofs.excludes(text, ball, SCALE) == (apart > unit / 2 + width), (text, ball)
+
+
+@pytest.mark.parametrize(
+    ("text", "ball", "excluded"),
+    [
+        ("0", "4.9e-35", False),
+        ("0", "-5.2e-35", True),  # 0 is at most 1e-34 of the scale
+        ("", "", False),
+        ("", "1.0e+0", True),
+        ("1.0e+0", "", True),
+    ],
+)
+def test_zeros_and_empty_cells(text: str, ball: str, excluded: bool) -> None:
+    assert proofs.excludes(text, ball, SCALE) is excluded
+
+
+@pytest.mark.parametrize("ball", ["nan", "1e999999", "1.0.0e+0", "e-3"])
+def test_a_cell_that_is_no_ball_is_a_complaint(folder: Path, ball: str) -> None:
+    def change(text: str) -> str:
+        lines = [row.split(",") for row in text.splitlines()]
+        lines[4][3] = ball
+        return "".join(",".join(row) + "\n" for row in lines)
+
+    edit(folder, ENCLOSURE, change)
+    record = proofs.read(NAME, folder)
+    assert record is not None
+    sha256 = record.enclosure.sha256
+    edit_proof(folder, lambda content: content[ENCLOSURE].update(sha256=sha256), seal=True)
+    found = problems(folder)
+    assert found
+    assert all("cannot be checked" in one or "excluded" in one for one in found)

@@ -32,13 +32,6 @@ def test_content_changes_the_hash(other: str) -> None:
     assert Table.parse(other).sha256 != Table.parse(TEXT).sha256
 
 
-def test_row_marks_tell_which_row_changed() -> None:
-    before, after = Table.parse(TEXT).row_marks, Table.parse(TEXT.replace("0.01", "0.02")).row_marks
-    assert len(before) == 2 * 4
-    assert before[:4] == after[:4]
-    assert before[4:] != after[4:]
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [

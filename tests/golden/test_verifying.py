@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import random
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tt_precise.golden import integrity, store, verifying
-from tt_precise.golden import manifest as manifests
-from tt_precise.golden.integrity import inspect
+from tests.golden.conftest import rehash
+from tt_precise.golden import store, verifying
 from tt_precise.golden.runs import Run, Task, perform
-from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY
+from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.golden.verifying import FRESH_DIGITS, bits_needed, judge, verify
+from tt_precise.golden.verifying import FRESH_DIGITS, _errors, bits_needed, inspect, judge, verify
 from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def edit_manifest(small: Small, change: Callable[[dict[str, Any]], None], seal: 
     manifest = json.loads(path_of(small, MANIFEST).read_text())
     change(manifest)
     if seal:
-        path_of(small, MANIFEST).write_text(manifests.dump(manifest))
+        path_of(small, MANIFEST).write_text(store.manifest_text(manifest))
     else:
         path_of(small, MANIFEST).write_text(json.dumps(manifest))
 
@@ -61,23 +62,6 @@ def problems(small: Small) -> str:
     return "\n".join(inspect(small.scene.name, small.folder)[1])
 
 
-def reseal(small: Small) -> None:
-    """Make the manifest say what the spoiled tables say, all hashes included."""
-    stored = store.read(small.scene.name, small.folder)
-    derived = manifests.derive(stored.scene, stored.trajectory, stored.events)
-
-    def change(manifest: dict[str, Any]) -> None:
-        for file in (TRAJECTORY, EVENTS):
-            for name, column in derived["files"][file]["columns"].items():
-                manifest["files"][file]["columns"][name] |= column
-            rest = {k: v for k, v in derived["files"][file].items() if k != "columns"}
-            manifest["files"][file] |= rest
-            manifest["row_marks"][file] = stored.table(file).row_marks
-        manifest |= {key: derived[key] for key in ("t_end", "digits")}
-
-    edit_manifest(small, change, seal=True)
-
-
 def judged(small: Small, fresh: list[Run]) -> str:
     stored, found = inspect(small.scene.name, small.folder)
     assert stored is not None
@@ -88,29 +72,27 @@ def test_good_data_have_no_problems(small: Small) -> None:
     assert problems(small) == ""
 
 
-def test_a_digit_in_the_30th_place_is_found_and_named(small: Small) -> None:
+def test_a_digit_in_the_30th_place_is_found(small: Small) -> None:
     def change(lines: list[list[str]]) -> None:
         column = lines[0].index("Lx")
         lines[4][column] = with_digit_flipped(lines[4][column], 30)
 
     edit_table(small, TRAJECTORY, change)
-    assert "trajectory.csv: changed since it was built: line 5, column Lx" in problems(small)
+    assert "trajectory.csv: changed since it was built" in problems(small)
 
 
-def test_a_digit_of_an_event_is_found_and_named(small: Small) -> None:
+def test_a_digit_of_an_event_is_found(small: Small) -> None:
     def change(lines: list[list[str]]) -> None:
         column = lines[0].index("t")
         lines[1][column] = with_digit_flipped(lines[1][column], 34)
 
     edit_table(small, EVENTS, change)
-    assert "events.csv: changed since it was built: line 2, column t" in problems(small)
+    assert "events.csv: changed since it was built" in problems(small)
 
 
 def test_a_missing_row_is_found_and_named(small: Small) -> None:
     edit_table(small, TRAJECTORY, lambda lines: lines.pop(4))
-    found = problems(small)
-    assert "the row of t = 0.03 is missing" in found
-    assert "6 rows, expected 7; the first change at line 5" in found
+    assert "the row of t = 0.03 is missing" in problems(small)
 
 
 def test_a_missing_last_row_is_found_and_named(small: Small) -> None:
@@ -121,7 +103,6 @@ def test_a_missing_last_row_is_found_and_named(small: Small) -> None:
 def test_a_missing_event_is_found(small: Small) -> None:
     edit_table(small, EVENTS, lambda lines: lines.pop(2))
     assert "events.csv" in problems(small)
-    assert "the first change at line 3" in problems(small)
 
 
 def swap(lines: list[list[str]], a: str, b: str) -> None:
@@ -133,16 +114,6 @@ def swap(lines: list[list[str]], a: str, b: str) -> None:
 def test_swapped_columns_are_found_and_named(small: Small) -> None:
     edit_table(small, TRAJECTORY, lambda lines: swap(lines, "vx", "nu_x"))
     assert "trajectory.csv: columns are t,kx,ky,kz,Lx,Ly,Lz,nu_x" in problems(small)
-
-
-def test_swapped_columns_under_their_old_names_are_found_and_named(small: Small) -> None:
-    def change(lines: list[list[str]]) -> None:
-        header = list(lines[0])
-        swap(lines, "kx", "kz")
-        lines[0] = header
-
-    edit_table(small, TRAJECTORY, change)
-    assert "trajectory.csv: columns kx and kz are swapped" in problems(small)
 
 
 @pytest.mark.parametrize("seal", [False, True])
@@ -234,7 +205,7 @@ def test_a_wrong_digit_under_right_hashes_is_found(
         lines[4][at] = with_digit_flipped(lines[4][at], FRESH_DIGITS - 1)
 
     edit_table(small, TRAJECTORY, change)
-    reseal(small)
+    rehash(small.folder / small.scene.name)
     found = judged(small, fresh)
     assert f"trajectory.csv, line 5, {column}: newton quad agrees to" in found
 
@@ -245,13 +216,13 @@ def test_a_wrong_event_time_under_right_hashes_is_found(small: Small, fresh: lis
         lines[1][at] = with_digit_flipped(lines[1][at], FRESH_DIGITS - 1)
 
     edit_table(small, EVENTS, change)
-    reseal(small)
+    rehash(small.folder / small.scene.name)
     assert "events.csv, line 2, t: newton quad agrees to" in judged(small, fresh)
 
 
 def test_a_dropped_event_under_right_hashes_is_found(small: Small, fresh: list[Run]) -> None:
     edit_table(small, EVENTS, lambda lines: lines.pop())
-    reseal(small)
+    rehash(small.folder / small.scene.name)
     assert "events.csv: " in judged(small, fresh)
 
 
@@ -261,7 +232,7 @@ def test_rows_that_break_jellett_are_found_without_a_computation(small: Small) -
         lines[3][at] = with_digit_flipped(lines[3][at], 31)
 
     edit_table(small, TRAJECTORY, change)
-    reseal(small)
+    rehash(small.folder / small.scene.name)
     assert "trajectory.csv: jellett is constant to" in problems(small)
     assert "worst in line 4" in problems(small)
 
@@ -359,7 +330,7 @@ def test_an_empty_cell_under_right_hashes_is_found(
 ) -> None:
     """Euler columns are empty at a pole, vectors nowhere."""
     edit_table(small, TRAJECTORY, lambda lines: emptied(lines, column))
-    reseal(small)
+    rehash(small.folder / small.scene.name)
     assert f"{TRAJECTORY}, line 4, {column}: {message}" in judged(small, fresh)
 
 
@@ -372,7 +343,7 @@ def test_data_that_ship_are_of_the_scene_that_ships(
 ) -> None:
     """Everything else may fit: those of a shorter run are others under the same name."""
     assert problems(small) == ""
-    monkeypatch.setattr(integrity, "home", lambda: small.folder)
+    monkeypatch.setattr(store, "home", lambda: small.folder)
     assert "scene.toml: another scene than the reference that ships" in problems(small)
 
 
@@ -395,3 +366,122 @@ def test_what_cannot_be_compared_does_not_pass(small: Small, fresh: list[Run]) -
     nothing = replace(stored, trajectory=Table(stored.trajectory.columns, ()))
     found = judge(replace(nothing, events=Table(stored.events.columns, ())), [], fresh)
     assert "newton quad: no entry could be compared, expected all of them" in found.problems
+
+
+@pytest.mark.parametrize(
+    ("cells", "fresh", "scale", "errors"),
+    [
+        (["1", "2e-3", "-4"], ["1", "2e-3", "-4"], 4, [0, 0, 0]),
+        (["0", "0"], ["1e-40", "-2e-40"], 2, [5e-31, 1e-30]),  # nothing to count by but the scale
+        (["1", "", "3"], ["1.5", "2", "3.1"], 3, [0.5 / 3, 0, 0.1 / 3]),  # an undefined entry
+        (["1", "2", "3"], ["1", "", "3"], 3, [0, math.inf, 0]),  # what is missing is far away
+        (["1", "2", "3"], ["1.25", "nan"], None, [0.25, math.inf]),  # each by itself; fewer rows
+        (["1"] * 30 + ["1e-6"] * 30, ["1"] * 30 + ["1.1e-6"] * 30, 1, [0] * 30 + [1e-7] * 20),
+    ],
+)
+def test_an_error_counts_by_what_is_near_it(
+    cells: list[str], fresh: list[str], scale: float | None, errors: list[float]
+) -> None:
+    found = _errors(cells, fresh, scale)
+    assert found[: len(errors)].tolist() == pytest.approx(errors, rel=1e-12)
+    assert found[len(errors) :].tolist() == pytest.approx([0.1] * (len(found) - len(errors)))
+
+
+def damaged(place: Path, rng: random.Random) -> str:
+    """Do one thing to the files; what it was."""
+    kind = rng.choice(["byte", "byte", "byte", "delete", "cut", "digit", "digit", "rehashed"])
+    file = place / rng.choice(FILES)
+    data = bytearray(file.read_bytes())
+    if kind == "delete":
+        file.unlink()
+    elif kind == "cut":
+        file.write_bytes(data[: rng.randrange(len(data))])
+    elif kind == "byte":
+        at = rng.randrange(len(data))
+        data[at] ^= 1 << rng.randrange(8)
+        file.write_bytes(data)
+    else:
+        file = place / rng.choice([TRAJECTORY, EVENTS])
+        kind = changed_digit(file, rng) if kind == "digit" else rearranged(file, rng)
+        try:
+            rehash(place)
+        except (InputError, ArithmeticError, KeyError, ValueError):
+            return kind
+    return f"{kind} of {file.name}"
+
+
+def changed_digit(file: Path, rng: random.Random) -> str:
+    """Change one of the first 26 digits of a number that is not near zero."""
+    lines = file.read_text().splitlines()
+    while True:
+        row = rng.randrange(1, len(lines))
+        cells = lines[row].split(",")
+        column = rng.randrange(1 if "name" not in lines[0] else 3, len(cells))
+        if len(cells[column]) > 36:
+            break
+    mantissa, exponent = cells[column].split("e")
+    at = rng.choice([i for i, c in enumerate(mantissa[:26]) if c.isdigit() and i > 2])
+    digit = str((int(mantissa[at]) + rng.randrange(1, 10)) % 10)
+    cells[column] = f"{mantissa[:at]}{digit}{mantissa[at + 1 :]}e{exponent}"
+    lines[row] = ",".join(cells)
+    file.write_text("\n".join(lines) + "\n")
+    return f"digit {at} of {lines[0].split(',')[column]}, rehashed,"
+
+
+def rearranged(file: Path, rng: random.Random) -> str:
+    """Blank cells, or leave out, double or exchange rows, or cells of a row."""
+    header, *rows = (line.split(",") for line in file.read_text().splitlines())
+    first = 3 if "name" in header else 1
+    at, other = rng.sample(range(len(rows)), 2)
+    column, beside = rng.sample(range(first, len(header)), 2)
+    kind = rng.choice(["blank", "blank column", "drop", "double", "rows", "cells"])
+    if kind == "drop":
+        del rows[at]
+    elif kind == "double":
+        rows.insert(at, rows[at])
+    elif kind == "rows":
+        rows[at], rows[other] = rows[other], rows[at]
+    elif kind == "cells":
+        rows[at][column], rows[at][beside] = rows[at][beside], rows[at][column]
+    else:
+        for row in [rows[at]] if kind == "blank" else rows:
+            row[column] = ""
+    file.write_text("\n".join(map(",".join, [header, *rows])) + "\n")
+    return f"{kind} {header[column]}, row {at}, rehashed,"
+
+
+def same(one: Stored, other: Stored) -> bool:
+    """Whether two folders say the same, comments and layout apart."""
+    return (one.scene, one.trajectory, one.events, one.manifest) == (
+        other.scene, other.trajectory, other.events, other.manifest,
+    )  # fmt: skip
+
+
+def spoil_and_verify(small: Small, fresh: list[Run], place: Path, seed: int) -> None:
+    shutil.rmtree(place, ignore_errors=True)
+    shutil.copytree(small.folder, place)
+    done = damaged(place / "reference", random.Random(seed))
+    stored, problems = inspect("reference", place)
+    if stored is None or problems:
+        return
+    verdict = judge(stored, problems, fresh).verdict
+    if verdict == "pass":
+        assert same(stored, store.read("reference", small.folder)), f"seed {seed}: {done}"
+
+
+def test_what_is_whole_verifies(small: Small, fresh: list[Run]) -> None:
+    """The control: without damage there is nothing to find."""
+    stored, problems = inspect("reference", small.folder)
+    assert stored is not None
+    assert judge(stored, problems, fresh).verdict == "pass"
+
+
+def test_damage_is_found(small: Small, fresh: list[Run], tmp_path: Path) -> None:
+    for seed in range(300):
+        spoil_and_verify(small, fresh, tmp_path / "spoiled", seed)
+
+
+@pytest.mark.fuzz
+def test_damage_is_found_long(small: Small, fresh: list[Run], tmp_path: Path) -> None:
+    for seed in range(1000, 11_000):
+        spoil_and_verify(small, fresh, tmp_path / "spoiled", seed)

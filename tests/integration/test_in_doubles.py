@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.golden.places import home
+from tt_precise.golden.store import home
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.events import EVENTS
 from tt_precise.integration.precision import precision_named

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tt_precise.golden import places, proofs, store
+from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import PROOF
 from tt_precise.report.document import PageTable, Section
 from tt_precise.report.sections.proofs import section
@@ -22,8 +22,7 @@ def _tables(one: Section) -> list[PageTable]:
 def _copied(folder: Path, patch: pytest.MonkeyPatch) -> Path:
     for name in ("reference", "upright"):
         shutil.copytree(store.home() / name, folder / name)
-    for module in (store, places):
-        patch.setattr(module, "home", lambda: folder)
+    patch.setattr(store, "home", lambda: folder)
     return folder
 
 
@@ -93,6 +92,6 @@ def test_a_proof_that_ends_early_says_where(place: Path) -> None:
     content = json.loads(path.read_text())
     content["failure"] = "not proved (S4): far"
     content["proved_until_s"]["middle"] = "2.5e+00"
-    path.write_text(proofs.text(content))
+    path.write_text(store.proof_text(content))
     row = _tables(section())[0].rows[0]
     assert row[1:3] == ("not proved (S4): far", "2.5")

@@ -1,7 +1,7 @@
 """``certify``: how many printed digits of a scene's golden data are proved, and the enclosure.
 
-Three files go beside the golden tables: ``enclosure.csv`` and ``events-enclosure.csv`` (at each
-sampled row and each event the last digits of the exact numbers, ``golden.tails``) and
+Three files go beside the golden tables, as ``golden.proofs`` reads them: ``enclosure.csv`` and
+``events-enclosure.csv`` (balls around the exact numbers at each sampled row and each event) and
 ``proof.json`` (what is proved, about the tables with the hashes that it names).
 """
 
@@ -21,18 +21,19 @@ from tt_precise.certify.matching import match_events, match_rows
 from tt_precise.certify.pieces import FILE, content_of, packed
 from tt_precise.certify.printed import Tally, outward, rounded, tally
 from tt_precise.certify.proof import BITS, Proof, prove
-from tt_precise.certify.tables import State, tails_table
+from tt_precise.certify.tables import State, balls_table
 from tt_precise.certify.verdict import NotProved
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import DIGITS, is_near_zero, scale_of
-from tt_precise.golden.enclosures import LABELS
-from tt_precise.golden.manifest import scene_sha256
-from tt_precise.golden.seal import record_proof, require_manifest
+from tt_precise.golden.proofs import LABELS
+from tt_precise.golden.store import record_proof, require_manifest, scene_sha256
 from tt_precise.golden.table import Table
 from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.cache import source_hash
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write, locked
 from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.sources import SOURCES
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.numerals import NUMBER
 
@@ -173,7 +174,7 @@ def write(certificate: Certificate, folder: Path | None = None) -> None:
         # in between, a reader finds the new enclosure beside the old proof, and says so
         atomic_write(place / proofs.ENCLOSURE, certificate.record.enclosure.csv())
         atomic_write(place / proofs.EVENTS_ENCLOSURE, certificate.record.events.csv())
-        atomic_write(place / proofs.PROOF, proofs.text(certificate.content))
+        atomic_write(place / store.PROOF, store.proof_text(certificate.content))
         if certificate.pieces is not None:
             atomic_write(place / FILE, certificate.pieces)
         record_proof(place)
@@ -194,13 +195,17 @@ def compared(stored: store.Stored, proof: Proof) -> Certificate:
         failure = why
     tallies = [*trajectory.values(), *events.values()]
     digits = min((t.digits for t in tallies if t.digits is not None), default=None)
-    enclosure, short = tails_table(stored, store.TRAJECTORY, rows.states, scales)
-    tails, few = tails_table(stored, store.EVENTS, happened.states, scales)
+    enclosure = balls_table(stored, store.TRAJECTORY, rows.states, scales)
+    at_events = balls_table(stored, store.EVENTS, happened.states, scales)
     content = {
         "schema": proofs.SCHEMA,
         "scene": stored.name,
         "scene_sha256": scene_sha256(stored.scene_text),
         "theorem": "docstring of tt_precise.certify",
+        "prover": {
+            "version": proofs.PROVER,
+            "sources_sha256": source_hash("certify", *SOURCES),
+        },
         "bits": proof.enclosure.bits,
         "steps": len(proof.enclosure.stretches),
         "proved_until_s": _number(proof.finish_s, 12),
@@ -208,7 +213,7 @@ def compared(stored: store.Stored, proof: Proof) -> Certificate:
         "digits": digits,
         "entries": sum(t.entries for t in tallies),
         "rounded": sum(t.rounded for t in tallies),
-        "unproved": sum(t.entries - t.enclosed for t in tallies) + short + few,
+        "unproved": sum(t.entries - t.enclosed for t in tallies),
         "mismatches": [*rows.mismatches, *happened.mismatches],
         "contact": _contact(proof),
         "inversion": _inversion(proof),
@@ -228,14 +233,14 @@ def compared(stored: store.Stored, proof: Proof) -> Certificate:
             "sha256": stored.events.sha256,
             "columns": {name: one.as_dict() for name, one in events.items()},
         },
-        proofs.ENCLOSURE: {"sha256": enclosure.sha256, "row_marks": enclosure.row_marks},
-        proofs.EVENTS_ENCLOSURE: {"sha256": tails.sha256, "row_marks": tails.row_marks},
+        proofs.ENCLOSURE: {"sha256": enclosure.sha256},
+        proofs.EVENTS_ENCLOSURE: {"sha256": at_events.sha256},
         "versions": {n: importlib.metadata.version(n) for n in ("heyoka", "python-flint")},
     }
     return Certificate(
-        record=proofs.Record(content, enclosure, tails),
+        record=proofs.Record(content, enclosure, at_events),
         wrong=sum(t.wrong for t in tallies),
-        settled=all(one.settled for one in tallies) and not short + few,
+        settled=all(one.settled for one in tallies),
     )
 
 

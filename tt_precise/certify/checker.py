@@ -18,8 +18,7 @@ from flint import arb, arb_mat, arb_poly, arb_series, fmpz
 
 from tt_precise.certify.balls import Balls, ball, series_length
 from tt_precise.certify.pieces import Refused
-from tt_precise.golden.manifest import scene_sha256
-from tt_precise.golden.store import Stored
+from tt_precise.golden.store import Stored, scene_sha256
 from tt_precise.integration.quadratures import extended_rates
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState

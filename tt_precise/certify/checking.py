@@ -30,10 +30,9 @@ from tt_precise.certify.pieces import (
     bounded,
     exactly,
 )  # fmt: skip
-from tt_precise.golden.digits import DIGITS, scale_of
+from tt_precise.golden.digits import DIGITS, last_place, scale_of
 from tt_precise.golden.runs import columns
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
-from tt_precise.golden.tails import last_place
 from tt_precise.integration.events import catalogue, event_named
 from tt_precise.integration.quadratures import QUADRATURE_SCALE
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
@@ -180,7 +179,7 @@ class _Tables:
         least: Decimal = Decimal(0),
     ) -> None:
         text = cells[name]
-        half = max(least, Decimal(5).scaleb(last_place(text or "0", scale) - 1))
+        half = max(least, Decimal(5).scaleb(last_place(text or "0") - 1))
         half = scale.scaleb(-DIGITS) if text == "0" else half
         apart = abs(number - ball(Fraction(text or 0)))
         if bool(text) != bool(number.is_finite()) or (text and not apart <= ball(Fraction(half))):

@@ -54,7 +54,7 @@ from tt_precise.certify.balls import Balls, around, between, bounds, largest
 from tt_precise.certify.printed import outward, rounded
 from tt_precise.certify.problem import BALLS
 from tt_precise.certify.verdict import NotProved
-from tt_precise.golden.consensus import exact_decimal
+from tt_precise.golden.runs import exact_decimal
 from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.centre import CentreState
 from tt_precise.mechanics.formulations import integrated

@@ -16,8 +16,7 @@ from tt_precise.certify.balls import ball
 from tt_precise.certify.printed import compare
 from tt_precise.certify.proof import Proof
 from tt_precise.certify.tables import State
-from tt_precise.golden.consensus import ORDER, SAME_TIME, exact_decimal
-from tt_precise.golden.runs import columns
+from tt_precise.golden.runs import ORDER, SAME_TIME, columns, exact_decimal
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import catalogue

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 
 from flint import arb, fmpz
 
-from tt_precise.golden.manifest import scene_sha256
-from tt_precise.golden.store import Stored
+from tt_precise.golden.store import Stored, scene_sha256
 from tt_precise.runtime import records
 from tt_precise.runtime.untyped import Json
 

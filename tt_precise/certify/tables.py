@@ -8,41 +8,36 @@ from decimal import Decimal
 from flint import arb
 
 from tt_precise.certify.balls import bounds
-from tt_precise.golden.store import TRAJECTORY, Stored
+from tt_precise.golden.proofs import ball_place, ball_text
+from tt_precise.golden.store import Stored
 from tt_precise.golden.table import Table
-from tt_precise.golden.tails import tail
-from tt_precise.mechanics.formulations import formulation
 
 State = dict[str, arb | None]  # of one row or event, by column, SI; None where undefined
 
 
-def tails_table(
+def balls_table(
     stored: Stored, file: str, states: Sequence[State], scales: dict[str, Decimal]
-) -> tuple[Table, int]:
-    """The last digits of vectors, quadratures and events' times, and how many numbers lack them.
+) -> Table:
+    """A ball for every number of ``file`` as ``golden.proofs`` reads it.
 
-    ``states`` belong to the rows of ``file``; {} where nothing is proved. The table ends before
-    the first row in which a number has no enclosure, or one wider than its last digits.
+    ``states`` belong to its rows; {} where nothing is proved. The table ends before the first row
+    in which a printed number has no enclosure.
     """
-    printed, scene = stored.table(file), stored.scene
-    label, *times = ("t",) if file == TRAJECTORY else ("name", "t")
-    names = (*times, *formulation(scene.model, "newton").columns, *scene.record)
+    printed = stored.table(file)
+    label, *names = (name for name in printed.columns if name != "direction")
     rows: list[tuple[str, ...]] = []
-    short, whole = 0, True
     for cells, state in zip(printed.rows, states, strict=True):
         texts = dict(zip(printed.columns, cells, strict=True))
-        found = [_tail(texts.get(name, ""), state.get(name), scales[name]) for name in names]
-        short += sum(
-            state.get(name) is not None and not digits
-            for name, digits in zip(names, found, strict=True)
-        )
-        whole = whole and all(found)
-        if whole:
-            rows.append((cells[0], *found))
-    return Table((label, *names), tuple(rows)), short
+        found = [
+            _ball(texts[name], state.get(name), scales.get(name, Decimal(0))) for name in names
+        ]
+        if any(texts[name] and not ball for name, ball in zip(names, found, strict=True)):
+            break
+        rows.append((texts[label], *found))
+    return Table((label, *names), tuple(rows))
 
 
-def _tail(text: str, ball: arb | None, scale: Decimal) -> str:
-    if not text or ball is None:
+def _ball(text: str, exact: arb | None, scale: Decimal) -> str:
+    if not text or exact is None:
         return ""
-    return tail(text, *bounds(ball), scale)
+    return ball_text(*bounds(exact), ball_place(text, scale))

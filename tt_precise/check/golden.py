@@ -33,8 +33,7 @@ from tt_precise.golden.digits import EXACT
 from tt_precise.golden.distance import as_decimal, correct_digits
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import RESOLVED, Measured, TrueRows, turned_back
-from tt_precise.golden.places import MANIFEST, Folder, locate
-from tt_precise.golden.seal import read_whole
+from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -406,9 +405,7 @@ def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, st
         where = "" if folder is None else f" in {folder}"
         return None, f"no golden data of a scene {name}{where}"
     stored = read_whole(name, place.folder)
-    stamp = store.stamp(place.path / store.TRAJECTORY)
-    make = _true_rows if stamp else _true_rows.__wrapped__  # unless it was written just now
-    true = make(place.path.resolve(), stamp)
+    true = _true_rows(place.path.absolute(), stored.manifest[store.MANIFEST_HASH])
     scene = stored.scene
     if (scene.model, scene.body, scene.start) != (
         setup.scene.model, setup.scene.body, setup.scene.start,
@@ -418,6 +415,6 @@ def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, st
 
 
 @lru_cache(maxsize=32)
-def _true_rows(place: Path, stamp: store.Stamp | None) -> TrueRows:
+def _true_rows(place: Path, manifest: str) -> TrueRows:
     stored = read_whole(place.name, place.parent)
     return TrueRows(stored.scene, stored.trajectory)

@@ -23,7 +23,7 @@ from tt_precise.check.result import Result
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.unit_guard import refuse_other_units
 from tt_precise.check.worst import RunningWorst
-from tt_precise.golden.places import Folder
+from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent

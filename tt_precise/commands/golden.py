@@ -99,11 +99,11 @@ def verify_command(
 @options.JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
     """List the scenes that have golden data, and shipped ones that lack them."""
-    from tt_precise.golden import places, proofs, store
+    from tt_precise.golden import proofs, store
     from tt_precise.runtime import records
     from tt_precise.scene.scene import shipped
 
-    present = places.scenes(folder)
+    present = store.scenes(folder)
     entries = []
     for name in present:
         stored = store.read(name, folder)
@@ -171,9 +171,9 @@ def certify_command(
         raise InputError(
             "golden certify: python-flint is not installed; pip install 'tt-precise[certify]'"
         ) from None
-    from tt_precise.golden.places import require, some
-    from tt_precise.golden.places import scenes as golden_scenes
     from tt_precise.golden.proofs import PROOF
+    from tt_precise.golden.store import require, some
+    from tt_precise.golden.store import scenes as golden_scenes
     from tt_precise.runtime.files import require_writable
     from tt_precise.runtime.progress import progress_bar
     from tt_precise.runtime.workers import Call, Failure, cores, local_pool

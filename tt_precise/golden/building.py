@@ -1,30 +1,68 @@
-"""``build``: from scenes to folders of golden data."""
+"""``build``: from scenes to folders of golden data, each with the manifest of what is claimed.
+
+The manifest says what the columns are, how many digits are claimed, and on what evidence. It names
+no times of day, hosts or durations: two builds on one machine are equal byte for byte.
+"""
 
 from __future__ import annotations
 
+import importlib.metadata
+import math
+import platform
+import time
+from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
-from tt_precise.golden import manifest as manifests
+import mpmath
+
+from tt_precise.exact.jellett import jellett_along
 from tt_precise.golden import store
 from tt_precise.golden.closed_form import closed_form
-from tt_precise.golden.consensus import Consensus, reconcile
-from tt_precise.golden.invariants import constancies
-from tt_precise.golden.places import OWN, Folder, home, in_checkout, locate
-from tt_precise.golden.runs import LADDER, Run, Task, tasks
-from tt_precise.golden.seal import proof_hash
-from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Stored
+from tt_precise.golden.digits import DIGITS, RULE, column_digits, scale_of
+from tt_precise.golden.runs import LADDER, Consensus, Run, Task, perform, reconcile, tasks
+from tt_precise.golden.store import EVENTS, MANIFEST, OWN, SCENE, TRAJECTORY, Folder, Stored
 from tt_precise.golden.table import Table
-from tt_precise.golden.workers import RunCache, perform_all
+from tt_precise.integration.events import EVENTS as CATALOGUE
+from tt_precise.integration.events import JOINING, TERMINAL
+from tt_precise.mechanics.columns import described
+from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.cache import UNREADABLE, Records, source_hash
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
+from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.workers import local_pool
-from tt_precise.scene.scene import Scene, load_scene, shipped
+from tt_precise.runtime.sources import SOURCES
+from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.workers import Call, Failure, local_pool
+from tt_precise.scene.numerals import to_mpmath
+from tt_precise.scene.scene import Scene, load_scene, parse_scene, shipped
 
+SCHEMA = "tt_precise.golden/2"
 NEW, UNCHANGED, RENEWED = "new", "unchanged", "evidence renewed"
 REPLACED, REFUSED, FAILED = "replaced", "refused", "failed"
+
+# The code that decides the digits of a run: when it changes, cached runs are void.
+CODE = (*SOURCES, "golden/digits.py", "golden/runs.py", "golden/table.py")
+
+WORKING_DIGITS = 60
+
+# A row of 34 digits is rounded by 5e-35 in each of its entries, and the terms of an integral add
+# up a few of them; one digit is left for that.
+CONSTANT_TO = DIGITS - 1
+
+# what an event table has besides the columns of a trajectory
+_EVENT_COLUMNS = {
+    "name": ("", "event, see event_meanings"),
+    "direction": ("1", "+1 where the event's function rises through zero, -1 where it falls"),
+}
 
 
 @dataclass(frozen=True)
@@ -53,6 +91,29 @@ class Built:
         return self.outcome not in (REFUSED, FAILED)
 
 
+def finished_runs(place: Path | None = None) -> Records:
+    """Runs of a build that was interrupted, by default in the user's cache folder.
+
+    A run is found again only for the same task, code and versions.
+    """
+    made_by = [versions(), source_hash(*CODE)]
+    return Records(place, made_by) if place else Records.of_user("golden-runs", made_by)
+
+
+def run_of(task: Task, finished: Records) -> Run:
+    """The run of ``task``: the one that was finished, or a new one."""
+    found = finished.get(task.name, asdict(task))
+    try:
+        for name in ("trajectory", "events"):
+            rows = tuple(map(tuple, found[name]["rows"]))
+            found[name] = Table(tuple(found[name]["columns"]), rows)
+        return Run(**{**found, "suspects": tuple(found["suspects"])})
+    except UNREADABLE:  # none, or not one of these
+        run = perform(task)
+        finished.put(task.name, asdict(task), asdict(run))
+        return run
+
+
 def build(
     scenes: Iterable[str | Path | Scene] | None = None,
     *,
@@ -60,15 +121,15 @@ def build(
     replace: str = "",
     workers: int | None = None,
     progress: Progress = silent,
-    cache: RunCache | None = None,
+    finished: Records | None = None,
 ) -> list[Built]:
-    """Make golden data for ``scenes`` (by default all that ship), in parallel.
+    """Make golden data for ``scenes`` (by default all that ship), a process for each.
 
     They go into ``building_place``. Each scene is computed at two working precisions in vector
     form and at one in Euler form, and what all agree on is published. A scene's folder is replaced
     as a whole, so that an interrupted build leaves it whole, old or new; the runs finished so far
-    are cached, and the next build goes on from there. A change of any published digit needs a
-    reason, ``replace``, which the manifest then states.
+    are cached (or put into ``finished``, and kept), and the next build goes on from there. A change
+    of any published digit needs a reason, ``replace``, which the manifest then states.
 
     Raises
     ------
@@ -79,54 +140,50 @@ def build(
     place = building_place(asked, folder)
     wanted = {s.name: s for s in map(load_scene, asked)}
     for name in wanted:
-        locate(name, place)
+        store.locate(name, place)
+    runs = finished or finished_runs()
+    # the longest first, so that no core is idle at the end
+    longest = sorted(wanted.values(), key=lambda s: (s.start.theta.at_pole, -s.until))
+    calls = [Call(s.name, (s.name, s.text, place, replace, runs)) for s in longest]
     built: dict[str, Built] = {}
-    rungs = dict.fromkeys(wanted, 0)
-    seconds = dict.fromkeys(wanted, 0.0)
-    cache = cache or RunCache()
-
-    def finish(name: str, runs: list[Run]) -> list[Task]:
-        scene, rung = wanted[name], rungs[name]
-        seconds[name] += sum(run.seconds for run in runs)
-        oracle = closed_form(scene)
-        if oracle:
-            runs.append(oracle)
-        try:
-            consensus = reconcile(scene, runs)
-            if not consensus.complete and rung + 1 < len(LADDER):
-                rungs[name] += 1
-                return tasks(scene, LADDER[rungs[name]])
-            if consensus.contradictions:
-                raise ArithmeticError(
-                    f"{name}: the runs share no digit of " + ", ".join(consensus.contradictions)
-                )
-            outcome, note, digits = _settle(scene, consensus, runs, place, replace)
-        except ArithmeticError as error:
-            built[name] = Built(name, FAILED, str(error), seconds=seconds[name], folder=str(place))
-            return []
-        built[name] = Built(
-            name,
-            outcome,
-            note,
-            digits,
-            consensus.agreement,
-            LADDER[rung],
-            seconds[name],
-            str(place),
-        )
-        return []
-
     with (
         locked(place, store.WORK),
-        # numbers in mp leak memory: a process does one task
+        # numbers in mp leak memory: a process does one scene
         local_pool(workers, inline=False, recycle_after=1) as pool,
     ):
-        # the longest first, so that no core is idle at the end
-        longest = sorted(wanted.values(), key=lambda s: (s.start.theta.at_pole, -s.until))
-        plans = {scene.name: tasks(scene, LADDER[0]) for scene in longest}
-        perform_all(pool, plans, finish, cache=cache, progress=progress)
-    cache.forget()
+        for call, result in pool.perform(build_scene, calls, progress):
+            if isinstance(result, Failure):
+                raise result.error
+            built[call.key] = result
+    if finished is None:
+        runs.clear()  # a build that is not interrupted computes everything
     return [built[name] for name in wanted]
+
+
+def build_scene(name: str, text: str, place: Path, replace: str, finished: Records) -> Built:
+    """Compute the scene with this TOML ``text`` and settle its folder in ``place``.
+
+    Bits are added while the runs share fewer than 34 digits.
+    """
+    scene = parse_scene(text, name, f"{name}.toml")
+    oracle, began = closed_form(scene), time.process_time()
+    try:
+        for bits in LADDER:
+            runs = [run_of(task, finished) for task in tasks(scene, bits)]
+            runs += [oracle] if oracle else []
+            consensus = reconcile(scene, runs)
+            if consensus.complete:
+                break
+        if consensus.contradictions:
+            raise ArithmeticError(
+                f"{name}: the runs share no digit of " + ", ".join(consensus.contradictions)
+            )
+        outcome, note, digits = _settle(scene, consensus, runs, place, replace)
+    except ArithmeticError as error:
+        seconds = time.process_time() - began
+        return Built(name, FAILED, str(error), seconds=seconds, folder=str(place))
+    seconds = time.process_time() - began
+    return Built(name, outcome, note, digits, consensus.agreement, bits, seconds, str(place))
 
 
 def building_place(scenes: Sequence[str | Path | Scene], folder: Folder = None) -> Path:
@@ -138,7 +195,7 @@ def building_place(scenes: Sequence[str | Path | Scene], folder: Folder = None) 
         return Path(folder)
     names = set(shipped())
     ours = all(isinstance(scene, str) and scene in names for scene in scenes)
-    return home() if ours and in_checkout() else OWN
+    return store.home() if ours and store.in_checkout() else OWN
 
 
 def first_difference(old: Table, new: Table) -> str:
@@ -166,15 +223,15 @@ def _settle(
             return REFUSED, note, int(old.manifest.get("digits", 0)) if old else 0
         history.append({"reason": reason, "first_change": change})
     constant = constancies(scene, consensus.trajectory)
-    content = manifests.compose(scene, consensus, runs, constant, history)
+    content = compose(scene, consensus, runs, constant, history)
     # a proof stays in the folder; whether it is one of the new digits, the proof itself says
     # (a spoiled one has no hash to record, and is found when the data are read)
-    content = manifests.with_proof(content, proof_hash(place / scene.name) or None)
+    content = store.with_proof(content, store.proof_hash(place / scene.name) or None)
     files = {
         SCENE: scene.text,
         TRAJECTORY: consensus.trajectory.csv(),
         EVENTS: consensus.events.csv(),
-        MANIFEST: manifests.dump(content),
+        MANIFEST: store.manifest_text(content),
     }
     digits = int(content["digits"])
     if old and all(_same(place / scene.name / name, text) for name, text in files.items()):
@@ -205,3 +262,155 @@ def _compared(name: str, place: Path, new: Consensus) -> tuple[Stored | None, st
 
 def _same(path: Path, text: str) -> bool:
     return path.read_bytes() == text.encode()
+
+
+def compose(
+    scene: Scene,
+    consensus: Consensus,
+    runs: Sequence[Run],
+    constant: Sequence[Constancy],
+    history: Sequence[dict[str, str]],
+) -> dict[str, Json]:
+    """The manifest of ``consensus``, made of ``runs``."""
+    derived = derive(scene, consensus.trajectory, consensus.events)
+    for file, key in ((TRAJECTORY, "trajectory"), (EVENTS, "events")):
+        for name, agreements in consensus.agreements[key].items():
+            derived["files"][file]["columns"][name]["agreement"] = {
+                label: _rounded(digits) for label, digits in agreements.items()
+            }
+    return {
+        "schema": SCHEMA,
+        "scene": scene.name,
+        "title": scene.title,
+        "source": scene.source,
+        "model": scene.model,
+        "status": consensus.status,
+        **derived,
+        "rule": RULE,
+        "evidence": {
+            "agreement": _rounded(consensus.agreement),
+            "runs": [_run(run) for run in runs],
+            "constant_over_printed_rows": {one.name: _rounded(one.digits) for one in constant},
+            "events": "same list in every run; the directions of each event alternate",
+        },
+        "versions": versions(),
+        "history": list(history),
+    }
+
+
+def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Json]:
+    """What of a manifest follows from the scene and the printed tables alone."""
+    scales = {name: scale_of(trajectory.column(name)) for name in trajectory.columns}
+    files = {
+        SCENE: {"sha256": store.scene_sha256(scene.text)},
+        TRAJECTORY: _table(trajectory, scales),
+        EVENTS: {**_table(events, scales), "counts": dict(Counter(events.column("name")))},
+    }
+    claimed = [
+        column["digits"]
+        for file in (TRAJECTORY, EVENTS)
+        for column in files[file]["columns"].values()
+        if column["digits"] is not None
+    ]
+    return {
+        "t_end": trajectory.column("t")[-1],
+        "digits": min(claimed, default=0),
+        "files": files,
+        "event_meanings": {
+            name: CATALOGUE[name].meaning if name in CATALOGUE else {**TERMINAL, **JOINING}[name]
+            for name in dict.fromkeys(events.column("name"))
+        },
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that takes part in making a digit."""
+    packages = ("tt-precise", "heyoka", "mpmath")
+    found = {name: importlib.metadata.version(name) for name in packages}
+    return {**found, "python": platform.python_version()}
+
+
+def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Json]:
+    columns: dict[str, Json] = {}
+    for name in table.columns:
+        unit, meaning = _described(name)
+        columns[name] = {"unit": unit, "meaning": meaning, "digits": None}
+        if name == "t":
+            computed = [cell for cell in table.column(name) if "e" in cell]
+            columns[name]["digits"] = column_digits(computed, scales[name]).digits
+        elif name in scales:
+            columns[name] |= column_digits(table.column(name), scales[name]).as_dict()
+    return {
+        "rows": len(table.rows),
+        "sha256": table.sha256,
+        "columns": columns,
+    }
+
+
+def _described(name: str) -> tuple[str, str]:
+    return _EVENT_COLUMNS.get(name) or described(name)
+
+
+def _run(run: Run) -> dict[str, Json]:
+    content: dict[str, Json] = {
+        "name": run.label,
+        "formulation": run.formulation,
+        "bits": run.bits,
+        "status": run.status,
+        "rows": len(run.trajectory.rows) - (run.status == "pole"),
+    }
+    if run.order:
+        content |= {"order": run.order, "tolerance": f"2^-{run.bits - 1}"}
+    return content
+
+
+def _rounded(digits: float) -> float | str:
+    """Digits to one place, rounded down; "equal" where nothing differs."""
+    return "equal" if math.isinf(digits) and digits > 0 else math.floor(digits * 10) / 10
+
+
+@dataclass(frozen=True)
+class Constancy:
+    """To how many digits an integral is the same in all rows, and in which row it is worst."""
+
+    name: str
+    digits: float
+    worst_row: int
+
+
+def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
+    """For everything that the scene conserves, from the printed vectors alone.
+
+    ``jellett_euler`` is lambda once more, from the printed Euler columns and compared with its
+    exact value at the start.
+    """
+    context = mpmath.MPContext()
+    context.dps = WORKING_DIGITS
+    wide = mpfr_of(context)
+    kind: Any = LiftedState if scene.lifts else NewtonState
+    found = []
+    with wide.precision():
+        body = scene.body.numbers(lambda value: wide.number(to_mpmath(value, context)))
+        entries = [wide.of_texts(trajectory.column(name)) for name in kind._fields]
+        first, rows = (
+            Motion(body, kind(*state), wide, scene.model)
+            for state in ([entry[0] for entry in entries], entries)
+        )
+        for integral in conserved(scene.model, scene.body):
+            drifts: list[Scalar] = list(map(wide.back, drift(integral, [first, rows])[1]))
+            worst = max(range(len(drifts)), key=drifts.__getitem__)
+            digits = -context.log10(drifts[worst]) if drifts[worst] else context.mpf(DIGITS)
+            found.append(Constancy(integral.name, min(float(digits), float(DIGITS)), worst))
+    euler = _jellett_euler(scene, trajectory)
+    return [*found, euler] if euler else found
+
+
+def _jellett_euler(scene: Scene, trajectory: Table) -> Constancy | None:
+    needed = ("theta", "phi_dot", "omega_3")
+    if any("" in trajectory.column(name) for name in needed):
+        return None  # a pole
+    track = jellett_along(trajectory.columns, trajectory.rows, scene, WORKING_DIGITS, "Euler")
+    if track.drift is None:
+        return None  # a scene with lambda = 0
+    digits = -track.context.log10(track.drift) if track.drift else DIGITS
+    return Constancy("jellett_euler", min(float(digits), float(DIGITS)), track.worst)

@@ -1,21 +1,33 @@
 """An oracle without an integrator: the motions that are known in closed form.
 
-A flight is one: a free rotation and a parabola. A top that stands exactly upright or inverted,
-spins about its axis and neither glides nor tilts, keeps its state for ever: k = z or -z,
-L = I3 omega_3 k, v_A = 0 (the steady states of Theorem 1.1). Whether such a state is stable does
-not matter.
+A flight is one: a free rotation and a parabola. L is constant and k turns about it at |L|/I1, so
+that k.z = mean + swing cos(rate t - lag); what the catalogue has for flight are values of k.z, and
+its turning points. A top that stands exactly upright or inverted, spins about its axis and neither
+glides nor tilts, keeps its state for ever: k = z or -z, L = I3 omega_3 k, v_A = 0 (the steady
+states of Theorem 1.1). Whether such a state is stable does not matter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 
 import mpmath
 
-from tt_precise.golden.closed_flight import ClosedFlight
+from tt_precise.exact.arithmetic import arithmetic_of
 from tt_precise.golden.runs import Run, columns
 from tt_precise.golden.table import Table
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.mechanics import flight, newton
+from tt_precise.mechanics.conversion import (
+    RigidBodyState,
+    euler_from_vectors,
+    horizontal_length,
+    vectors_from_rigid_body,
+)
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.pose import pose
+from tt_precise.mechanics.vectors import cross, dot
+from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene
 
@@ -83,3 +95,74 @@ def _run(status: str, names: Row, rows: Sequence[Row], events: Sequence[Row]) ->
         events=Table(("name", "t", "direction", *names[1:]), tuple(events)),
         suspects=(),
     )
+
+
+LOOKS = 50  # for a sign of the height: of the horizon, and in each turn of the axis
+
+
+class ClosedFlight:
+    """The flight of ``scene`` in the arithmetic ``fn``, SI."""
+
+    def __init__(self, scene: Scene, fn: Functions):
+        start = InitialState.in_si(scene, arithmetic_of(fn))
+        q = start.motion(fn)
+        self.fn, self.body, self.horizon = fn, start.body, start.until
+        begun = pose(q, horizontal_length(fn, q.k[0], q.k[1]), 0, 0, 0, 0)
+        self.first = RigidBodyState(*(*begun[:4], *begun[10:13], *begun[7:10]))
+        self.z, self.L, self.spin = begun.z, q.state.L, dot(q.state.L, q.k)
+        size = fn.sqrt(dot(self.L, self.L))
+        self.rate = size / self.body.I1
+        self.mean = self.L[2] * self.spin / size**2
+        across, along = cross(self.L, q.k)[2] / size, q.k[2] - self.mean
+        swing = fn.hypot(along, across)
+        # where k is along L, rounding alone swings it
+        self.swing = swing if swing > fn.ldexp(1, -fn.prec // 2) else fn.mpf(0)
+        self.lag = fn.atan2(across, along)
+
+    def at(self, t: Scalar) -> dict[str, Scalar]:
+        """Columns of a trajectory at the time ``t``."""
+        there = flight.flown(self.body, self.first, t, self.fn)
+        vectors, rise = vectors_from_rigid_body(self.body, there)
+        values = {**vectors._asdict(), **euler_from_vectors(self.body, vectors, self.fn)._asdict()}
+        return {
+            **values, "height": self._height(t), "rise": rise,
+            "x": there.vcx * t, "y": there.vcy * t,
+        }  # fmt: skip
+
+    def _height(self, t: Scalar) -> Scalar:
+        kz = self.mean + self.swing * self.fn.cos(self.rate * t - self.lag)
+        lowest = newton.arm(self.body, (0, 0, kz))[2]
+        return flight.height(self.body, self.z, self.first.vcz, t) + lowest
+
+    def landing(self) -> Scalar | None:
+        """When the lowest point comes down to the table; None if not before the horizon."""
+        turns = self.horizon * self.rate / (2 * self.fn.pi)
+        count = int(LOOKS * (1 + turns))
+        times = [self.horizon * k / count for k in range(count + 1)]
+        for before, after in itertools.pairwise(times):
+            if self._height(after) < 0:
+                return self.fn.findroot(self._height, (before, after), solver="anderson")
+        return None
+
+    def events(self, end: Scalar) -> list[tuple[Scalar, str, int]]:
+        """Time, name and direction of what happens after the start and before ``end``."""
+        turning = [(self.fn.mpf(0), "theta_min", -1), (self.fn.pi, "theta_max", 1)]
+        # what rises with k.z, and what falls with it: phi_dot is L.z - k.z L.k but for a factor
+        levels = [("equator", self.fn.mpf(0), 1)]
+        if self.spin:
+            levels.append(("phi_dot_zero", self.L[2] / self.spin, -1 if self.spin > 0 else 1))
+        for name, level, sign in levels:
+            cosine = (level - self.mean) / self.swing if self.swing else self.fn.mpf(2)
+            if abs(cosine) < 1:
+                phase = self.fn.acos(cosine)  # there k.z falls, and at -phase it rises
+                turning += [(phase, name, -sign), (-phase, name, sign)]
+        found = [(t, name, sign) for phase, name, sign in turning for t in self._times(phase, end)]
+        return sorted(found) if self.swing else []
+
+    def _times(self, phase: Scalar, end: Scalar) -> Iterator[Scalar]:
+        turn = 2 * self.fn.pi
+        t = ((phase + self.lag) % turn) / self.rate
+        while t < end:
+            if t > 0:
+                yield t
+            t += turn / self.rate

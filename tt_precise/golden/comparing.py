@@ -16,8 +16,7 @@ from tt_precise.golden.digits import DIGITS
 from tt_precise.golden.distance import as_decimal
 from tt_precise.golden.fewest import FewestDigits
 from tt_precise.golden.measuring import TrueRows
-from tt_precise.golden.places import Folder
-from tt_precise.golden.seal import read_whole
+from tt_precise.golden.store import Folder, read_whole
 from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.errors import InputError

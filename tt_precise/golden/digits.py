@@ -15,6 +15,9 @@ from decimal import Context, Decimal, localcontext
 from functools import lru_cache
 from typing import NamedTuple
 
+from tt_precise.golden.table import Table
+from tt_precise.mechanics.newton import NewtonState
+
 DIGITS = 34  # published at most; IEEE decimal128 and Fortran's real(16) hold as many
 RULE = (
     "An entry is printed with the most significant digits, 34 at most, to which all runs round "
@@ -30,6 +33,13 @@ NEARLY = 1e-12  # relative; far more than the rounding of a float
 SMALLEST_FLOAT = sys.float_info.min  # that is rounded relative to itself
 PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
 ZERO = "0"
+_FORMS = {
+    "name": re.compile(r"\w+", re.ASCII),
+    "t": re.compile(rf"{PRINTED.pattern}|\d+(?:\.\d+)?", re.ASCII),
+    "direction": re.compile(r"[+-]?1|0", re.ASCII),
+}
+# Euler columns are undefined at the poles, others nowhere
+NEVER_EMPTY = {*_FORMS, *NewtonState._fields}
 
 
 class ColumnDigits(NamedTuple):
@@ -90,15 +100,20 @@ def digits_of(text: str) -> int:
     return len(mantissa.replace(".", ""))
 
 
+def last_place(text: str) -> int:
+    """The power of ten of the last printed digit."""
+    mantissa, _, exponent = text.partition("e")
+    _, _, decimals = mantissa.partition(".")
+    return int(exponent or 0) - len(decimals)
+
+
 def is_near_zero(text: str, scale: Decimal) -> bool:
     """Whether a printed entry is excused by the scale of its component."""
     if text == ZERO:
         return True
     if digits_of(text) >= DIGITS:
         return False
-    exponent = Decimal(text).as_tuple().exponent
-    assert isinstance(exponent, int)
-    return Decimal(1).scaleb(exponent) <= scale.scaleb(1 - DIGITS)
+    return Decimal(1).scaleb(last_place(text)) <= scale.scaleb(1 - DIGITS)
 
 
 def scale_of(entries: Sequence[str], rounded: Sequence[float] = ()) -> Decimal:
@@ -131,3 +146,14 @@ def _claimed(entries: tuple[str, ...], scale: Decimal) -> ColumnDigits:
         near_zero=len(present) - len(claimed),
         undefined=len(entries) - len(present),
     )
+
+
+def misprinted(file: str, table: Table, *, empty: bool = True) -> list[str]:
+    """A line for each cell that is no number as golden data have it; ``empty`` ones too."""
+    return [
+        f"{file}, line {line}, {name}: got {cell[:50]!r}, expected a printed number"
+        for line, row in enumerate(table.rows, start=2)
+        for name, cell in zip(table.columns, row, strict=True)
+        if not _FORMS.get(name, PRINTED).fullmatch(cell)
+        and (cell or (empty and name in NEVER_EMPTY))
+    ]

@@ -11,34 +11,14 @@ from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from tt_precise.golden.digits import COARSE, DIGITS, EXACT, scale_of
-from tt_precise.mechanics.formulations import KINDS, STATE_DIMENSIONS
+from tt_precise.golden.digits import COARSE, DIGITS, EXACT
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
-from tt_precise.scene.body import TippeTop, Units
 
 if TYPE_CHECKING:
-    from tt_precise.golden.table import Table
+    pass
 
 INFINITE = Decimal("Infinity")
-
-
-def scales_by_kind(table: Table, body: TippeTop) -> dict[str, Decimal]:
-    """The scale of each column but the time: its largest entry.
-
-    A component that is zero altogether takes the scale of its kind, and a kind that is zero
-    altogether that of the dimensionless form (m = R = g = 1).
-    """
-    own = {name: scale_of(table.column(name), table.floats(name)) for name in table.columns}
-    units = Units.of(body, math, float)
-    scales = {}
-    for name in table.columns:
-        if name == "t":
-            continue
-        kind = next(kind for kind in KINDS if name in kind)
-        scale = own[name] or max(own.get(other, Decimal(0)) for other in kind)
-        scales[name] = scale or Decimal(float(units.of_dimension(STATE_DIMENSIONS[name])))
-    return scales
 
 
 def relative_error(value: Decimal | None, true: Decimal, size: Decimal) -> Decimal:

@@ -1,7 +1,14 @@
-"""``load``: the golden data of a scene as a table of numbers."""
+"""``load``: the golden data of a scene as a table of numbers, with the pose if wanted.
+
+Orientation and position are no functions of the published state: they need the quadratures phi,
+psi, x and y, which only some scenes publish. So the scene is integrated with them when it is
+loaded, and what that run says of the published columns is held against what is published.
+"""
 
 from __future__ import annotations
 
+from copy import deepcopy
+from fractions import Fraction
 from pathlib import Path
 from typing import ClassVar, Literal, get_args
 
@@ -9,16 +16,17 @@ import mpmath
 import pandas
 
 from tt_precise.golden.digits import DIGITS
-from tt_precise.golden.places import Folder
-from tt_precise.golden.seal import read_whole
+from tt_precise.golden.store import Folder, read_whole
 from tt_precise.golden.table import Table
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import RECORDABLE, Scene
 
-# as of a trajectory's tables; "mpmath" is the older name of "native"
-Numbers = Literal["native", "float", "text", "mpmath"]
+Numbers = Literal["native", "float", "text"]  # as of a trajectory's tables
 TEXT_COLUMNS = ("name",)
+BITS = 200  # 60 digits, of which the motion costs some 10
+IN_DOUBLE = 17  # digits that a correctly rounded double needs, with a margin
 
 
 class GoldenFrame(pandas.DataFrame):
@@ -46,11 +54,11 @@ def load(
     numbers
         "float": float64, correctly rounded from the decimals, NaN where undefined;
         "text": the decimals as published, "" where undefined;
-        "native" (or "mpmath"): mpmath numbers with all their digits, None where undefined.
+        "native": mpmath numbers with all their digits, None where undefined.
     folder
         Where golden data lie; by default what came with the package, then ``golden``.
     pose
-        Add the columns of the pose, with as many digits: see ``tt_precise.golden.pose``. It is
+        Add the columns of the pose, with as many digits: see ``pose_columns``. It is
         computed now, in seconds ("float") to a minute, and held against the published columns.
 
     Raises
@@ -63,14 +71,52 @@ def load(
     stored = read_whole(scene, folder)
     frame = GoldenFrame(_columns(stored.trajectory, numbers))
     if pose:
-        from tt_precise.golden.pose import pose_columns
-
         found = pose_columns(stored.scene, stored.trajectory, in_full=numbers != "float")
         for name, cells in found.items():
             frame[name] = _converted(name, cells, numbers)
     frame.events = pandas.DataFrame(_columns(stored.events, numbers))
-    frame.manifest = stored.manifest
+    frame.manifest = deepcopy(stored.manifest)  # the other one is cached
     return frame
+
+
+def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tuple[str, ...]]:
+    """Columns of the pose (SI) at the times of the trajectory ``table``, as decimals.
+
+    ``in_full`` gives ``DIGITS`` digits, else 17, which takes quad precision only.
+
+    Raises
+    ------
+    InputError
+        The axis is exactly vertical at some time, or the run contradicts the published columns.
+    """
+    from tt_precise.integration import integrate
+    from tt_precise.integration.columns import VECTOR_COLUMNS
+    from tt_precise.mechanics.pose import Pose
+
+    digits = DIGITS if in_full else IN_DOUBLE
+    precision, bits = ("mp", BITS) if in_full else ("quad", None)
+    run = integrate(scene, precision, bits=bits, events=(), record=RECORDABLE)
+    times = [Fraction(cell) for cell in table.column("t")]
+    found = run.frame(*VECTOR_COLUMNS, "pose", times=times)
+    context = run.precision.context
+    for name in VECTOR_COLUMNS:
+        published = [context.mpf(cell) for cell in table.column(name)]
+        scale = max(map(abs, published))
+        bound = scale * context.mpf(10) ** (1 - digits)
+        off = [abs(a - b) for a, b in zip(found[name], published, strict=True)]
+        # NaN is neither above the bound nor within it, and ``max`` may pass it over
+        beyond = [one for one in off if not (one <= bound and context.isfinite(one))]
+        if beyond:
+            worst = max(beyond)
+            raise InputError(
+                f"{scene.name}: {name} of a run for the pose differs by {float(worst):.1g} from "
+                f"what is published, up to {float(scale):.1g}, expected {digits} digits; "
+                "`tt-precise golden verify` says which is wrong"
+            )
+    return {
+        name: tuple(context.nstr(value, digits, min_fixed=0, max_fixed=0) for value in found[name])
+        for name in Pose._fields
+    }
 
 
 def _columns(table: Table, numbers: Numbers) -> dict[str, Array]:

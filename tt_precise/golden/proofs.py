@@ -1,51 +1,511 @@
 """What ``golden certify`` proved about a scene's golden tables, read without python-flint.
 
-Beside the tables lie ``proof.json`` (what is proved, and about which tables) and the enclosures of
-their numbers (``enclosures``); ``proof_checks`` holds all of them against each other.
+Beside the tables lie ``proof.json`` (what is proved, about which tables, by which prover) and two
+tables of balls: ``enclosure.csv`` with every column of the sampled rows, ``events-enclosure.csv``
+with times and columns of the events. A cell there is a decimal, of which the exact number is within
+one unit of the last digit.
+
+``complaints`` holds all of these against each other. Every printed number has to meet its ball;
+counts, times of the climb and the bound of the contact force are derived again. This finds what was
+changed in any of these files, also where all hashes were made to fit. Whether the balls are those
+of the exact solution only a proof can decide.
 """
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.golden import store
-from tt_precise.golden.enclosures import ENCLOSURE, EVENTS_ENCLOSURE, Cells, Enclosures
-from tt_precise.golden.outward import Outward
-from tt_precise.golden.printed_cells import misprinted
-from tt_precise.golden.proof_checks import complaints
-from tt_precise.golden.proof_record import PROOF, SCHEMA, SELF_HASH, Record, read, text
-from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
+from tt_precise.golden.digits import DIGITS, ZERO, column_digits, last_place, misprinted, scale_of
+from tt_precise.golden.store import EVENTS, PROOF, PROOF_HASH, TRAJECTORY, Stored
+from tt_precise.golden.table import Table
+from tt_precise.integration.events import catalogue
+from tt_precise.integration.inversion import InversionTimes, Marks, Turns, from_marks
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.runtime import records
+from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene
 
-__all__ = [
-    "ENCLOSURE", "EVENTS_ENCLOSURE", "PROOF", "SCHEMA", "SELF_HASH", "Established", "Interval",
-    "Record", "complaints", "established", "read", "summary", "text",
-]  # fmt: skip
+SCHEMA = "tt_precise.proof/3"
+# The version of the prover counts up with each change that matters to soundness; a proof by one
+# older than ``SOUND_SINCE`` is refused.
+PROVER = SOUND_SINCE = 1
+ENCLOSURE, EVENTS_ENCLOSURE = "enclosure.csv", "events-enclosure.csv"
+ENCLOSURES = {TRAJECTORY: ENCLOSURE, EVENTS: EVENTS_ENCLOSURE}
+LABELS = ("name", "direction")
+LONGEST_EXPONENT = 5  # its sign included
+BEYOND = 3  # digits of a ball behind the last printed one
+FEW = 3  # of many equal complaints so many are listed
+FLOAT_SLACK = 1e-9  # of g_n/(m g) in double
+NO_TURNS = Turns((), (), ())
+_WIDE = Context(prec=400)
+_NEEDED = {
+    "bits", "conserved_within", "contact", "digits", "entries", "failure", "forever", "inversion",
+    "mismatches", "proved_events", "proved_until_s", "prover", "rounded", "scene", "scene_sha256",
+    "steps", "undecided_events", "unproved", ENCLOSURE, EVENTS_ENCLOSURE, EVENTS, TRAJECTORY,
+    PROOF_HASH,
+}  # fmt: skip
 
 
-class Interval(NamedTuple):
-    """Exact numbers that the exact value lies between, ends included."""
+def _digits_of(text: str) -> tuple[int, int]:
+    """A decimal as a whole number and the power of ten of its last digit.
 
-    low: Fraction
-    high: Fraction
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
+    mantissa, _, exponent = text.partition("e")
+    front, _, decimals = mantissa.partition(".")
+    if len(exponent) > LONGEST_EXPONENT:
+        raise ValueError(f"got {text[:50]!r}, expected a number")
+    return int(front + decimals), int(exponent or 0) - len(decimals)
+
+
+def _number(text: str) -> tuple[int, Fraction]:
+    number, place = _digits_of(text)
+    return number, Fraction(10) ** place
+
+
+class Interval:
+    """Exact numbers that an exact value lies between, ends included.
+
+    A comparison is true if it is so for all of them.
+    """
+
+    __slots__ = ("high", "low")
+
+    def __init__(self, low: Fraction, high: Fraction):
+        self.low, self.high = low, high
+
+    @classmethod
+    def of(cls, number: Scalar) -> Interval:
+        """That of a rational number, or the interval itself."""
+        return number if isinstance(number, Interval) else cls(Fraction(number), Fraction(number))
 
     @classmethod
     def around(cls, middle: str, radius: str) -> Interval:
-        """From the decimals of a ball."""
-        centre, reach = Fraction(Decimal(middle)), Fraction(Decimal(radius))
-        return cls(centre - reach, centre + reach)
+        """From the decimals of a ball.
+
+        Raises
+        ------
+        ArithmeticError
+            Either is no finite number.
+        """
+        centre, reach = Decimal(middle), Decimal(radius)
+        if not (centre.is_finite() and reach.is_finite() and reach >= 0):
+            raise ArithmeticError(f"got {middle} and {radius}, expected a middle and a radius")
+        return cls(Fraction(centre) - Fraction(reach), Fraction(centre) + Fraction(reach))
 
     @classmethod
-    def of(cls, outward: Outward) -> Interval:
-        """From an interval of decimals."""
-        return cls(Fraction(outward.low), Fraction(outward.high))
+    def of_ball(cls, text: str) -> Interval:
+        """A cell of the enclosures: a unit of its last digit to either side."""
+        number, unit = _number(text)
+        return cls((number - 1) * unit, (number + 1) * unit)
+
+    def __iter__(self) -> Iterator[Fraction]:
+        yield self.low
+        yield self.high
+
+    def __repr__(self) -> str:
+        return f"Interval({float(self.low):.17g}, {float(self.high):.17g})"
+
+    def meets(self, other: Interval) -> bool:
+        """Whether it has a number in common with another interval."""
+        return self.low <= other.high and other.low <= self.high
+
+    def __lt__(self, other: Scalar) -> bool:
+        return self.high < Interval.of(other).low
+
+    def __gt__(self, other: Scalar) -> bool:
+        return self.low > Interval.of(other).high
+
+    def __add__(self, other: Scalar) -> Interval:
+        y = Interval.of(other)
+        return Interval(self.low + y.low, self.high + y.high)
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.high, -self.low)
+
+    def __sub__(self, other: Scalar) -> Interval:
+        return self + -Interval.of(other)
+
+    def __mul__(self, other: Scalar) -> Interval:
+        y = Interval.of(other)
+        corners = [a * b for a in self for b in y]
+        return Interval(min(corners), max(corners))
+
+    def __truediv__(self, other: Scalar) -> Interval:
+        y = Interval.of(other)
+        if y.low <= 0 <= y.high:
+            raise ZeroDivisionError("an interval that contains zero")
+        return self * Interval(1 / y.high, 1 / y.low)
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+PI = Interval.of_ball("3.14159265358979323846264338327950288419716939937510582097494")
+
+
+def ball_text(low: Fraction, high: Fraction, place: int) -> str:
+    """A decimal of which all from ``low`` to ``high`` is within one unit of the last digit.
+
+    That digit has the power ``place`` of ten, or a higher one where the interval is wider.
+    """
+    while True:
+        unit = Fraction(10) ** place
+        whole = round((low + high) / 2 / unit)
+        if (whole - 1) * unit <= low and high <= (whole + 1) * unit:
+            return f"{Decimal(whole).scaleb(place, _WIDE):e}"
+        place += 1
+
+
+def ball_place(text: str, scale: Decimal) -> int:
+    """The finest place that is stored of a number printed as ``text``, in a column of a scale."""
+    return (scale.adjusted() - DIGITS if text == ZERO else last_place(text)) - BEYOND
+
+
+class ProofEvent(NamedTuple):
+    """A proved event: time and columns of the state there, and +1 or -1."""
+
+    cells: dict[str, Interval]
+    direction: int
+
+
+@dataclass(frozen=True)
+class Record:
+    """proof.json and the enclosures of one scene.
+
+    What it says counts if ``complaints`` has none.
+    """
+
+    content: dict[str, Json]
+    enclosure: Table
+    events: Table
+
+    @property
+    def digits(self) -> int | None:
+        """Fewest proved digits of any column; None if nothing but zeros is printed."""
+        return self.content["digits"]
+
+    @property
+    def incomplete(self) -> str:
+        """What is not proved, in words; "" where every printed number, event and time is."""
+        content = self.content
+        if content["failure"]:
+            return str(content["failure"])
+        if content["mismatches"]:
+            return str(content["mismatches"][0])
+        if content["undecided_events"]:
+            name, why = next(iter(content["undecided_events"].items()))
+            return f"{name}: {why}"
+        if content["unproved"]:
+            return f"{content['unproved']} numbers have no enclosure"
+        if "failure" in content["inversion"]:
+            return f"times of the climb: {content['inversion']['failure']}"
+        return "" if content["contact"]["g_n_positive"] else "the contact force may reach zero"
+
+    @property
+    def complete(self) -> bool:
+        """Whether every printed number is enclosed, and every event and time is proved."""
+        return not self.incomplete
+
+    @property
+    def until_s(self) -> str:
+        """The time in s up to which every row is enclosed."""
+        return str(self.content["proved_until_s"]["middle"])
+
+    @property
+    def summary(self) -> dict[str, Json]:
+        """For a list of scenes: digits proved, and of how many numbers the rounding."""
+        facts = {name: self.content[name] for name in ("digits", "rounded", "entries")}
+        return {**facts, "complete": self.complete, "until_s": self.until_s}
+
+    def balls(self, file: str) -> Table:
+        """The enclosures of the numbers in a golden file."""
+        return self.enclosure if file == TRAJECTORY else self.events
+
+
+def read(name: str, folder: Path | None = None) -> Record | None:
+    """The proof that lies beside the golden tables ``name``; None if there is none.
+
+    Raises
+    ------
+    InputError
+        A file cannot be used, or a prover made it that is not sound.
+    """
+    place = (folder or store.home()) / name
+    files = (PROOF, ENCLOSURE, EVENTS_ENCLOSURE)
+    if not any((place / file).is_file() for file in files):
+        return None
+    again = f"run `tt-precise golden certify {name}`"
+    try:
+        content = records.parse_strictly((place / PROOF).read_bytes())
+        enclosure, events = (Table.parse((place / file).read_text("utf-8")) for file in files[1:])
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(
+            f"{name}: {', '.join(files[:-1])} and {files[-1]} cannot be used ({reason}); {again}"
+        ) from None
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+        raise InputError(f"{place / PROOF}: got another schema, expected {SCHEMA}; {again}")
+    missing = sorted(_NEEDED - content.keys())
+    if missing:
+        raise InputError(f"{place / PROOF}: {', '.join(missing)} missing, expected to be there")
+    prover = content["prover"]
+    version = prover.get("version") if isinstance(prover, dict) else None
+    if not isinstance(version, int) or not SOUND_SINCE <= version <= PROVER:
+        raise InputError(
+            f"{place / PROOF}: got a proof by version {str(version)[:20]} of the prover, expected "
+            f"{SOUND_SINCE} to {PROVER}; {again}"
+        )
+    return Record(content, enclosure, events)
+
+
+def complaints(stored: Stored, record: Record, *, rows: bool = True) -> list[str]:
+    """What speaks against the golden tables, or against their proof; [] if nothing.
+
+    Without ``rows`` the single numbers are left out, which takes most of the time.
+    """
+    found = list(_damage(stored, record))
+    if found:
+        return found
+    again = f"; run `tt-precise golden certify {stored.name}`"
+    found = [
+        f"{file}: not the table that was proved{again}"
+        for file in ENCLOSURES
+        if record.content[file]["sha256"] != stored.table(file).sha256
+    ]
+    try:
+        found += _counts(stored, record)
+        if rows:
+            found += _shapes(stored, record)
+            for file in ENCLOSURES:
+                found += _excluded(stored, record, file)
+            if not found:
+                found += _times(stored, record)
+                found += _contact(stored, record)
+    except (ArithmeticError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+        found.append(f"{PROOF}: cannot be checked ({type(error).__name__}: {error})")
+    return found
+
+
+def _damage(stored: Stored, record: Record) -> Iterator[str]:
+    """Whether the files are still what was written, about this scene."""
+    content = record.content
+    if content[PROOF_HASH] != store.self_hash(content, PROOF_HASH):
+        yield f"{PROOF}: edited after it was written"
+        return
+    if content["scene_sha256"] != store.scene_sha256(stored.scene_text):
+        yield f"{PROOF}: about another scene than {store.SCENE} says"
+        return
+    for file, name in ENCLOSURES.items():
+        if content[name]["sha256"] != record.balls(file).sha256:
+            yield f"{name}: changed since it was written"
+
+
+def _counts(stored: Stored, record: Record) -> Iterator[str]:
+    """Numbers in proof.json that follow from the tables."""
+    content, columns = record.content, []
+    scales = column_scales(stored)
+    for file in ENCLOSURES:
+        table, described = stored.table(file), content[file]["columns"]
+        names = [name for name in table.columns if name not in LABELS]
+        names = names if file == EVENTS else names[1:]
+        if list(described) != names:
+            yield f"{PROOF}: its columns are not those of {file}"
+            return
+        for name in names:
+            cells, one = table.column(name), described[name]
+            columns.append(one)
+            scale = scales[name] if name != "t" else Decimal(0)
+            most = column_digits(cells, scale).digits
+            if one["wrong"]:
+                yield f"{file}: {one['wrong']} entries of {name} are proved wrong"
+            if one["entries"] != sum(map(bool, cells)) or not 0 <= one["rounded"] <= one["entries"]:
+                yield f"{PROOF}: counts other entries of {name} than {file} has"
+            elif one["digits"] is not None and (most is None or one["digits"] > most):
+                yield f"{PROOF}: {one['digits']} digits of {name}, where {most} are printed"
+    for key in ("entries", "rounded"):
+        if content[key] != sum(one[key] for one in columns):
+            yield f"{PROOF}: {key} is not the sum over the columns"
+    digits = [one["digits"] for one in columns if one["digits"] is not None]
+    if content["digits"] != min(digits, default=None):
+        yield f"{PROOF}: digits is not the least over the columns"
+    yield from _event_counts(stored, content)
+
+
+def column_scales(stored: Stored) -> dict[str, Decimal]:
+    """For each column its largest printed entry."""
+    table = stored.trajectory
+    return {name: scale_of(table.column(name)) for name in table.columns}
+
+
+def _event_counts(stored: Stored, content: dict[str, Json]) -> Iterator[str]:
+    proved, undecided = content["proved_events"], content["undecided_events"]
+    names = catalogue(stored.scene.model)
+    if sorted([*proved, *undecided]) != sorted(names):
+        yield f"{PROOF}: its kinds of events are not those of the catalogue"
+    counts = Counter(stored.events.column("name"))
+    for name, count in proved.items():
+        if count != counts[name] and content["failure"] is None:
+            yield f"{PROOF}: {count} events {name}, where {EVENTS} lists {counts[name]}"
+
+
+def _shapes(stored: Stored, record: Record) -> Iterator[str]:
+    """Whether there is an enclosure for each row and column."""
+    for file, name in ENCLOSURES.items():
+        printed, balls = stored.table(file), record.balls(file)
+        if balls.columns != tuple(one for one in printed.columns if one != "direction"):
+            yield f"{name}: its columns are not those of {file}"
+            continue
+        key = "t" if file == TRAJECTORY else "name"
+        there, expected = balls.column(key), printed.column(key)
+        if there != expected[: len(there)]:
+            what = "times" if file == TRAJECTORY else "events"
+            yield f"{name}: its {what} are not those of {file}"
+        elif record.complete and len(there) != len(expected):
+            yield f"{name}: {len(there)} rows, where {file} has {len(expected)}"
+
+
+def _excluded(stored: Stored, record: Record, file: str) -> Iterator[str]:
+    """Printed entries that their enclosure excludes."""
+    printed, balls = stored.table(file), record.balls(file)
+    scales, found = column_scales(stored), []
+    for name in balls.columns[1:]:
+        scale = scales[name] if name != "t" else Decimal(0)
+        pairs = zip(printed.column(name), balls.column(name), strict=False)
+        lines = (line for line, pair in enumerate(pairs, start=2) if excludes(*pair, scale))
+        found += [
+            (line, f"{file}, line {line}, {name}: excluded by its enclosure") for line in lines
+        ]
+    yield from (said for _, said in sorted(found)[:FEW])
+
+
+def excludes(text: str, ball: str, scale: Decimal) -> bool:
+    """Whether no number in a ball rounds to the printed ``text``.
+
+    "0" stands for what is at most 1e-34 of the column's ``scale``.
+    """
+    if not text or not ball:
+        return bool(text) != bool(ball)
+    (number, place), (near, finest) = _digits_of(text), _digits_of(ball)
+    if text == ZERO:
+        return Decimal(abs(near) - 1).scaleb(finest, _WIDE) > scale.scaleb(-DIGITS)
+    # in units of half the finer place, in which all of these are whole
+    unit, fine = 2 * 10 ** max(place - finest, 0), 2 * 10 ** max(finest - place, 0)
+    return abs(number * unit - near * fine) > unit // 2 + fine
+
+
+def _times(stored: Stored, record: Record) -> Iterator[str]:
+    """Times of the climb that are not those which the events give."""
+    stated = record.content["inversion"]
+    if "failure" in stated:
+        return
+    if record.content["failure"]:
+        # null says that it never happens
+        if stated.get("equator") is None:
+            yield f"{PROOF}: no climb, by a proof that ends early"
+        return
+    found = inversion(stored, record)
+    moments = {"equator": (stated.get("equator"), found.equator)}
+    for name in "ABC":
+        for which in ("t_init", "t_end"):
+            own = getattr(getattr(found, name), which)
+            moments[f"{name}, {which}"] = stated.get(name, {}).get(which), own
+    for name, (ball, derived) in moments.items():
+        if (ball is None) != (derived is None):
+            yield f"{PROOF}: {name} is {'none' if ball is None else 'there'}, not so the events say"
+        elif ball is not None and not Interval.around(**ball).meets(Interval.of(derived)):
+            yield f"{PROOF}: {name} is not where the events put it"
+
+
+def inversion(stored: Stored, record: Record) -> InversionTimes:
+    """The times of the climb, from the enclosed events."""
+    events = proved_events(stored, record)
+    rising = [one.cells for one in events.get("equator", []) if one.direction < 0]
+    if not rising:
+        return from_marks(Marks([], NO_TURNS, NO_TURNS, [], [], []), PI)
+    first = dict(zip(record.enclosure.columns, record.enclosure.rows[0], strict=True))
+    state = NewtonState(*(Interval.of_ball(first[name]) for name in NewtonState._fields))
+    motion = Motion(stored.scene.body.numbers(Fraction), state, None)
+    sign = -1 if QUANTITIES["lambda"].evaluate(motion) < 0 else 1
+
+    def times(name: str) -> list[Interval]:
+        return [one.cells["t"] for one in events.get(name, [])]
+
+    def turns(name: str) -> Turns:
+        found = [one.cells for one in events.get(name, [])]
+        theta, rate = ([cells[column] for cells in found] for column in ("theta", "phi_dot"))
+        return Turns(times(name), theta, [sign * one for one in rate])
+
+    marks = Marks(
+        equator=[cells["t"] for cells in rising],
+        minima=turns("theta_min"),
+        maxima=turns("theta_max"),
+        phi_dot_zero=times("phi_dot_zero"),
+        aligned=times("Lk_equals_Lz"),
+        opposed=times("Lk_equals_minus_Lz"),
+        backwards=sign * rising[0]["phi_dot"] < 0,
+    )
+    return from_marks(marks, PI)
+
+
+def proved_events(stored: Stored, record: Record) -> dict[str, list[ProofEvent]]:
+    """The enclosed events by name, in order of time."""
+    found: dict[str, list[ProofEvent]] = {}
+    names = record.events.columns[1:]
+    for row, balls in zip(stored.events.rows, record.events.rows, strict=True):
+        cells = {
+            name: Interval.of_ball(ball)
+            for name, ball in zip(names, balls[1:], strict=True)
+            if ball
+        }
+        found.setdefault(row[0], []).append(ProofEvent(cells, int(row[2])))
+    return found
+
+
+def _contact(stored: Stored, record: Record) -> Iterator[str]:
+    """What is said of the contact force, against the printed states and events."""
+    import numpy
+
+    contact = record.content["contact"]
+    lost = [row for row in stored.events.rows if row[0] == "contact_lost"]
+    if "lost_at_s" in contact:
+        ball = Interval.around(**contact["lost_at_s"])
+        if len(lost) != 1 or not ball.meets(_rounding_to(lost[0][1])):
+            yield f"{PROOF}: contact is lost at another time than {EVENTS} says"
+        return
+    if lost:
+        yield f"{PROOF}: contact is not lost, but {EVENTS} says so"
+    if not contact["g_n_positive"]:
+        return
+    scene, table = stored.scene, stored.trajectory
+    state = NewtonState(*(numpy.array(table.column(name), float) for name in NewtonState._fields))
+    body = scene.body.numbers(float)
+    force = QUANTITIES["g_n"].evaluate(Motion(body, state, numpy, scene.model))
+    bound = Fraction(Decimal(contact["g_n_at_least_mg"]))
+    if not 0 < bound <= numpy.min(force) / (body.m * body.g) + FLOAT_SLACK:
+        yield f"{PROOF}: a bound of the contact force that {TRAJECTORY} breaks"
+    if not contact["energy_never_grows"]:
+        yield f"{PROOF}: the energy may grow, although the contact force is positive"
+
+
+def _rounding_to(text: str) -> Interval:
+    """What rounds to a printed number."""
+    number, unit = _number(text)
+    return Interval((number - Fraction(1, 2)) * unit, (number + Fraction(1, 2)) * unit)
 
 
 @dataclass(frozen=True)
@@ -61,26 +521,20 @@ class Established:
         return self.record.content["contact"]
 
     @cached_property
-    def _enclosures(self) -> Enclosures:
-        return self.record.enclosures(self.stored)
+    def _rows(self) -> dict[str, int]:
+        return {t: row for row, t in enumerate(self.record.enclosure.column("t"))}
 
     @cached_property
-    def _rows(self) -> dict[str, Cells]:
-        return dict(
-            zip(self.stored.trajectory.column("t"), self._enclosures.of(TRAJECTORY), strict=True)
-        )
-
-    @cached_property
-    def _events(self) -> list[Cells]:
-        return list(self._enclosures.of(EVENTS))
+    def _events(self) -> dict[str, list[ProofEvent]]:
+        return proved_events(self.stored, self.record)
 
     def at(self, column: str, t: str) -> Interval | None:
-        """A column at the sampled time ``t`` (s, as printed); None where nothing is proved.
-
-        Vector columns as they are enclosed, Euler columns as they follow from these.
-        """
-        ball = self._rows.get(t, {}).get(column)
-        return None if ball is None else Interval.of(ball)
+        """A column at the sampled time ``t`` (s, as printed); None where nothing is proved."""
+        balls = self.record.enclosure
+        if t not in self._rows or column not in balls.columns[1:]:
+            return None
+        ball = balls.column(column)[self._rows[t]]
+        return Interval.of_ball(ball) if ball else None
 
     def moment(self, definition: str, which: str) -> Interval | None:
         """Initiation or ending time (``t_init``, ``t_end``) in a definition (A, B or C)."""
@@ -94,13 +548,10 @@ class Established:
         """
         if name not in self.record.content["proved_events"]:
             return None
-        found = []
-        for row, cells in zip(self.stored.events.rows, self._events, strict=True):
-            if row[0] == name:
-                known = {key: Interval.of(ball) for key, ball in cells.items() if ball is not None}
-                direction = Fraction(Decimal(row[2]))
-                found.append({**known, "direction": Interval(direction, direction)})
-        return found
+        return [
+            {**one.cells, "direction": Interval.of(one.direction)}
+            for one in self._events.get(name, [])
+        ]
 
 
 def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | None:

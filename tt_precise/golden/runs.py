@@ -1,19 +1,42 @@
-"""What golden data is made with: one computation of a scene, as decimal text.
+"""From computations of a scene to the tables that are published.
 
-A ``Task`` says what to compute, a ``Run`` holds what came out. Runs are text, because they cross
-from worker processes, which are thrown away after each task: heyoka's ``real`` numbers leak
-memory under NumPy 2.4 and later.
+A ``Task`` says what to compute, a ``Run`` holds what came out, ``reconcile`` keeps the digits that
+all runs share. Runs are text, because heyoka's ``real`` numbers leak memory under NumPy 2.4 and
+later: each scene is computed in a process that is thrown away after it.
+
+An event is a change of sign. Where its function only touches zero (phi_dot at the cusps of a top
+on ice that starts with phi_dot = 0), rounding splits the double root into two beside each other,
+or none, or hides one of them behind the end of a Taylor step; so each hit is asked again whether
+the function changes sign around it.
 """
 
 from __future__ import annotations
 
+import math
 import time
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from typing import TYPE_CHECKING
 
-from tt_precise.golden.digits import DIGITS
+from tt_precise.golden.digits import (
+    DIGITS,
+    ZERO,
+    agreement,
+    common_text,
+    digits_of,
+    is_near_zero,
+    scale_of,
+)
 from tt_precise.golden.table import Table
+from tt_precise.integration.events import EVENTS, JOINING, TERMINAL, not_alternating
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Scene, parse_scene
+
+if TYPE_CHECKING:
+    from tt_precise.integration import Trajectory
 
 # Bits of the two working precisions. The next pair is taken while digits are missing; the middle
 # one shares a run with the first. With the first pair all three runs agree to 40 digits on the
@@ -93,7 +116,6 @@ def columns(scene: Scene) -> tuple[str, ...]:
 
 def perform(task: Task) -> Run:
     """Compute a task."""
-    from tt_precise.golden.events import events_table, suspects
     from tt_precise.integration import catalogue, integrate
 
     began = time.process_time()
@@ -125,3 +147,258 @@ def perform(task: Task) -> Run:
 
 def _text(value: Scalar) -> str:
     return value if isinstance(value, str) else ""
+
+
+# Rounding splits a double root by about eps^(1/2), a triple one by eps^(1/3).
+ROOT_ORDER = 4
+
+
+def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
+    """Columns name, t, direction and the state ``names[1:]`` of each change of sign."""
+    precision, found = trajectory.precision, trajectory.event_table(names[1:])
+    real = _changes(trajectory, found["name"], found["t"])
+    wide = precision.wide
+    with wide.precision():
+        texts = [
+            ["" if text is None else text for text in wide.texts(column, precision.decimals)]
+            for column in (wide.array(found[name]) for name in names)
+        ]
+    rows = zip(found["name"], texts[0], found["direction"], *texts[1:], strict=True)
+    return Table(
+        ("name", "t", "direction", *names[1:]),
+        tuple(
+            (name, t, str(int(direction)), *cells)
+            for kept, (name, t, direction, *cells) in zip(real, rows, strict=True)
+            if kept
+        ),
+    )
+
+
+def suspects(events: Table) -> tuple[str, ...]:
+    """Events whose directions do not alternate, so that one must be missing.
+
+    Minima and maxima of theta are zeros of one function and count together.
+    """
+    found = ((name, int(direction)) for name, _, direction, *_ in events.rows)
+    return not_alternating(found, EVENTS)
+
+
+def _changes(trajectory: Trajectory, names: Sequence[str], times: Sequence[Scalar]) -> list[bool]:
+    """Of each event whether its function changes sign around its time, by the dense output."""
+    context, unit = trajectory.precision.context, trajectory.start.units.time
+    width = unit * context.ldexp(1, -trajectory.precision.bits // ROOT_ORDER)
+    first, last = context.mpf(0), context.mpf(trajectory.t_end)
+    kinds: dict[str, list[int]] = {}
+    for place, name in enumerate(names):
+        if name not in JOINING:
+            kinds.setdefault(name, []).append(place)
+    found = [True] * len(names)
+    for name, places in kinds.items():
+        around = [
+            [max(times[i] - width, first) for i in places],
+            [min(times[i] + width, last) for i in places],
+        ]
+        signs = (trajectory.evaluated(EVENTS[name].function, side) for side in around)
+        for place, before, after in zip(places, *signs, strict=True):
+            found[place] = bool(before * after < 0)
+    return found
+
+
+SAME_TIME = Decimal("1e-30")  # relative; events this close are one instant, listed by name
+UNDEFINED_AT_POLE = ("theta_dot", "phi_dot", "nu_x", "nu_y")
+ORDER = [*EVENTS, *JOINING, *TERMINAL]
+
+
+Agreements = dict[str, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Consensus:
+    """The tables of a scene, with the worst agreement of each run with the first, in digits.
+
+    ``agreements`` maps the name of a table, then a column, then the label of a run to digits,
+    over all entries that are not near zero; infinite where all are equal. A run without a row to
+    compare is not among them. ``contradictions`` name the entries of which the runs do not share a
+    single digit.
+    """
+
+    status: str
+    trajectory: Table
+    events: Table
+    agreements: dict[str, Agreements]
+    contradictions: tuple[str, ...] = ()
+
+    @property
+    def agreement(self) -> float:
+        """The worst of all agreements."""
+        return min(
+            digits
+            for columns in self.agreements.values()
+            for runs in columns.values()
+            for digits in runs.values()
+        )
+
+    @property
+    def complete(self) -> bool:
+        """Whether all entries have all digits, those near zero relative to their scale.
+
+        And whether the runs agree far enough that the last digit is no luck.
+        """
+        scales = {n: scale_of(self.trajectory.column(n)) for n in self.trajectory.columns}
+        if self.contradictions or self.agreement < ENOUGH:
+            return False
+        return all(
+            digits_of(entry) >= DIGITS or is_near_zero(entry, scales[name])
+            for table in (self.trajectory, self.events)
+            for name in table.columns
+            if name in scales and name != "t"
+            for entry in table.column(name)
+            if entry
+        )
+
+
+def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
+    """Tables with the digits in which all ``runs`` agree; the first run has the finest numbers.
+
+    A run that ends at a pole (Euler form) testifies for the rows before it.
+
+    Raises
+    ------
+    ArithmeticError
+        The runs disagree in what happened: another end, another number of events, an event whose
+        directions do not alternate; or no run has a row to compare with the first one's.
+    """
+    first = runs[0]
+    for run in runs:
+        if run.status not in (first.status, "pole"):
+            raise ArithmeticError(
+                f"{scene.name}: {first.label} ended {first.status}, {run.label} {run.status}"
+            )
+        if run.suspects:
+            raise ArithmeticError(
+                f"{scene.name}: {run.label} may have missed an event: {', '.join(run.suspects)}"
+            )
+    scales = {name: scale_of(first.trajectory.column(name)) for name in first.trajectory.columns}
+    rows = [_rows(run) for run in runs]
+    if not any(rows[1:]):
+        raise ArithmeticError(f"{scene.name}: no run has a row to compare with {first.label}")
+    lists = [ordered_events(run) for run in runs]
+    _require_same_events(scene, runs, lists)
+    names = first.trajectory.columns
+    labels = [run.label for run in runs[1:]]
+    trajectory, agreements, lost = _merged(names, labels, rows, scales)
+    exact_times = [exact_decimal(t) for t in scene.sample_times[: len(trajectory)]]
+    if first.status != "complete":
+        exact_times[-1] = None
+    dated = [(time or row[0], *row[1:]) for time, row in zip(exact_times, trajectory, strict=True)]
+    happened = [[cells for _, _, cells in one] for one in lists]
+    events, agreements_at_events, lost_events = _merged(names, labels, happened, scales)
+    labelled = [
+        (name, row[0], str(direction), *row[1:])
+        for (name, direction, _), row in zip(lists[0], events, strict=True)
+    ]
+    return Consensus(
+        status=first.status,
+        trajectory=Table(names, tuple(dated)),
+        events=Table(("name", "t", "direction", *names[1:]), tuple(labelled)),
+        agreements={"trajectory": agreements, "events": agreements_at_events},
+        contradictions=(*lost, *lost_events),
+    )
+
+
+def exact_decimal(time: Fraction) -> str | None:
+    """A time as a plain decimal; None if it has none of at most 34 digits."""
+    for places in range(DIGITS):
+        scaled = time * 10**places
+        if scaled.denominator == 1:
+            return f"{Decimal(scaled.numerator).scaleb(-places):f}"
+    return None
+
+
+Cells = tuple[str, ...]
+Event = tuple[str, int, Cells]
+
+
+def _rows(run: Run) -> list[Cells]:
+    rows = list(run.trajectory.rows)
+    return rows[:-1] if run.status == "pole" else rows
+
+
+def ordered_events(run: Run) -> list[Event]:
+    """Events in order of time, simultaneous ones in the catalogue's order; with the terminal."""
+    found: list[Event] = [
+        (name, int(direction), (t, *state)) for name, t, direction, *state in run.events.rows
+    ]
+    if run.status not in ("complete", "pole"):
+        found.append((run.status, TERMINAL_DIRECTION, run.trajectory.rows[-1]))
+    ordered: list[Event] = []
+    for event in sorted(found, key=lambda one: Decimal(one[2][0])):
+        position = len(ordered)
+        while position and _before_at_once(event, ordered[position - 1]):
+            position -= 1
+        ordered.insert(position, event)
+    return ordered
+
+
+def _before_at_once(event: Event, other: Event) -> bool:
+    time, earlier = Decimal(event[2][0]), Decimal(other[2][0])
+    return time - earlier <= SAME_TIME * time and ORDER.index(event[0]) < ORDER.index(other[0])
+
+
+def _require_same_events(scene: Scene, runs: Sequence[Run], lists: Sequence[list[Event]]) -> None:
+    for run, found in zip(runs[1:], lists[1:], strict=True):
+        expected = lists[0]
+        if run.status == "pole":
+            expected = expected[: len(found)]
+        for mine, other in zip(expected, found, strict=False):
+            if mine[:2] != other[:2]:
+                raise ArithmeticError(
+                    f"{scene.name}: {runs[0].label} has {mine[0]} ({mine[1]:+d}) at "
+                    f"{float(mine[2][0]):.9g} s, where {run.label} has {other[0]} "
+                    f"({other[1]:+d}) at {float(other[2][0]):.9g} s"
+                )
+        if len(expected) != len(found):
+            counts = Counter(e[0] for e in expected)
+            counts.subtract(e[0] for e in found)
+            raise ArithmeticError(
+                f"{scene.name}: {runs[0].label} and {run.label} differ in the number of events: "
+                + ", ".join(f"{name} by {n}" for name, n in counts.items() if n)
+            )
+
+
+def _merged(
+    names: Cells,
+    labels: Sequence[str],
+    tables: Sequence[Sequence[Cells]],
+    scales: dict[str, Decimal],
+) -> tuple[list[Cells], Agreements, list[str]]:
+    """Published rows, the worst agreement of each later table with the first, contradictions."""
+    # a run that ended before the first row agrees with nothing; where there is none, with none
+    compared = [label for label, t in zip(labels, tables[1:], strict=True) if t or not tables[0]]
+    worst = {name: dict.fromkeys(compared, math.inf) for name in names}
+    merged: list[Cells] = []
+    contradictions = []
+    for index, cells in enumerate(tables[0]):
+        rows = [
+            (label, t[index]) for label, t in zip(labels, tables[1:], strict=True) if index < len(t)
+        ]
+        row = []
+        for position, name in enumerate(names):
+            texts = [cells[position], *(other[position] for _, other in rows)]
+            if "" in texts:
+                row.append("")
+                continue
+            values = [Decimal(text) for text in texts]
+            row.append(common_text(values, scales[name]))
+            if row[-1] and not is_near_zero(row[-1], scales[name]):
+                for (label, _), value in zip(rows, values[1:], strict=True):
+                    worst[name][label] = min(worst[name][label], agreement(values[0], value))
+        tilted = not row[names.index("kx")] == row[names.index("ky")] == ZERO
+        for position, name in enumerate(names):
+            if not tilted and name in UNDEFINED_AT_POLE:
+                # which way a computed 1e-50 points is rounding, even where all runs agree
+                row[position] = ""
+            elif not row[position] and cells[position]:
+                contradictions.append(f"{name} at t = {float(cells[0]):.9g} s")
+        merged.append(tuple(row))
+    return merged, worst, contradictions

@@ -1,33 +1,161 @@
-"""Where golden data lies, and how a scene's folder is read and replaced as a whole."""
+"""Where golden data lie, and how the folder of a scene is read, held against hashes, replaced.
+
+Four hashes say what was built: of each file (of its content, so that line ends and comments do not
+count), in ``manifest.json``; of the manifest itself and of the proof, inside each of them; and of
+every file, in ``index.json`` (``tt_precise.vectors``). They show damage and careless edits. Who
+writes the files anew can write new hashes, too: against that helps a signature of the release, see
+``reference_data/README.md``.
+"""
 
 from __future__ import annotations
 
-import ctypes
-import errno
+import hashlib
+import json
 import os
-import time
-from collections.abc import Callable
+import re
+import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple
 
-from tt_precise.golden.places import MANIFEST, OWN, Folder, require
-from tt_precise.golden.places import home as home
-from tt_precise.golden.places import scenes as scenes
 from tt_precise.golden.table import Table
 from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, parse_scene
 
 SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
-Looked = TypeVar("Looked")
+MANIFEST, PROOF = "manifest.json", "proof.json"
 FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
-SETTLED_NS = 100_000_000  # far more than the steps in which file systems count time
-AT_FDCWD, RENAME_EXCHANGE = -100, 2  # linux/fcntl.h, linux/fs.h
-EXCHANGES = 10  # during which reading is tried again
+MANIFEST_HASH, PROOF_HASH = "sha256_of_manifest", "sha256_of_proof"
+NEEDED = {"schema", "scene", "model", "status", "digits", "files", "evidence", MANIFEST_HASH}
+
+PACKAGE = Path(__file__).resolve().parents[1]
+OWN = Path("golden")  # in the working directory, unless a folder is named
+VECTORS = "vectors"  # a folder beside the scenes: test vectors, verified by a command of their own
+LONGEST_NAME = 100
 WORK = "golden build"  # what nobody else may be at in a folder meanwhile
+
+# scenes that ship with a proof, so that none is deleted unnoticed
+PROVED = frozenset(
+    {
+        "below-threshold", "beside-the-pole", "contact-lost", "coulomb-gliding", "frictionless",
+        "from-initiation", "inverted", "just-above-threshold", "just-below-threshold", "kicked",
+        "phi-dot-195", "phi-dot-83", "phi-dot-minus-10", "reference", "regularised-1e-2",
+        "regularised-1e-4", "rocking", "rolling", "smoothest", "stays-upright", "steep",
+        "tippetopsim", "track", "upright"
+    }
+)  # fmt: skip
+
+Folder = str | os.PathLike[str] | None
+
+
+class Located(NamedTuple):
+    """A scene by name, and the folder that holds the folder of its golden data."""
+
+    name: str
+    folder: Path
+
+    @property
+    def path(self) -> Path:
+        """The folder of its files."""
+        return self.folder / self.name
+
+
+def home() -> Path:
+    """The folder of golden data: inside an installed package, beside it in a checkout."""
+    installed = PACKAGE / "reference_data"
+    return installed if installed.is_dir() else PACKAGE.parent / "reference_data"
+
+
+def in_checkout() -> bool:
+    """Whether the package's own golden data may be built: not where it is installed."""
+    return (PACKAGE.parent / "pyproject.toml").is_file() and home().parent == PACKAGE.parent
+
+
+def scenes(folder: Folder = None) -> list[str]:
+    """Names of the scenes that have golden data there, by default in the package."""
+    place = home() if folder is None else Path(folder)
+    if not place.is_dir():
+        return []
+    return sorted(
+        entry.name
+        for entry in place.iterdir()
+        if not entry.name.startswith(".") and (entry / MANIFEST).is_file()
+    )
+
+
+def some(names: Iterable[str], folder: Folder = None) -> list[str]:
+    """These names of scenes, if there are any: a gate that looked at nothing must not pass.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    found = list(names)
+    if not found:
+        place = home() if folder is None else Path(folder)
+        raise InputError(
+            f"golden data: got none in {place}, expected the folder of a scene there; "
+            "`tt-precise golden build` makes it"
+        )
+    return found
+
+
+def is_name(name: str) -> bool:
+    """Whether ``name`` can be that of a scene's folder: no path, not hidden, printable."""
+    return len(name) <= LONGEST_NAME and re.fullmatch(r"\w[\w.-]*", name) is not None
+
+
+def locate(scene: str | Path, folder: Folder = None) -> Located:
+    """The golden data meant by a name, a scene's TOML file, or the folder that holds them.
+
+    A folder is given by its path: a ``Path``, or text with a slash such as ``./mytop``. A bare name
+    is looked for in ``folder``, or in the package and then in ``golden``, nowhere else. Whether
+    such data exist is another question.
+
+    Raises
+    ------
+    InputError
+        That cannot be the name of a scene.
+    """
+    given = Path(scene)
+    by_path = isinstance(scene, Path) or os.sep in scene
+    if folder is None and by_path and (given / MANIFEST).is_file():
+        place = given.resolve()
+        return Located(place.name, place.parent)
+    name = given.stem if given.suffix == ".toml" else str(scene)
+    if not is_name(name):
+        raise InputError(
+            f"scene: got the file name {name[:60]!r}, expected letters, digits, - and _, "
+            "because a folder is called after it"
+        )
+    if folder is not None:
+        return Located(name, Path(folder))
+    own = (OWN / name / MANIFEST).is_file() and name not in scenes()
+    return Located(name, OWN if own else home())
+
+
+def require(scene: str | Path, folder: Folder = None) -> Located:
+    """``locate``, where there are such data.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    try:
+        found = locate(scene, folder)
+    except InputError:
+        found = None
+    if found is None or not (found.path / MANIFEST).is_file():
+        known = ", ".join(scenes(folder)) or "none yet; `tt-precise golden build` makes it"
+        raise InputError(f"golden data: got {str(scene)[:60]!r}, expected one of: {known}")
+    return found
 
 
 @dataclass(frozen=True)
@@ -52,100 +180,47 @@ class Stored:
 
 
 def read(scene: str | Path, folder: Folder = None) -> Stored:
-    """Read the golden data of ``scene`` (see ``places.locate``), without verifying them.
-
-    Tables are parsed once a process, as long as path, size and time of a file stay the same.
-    What a build puts in their place meanwhile is read as a whole, or not at all.
+    """Read the golden data of ``scene`` (see ``locate``), without verifying them.
 
     Raises
     ------
     InputError
         There is none, or a file is missing or unreadable.
     """
-    name, home = require(scene, folder)
-    return steadily(home / name, lambda: _read(name, home))
+    name, parent = require(scene, folder)
+    place = parent / name
+    manifest = records.read(place / MANIFEST, "the manifest of golden data")
+    trajectory, events = (_table(place / file) for file in (TRAJECTORY, EVENTS))
+    return Stored(name, _text(place / SCENE), trajectory, events, manifest, parent)
 
 
-def steadily(place: Path, look: Callable[[], Looked]) -> Looked:
-    """What ``look`` finds in the folder ``place``, which is the same folder all the while.
+def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
+    """Read the golden data of ``scene``, and hold them against their manifest.
 
-    ``replace_folder`` exchanges the folder under its name: of files that are opened one by one
-    some could be of the old folder, and some of the new one.
+    Once a process for each manifest: data that fit it are the same again.
 
     Raises
     ------
     InputError
-        The folder is exchanged again and again; and whatever ``look`` raises.
+        There are no such data, or they are not what was built.
     """
-    for _ in range(EXCHANGES):
-        before = _number(place)
-        try:
-            found = look()
-        except InputError:
-            if _number(place) == before:
-                raise
-            continue
-        if _number(place) == before:
-            return found
-    raise InputError(f"{place}: is exchanged again and again; expected it to stay for a moment")
+    found = require(scene, folder)
+    return _whole(found.path.absolute(), _text(found.path / MANIFEST))
 
 
-def _number(place: Path) -> int | None:
-    try:
-        return place.stat().st_ino
-    except OSError:
-        return None
-
-
-@lru_cache(maxsize=128)
-def _scene(text: str, name: str) -> Scene:
-    return parse_scene(text, name, f"{name}/{SCENE}")
-
-
-def _read(name: str, home: Path) -> Stored:
-    place = home / name
-    manifest = records.read(place / MANIFEST, "the manifest of golden data")
-    tables = {file: _table(place / file) for file in (TRAJECTORY, EVENTS)}
-    return Stored(name, _text(place / SCENE), tables[TRAJECTORY], tables[EVENTS], manifest, home)
-
-
-Stamp = tuple[int, int, int, int]
-
-
-def stamp(path: Path) -> Stamp | None:
-    """What changes when a file is written: size, times, number; the second time nobody can set.
-
-    None where there is no file, or one so new that another writing might not change its time.
-    """
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    if time.time_ns() - found.st_mtime_ns < SETTLED_NS:
-        return None
-    return (found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino)
-
-
-@lru_cache(maxsize=128)
-def _unchanged_table(path: Path, unchanged: Stamp) -> Table:
-    return _parsed(path)
-
-
-def _table(path: Path) -> Table:
-    unchanged = stamp(path)
-    return _parsed(path) if unchanged is None else _unchanged_table(path, unchanged)
-
-
-def _parsed(path: Path) -> Table:
-    try:
-        return Table.parse(_text(path))
-    except InputError as error:
-        named = str(error).startswith(str(path))
-        raise InputError(str(error) if named else f"{path}: {error}") from None
+@lru_cache(maxsize=64)
+def _whole(place: Path, manifest: str) -> Stored:
+    stored = read(place.name, place.parent)
+    problems = changed_files(stored) or missing_proof(stored)
+    if problems:
+        raise InputError(
+            f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` says where"
+        )
+    return stored
 
 
 def replace_folder(target: Path, files: dict[str, str]) -> None:
-    """Put ``files`` into the folder ``target`` all at once; whoever looks sees old or new.
+    """Put ``files`` into the folder ``target`` all at once, by renaming a complete new folder.
 
     Other files that lie there, such as a proof of the digits, stay.
 
@@ -156,9 +231,11 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
     """
     import shutil  # here, because a check does not write
 
-    fresh = target.with_name(f".new-{target.name}")
-    shutil.rmtree(fresh, ignore_errors=True)
+    fresh, old = (target.with_name(f".{which}-{target.name}") for which in ("new", "old"))
     try:
+        if old.exists() and not target.exists():  # killed between the two renames
+            old.rename(target)
+        shutil.rmtree(fresh, ignore_errors=True)
         fresh.mkdir(parents=True)
         for other in target.iterdir() if target.exists() else ():
             if other.name not in files and other.is_file():
@@ -169,39 +246,159 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
                 file.flush()
                 os.fsync(file.fileno())
         if target.exists():
-            _exchange(fresh, target)
-        else:
+            target.rename(old)
+        try:
             fresh.rename(target)
+        except BaseException:
+            if old.exists():
+                old.rename(target)
+            raise
+        shutil.rmtree(old, ignore_errors=True)
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise InputError(f"{target}: {reason}; expected a place that can be written") from error
     finally:
-        # the old folder after an exchange, or what an interruption left half done
         shutil.rmtree(fresh, ignore_errors=True)
 
 
-def _exchange(fresh: Path, target: Path) -> None:
-    import shutil
+def manifest_text(manifest: dict[str, Json]) -> str:
+    """The text of manifest.json, with the manifest's own hash added."""
+    return _with_hash(manifest, MANIFEST_HASH)
 
-    # Python has no call for an atomic exchange of two folders
-    rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
-    if rename is not None:
-        paths = os.fsencode(fresh), os.fsencode(target)
-        if rename(AT_FDCWD, paths[0], AT_FDCWD, paths[1], RENAME_EXCHANGE) == 0:
-            return
-        code = ctypes.get_errno()
-        if code not in (errno.EINVAL, errno.ENOSYS):
-            raise OSError(code, os.strerror(code), str(target))
-    # a file system without exchange: two renames, the first undone if the second fails
-    old = target.with_name(f".old-{target.name}")
-    shutil.rmtree(old, ignore_errors=True)
-    target.rename(old)
+
+def proof_text(content: dict[str, Json]) -> str:
+    """The text of proof.json, with the proof's own hash added."""
+    return _with_hash(content, PROOF_HASH)
+
+
+def _with_hash(content: dict[str, Json], key: str) -> str:
+    hashed = {**content, key: self_hash(content, key)}
+    return json.dumps(hashed, indent=1, ensure_ascii=False) + "\n"
+
+
+def with_proof(manifest: dict[str, Json], sha256: str | None) -> dict[str, Json]:
+    """The manifest (without its own hash) of data whose proof has that hash, or that have none."""
+    content = {k: v for k, v in manifest.items() if k not in (MANIFEST_HASH, PROOF_HASH)}
+    return content if sha256 is None else {**content, PROOF_HASH: sha256}
+
+
+def self_hash(content: dict[str, Json], key: str = MANIFEST_HASH) -> str:
+    """SHA-256 of a document's content, without this hash itself, which it has under ``key``."""
+    return _json_hash({name: value for name, value in content.items() if name != key})
+
+
+def scene_sha256(text: str) -> str:
+    """SHA-256 of what a scene's TOML says, comments and layout apart."""
+    return _json_hash(tomllib.loads(text, parse_float=str))
+
+
+def _json_hash(content: Json) -> str:
+    text = json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def changed_files(stored: Stored) -> list[str]:
+    """Which files are not those that were built, by their hashes; in one line, or []."""
+    manifest = stored.manifest
+    recorded = {file: stated(manifest, file).get("sha256") for file in FILES[:-1]}
+    found = {
+        SCENE: scene_sha256(stored.scene_text),
+        TRAJECTORY: stored.trajectory.sha256,
+        EVENTS: stored.events.sha256,
+    }
+    changed = [file for file, sha256 in found.items() if sha256 != recorded[file]]
+    if self_hash(manifest) != manifest.get(MANIFEST_HASH):
+        changed.append(MANIFEST)
+    return [f"{', '.join(changed)} got changed since it was built"] if changed else []
+
+
+def stated(manifest: dict[str, Json], file: str) -> dict[str, Json]:
+    """What a manifest says of a file; {} where it says nothing."""
+    files = manifest.get("files")
+    entry = files.get(file) if isinstance(files, dict) else None
+    return entry if isinstance(entry, dict) else {}
+
+
+def missing_keys(manifest: dict[str, Json]) -> list[str]:
+    """What a manifest of golden data has to have, and this one lacks."""
+    return sorted(NEEDED - manifest.keys())
+
+
+def require_manifest(stored: Stored) -> None:
+    """Refuse to prove, or to record a proof of, what no build has written.
+
+    Raises
+    ------
+    InputError
+        The manifest lacks keys, or is not the one that its own hash is of.
+    """
+    manifest, name = stored.manifest, stored.name
+    missing = missing_keys(manifest)
+    if missing:
+        raise InputError(
+            f"{name}: {MANIFEST} got no {', '.join(missing)}, expected what "
+            f"`tt-precise golden build {name}` writes"
+        )
+    if self_hash(manifest) != manifest[MANIFEST_HASH]:
+        raise InputError(
+            f"{name}: {MANIFEST} got changed since it was built; "
+            f"`tt-precise golden verify {name}` says where"
+        )
+
+
+def record_proof(place: Path) -> None:
+    """Write the hash of the proof that lies in a scene's folder into its manifest.
+
+    Raises
+    ------
+    InputError
+        The manifest is not one that was built.
+    """
+    stored = read(place.name, place.parent)
+    require_manifest(stored)
+    atomic_write(place / MANIFEST, manifest_text(with_proof(stored.manifest, proof_hash(place))))
+
+
+def proof_hash(place: Path) -> str | None:
+    """The hash of the proof in a scene's folder; None if there is none, "" if it is spoiled."""
+    path = place / PROOF
+    if not path.is_file():
+        return None
     try:
-        fresh.rename(target)
-    except BaseException:
-        old.rename(target)
-        raise
-    old.rename(fresh)
+        content = records.read(path, "a proof")
+        found = self_hash(content, PROOF_HASH)
+        return found if found == content[PROOF_HASH] else ""
+    except (InputError, KeyError):
+        return ""
+
+
+def missing_proof(stored: Stored) -> list[str]:
+    """Whether the proof that the manifest records, or the package knows of, is there."""
+    recorded = stored.manifest.get(PROOF_HASH)
+    found = proof_hash(stored.folder / stored.name)
+    again = f"run `tt-precise golden certify {stored.name}`"
+    if found == "":
+        return [f"{PROOF}: spoiled, its own hash does not fit; {again}"]
+    shipped = stored.folder.resolve() == home().resolve() and stored.name in PROVED
+    if found is None and (recorded or shipped):
+        knows = f"{MANIFEST} records" if recorded else "the package knows of"
+        return [f"{PROOF}: missing, but {knows} a proof of these digits"]
+    if found != recorded:
+        return [f"{PROOF}: not the one that {MANIFEST} records; {again}"]
+    return []
+
+
+@lru_cache(maxsize=128)
+def _scene(text: str, name: str) -> Scene:
+    return parse_scene(text, name, f"{name}/{SCENE}")
+
+
+def _table(path: Path) -> Table:
+    text = _text(path)
+    try:
+        return Table.parse(text)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _text(path: Path) -> str:

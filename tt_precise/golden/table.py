@@ -1,8 +1,4 @@
-"""``Table``: named columns of decimal strings, as they stand in a CSV file, and their hashes.
-
-Hashes are taken of the parsed content, so that line ends and the like cannot change them: SHA-256
-of the cells joined by commas within a row, each row ended by a line feed.
-"""
+"""``Table``: named columns of decimal strings, as they stand in a CSV file, and its hash."""
 
 from __future__ import annotations
 
@@ -10,8 +6,7 @@ import csv
 import hashlib
 import io
 import math
-import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -59,7 +54,7 @@ class Table:
 
     def csv(self) -> str:
         """The content of the CSV file."""
-        return _joined([self.columns, *self.rows])
+        return "".join(",".join(row) + "\n" for row in (self.columns, *self.rows))
 
     def column(self, name: str) -> tuple[str, ...]:
         """All cells under ``name``."""
@@ -79,19 +74,10 @@ class Table:
     def _floats(self) -> dict[str, tuple[float, ...]]:
         return {}
 
-    @property
+    @cached_property
     def sha256(self) -> str:
-        """SHA-256 of header and rows."""
-        return _sha256([self.columns, *self.rows])
-
-    def column_sha256(self, name: str) -> str:
-        """SHA-256 of the cells under ``name``, one to a row, without the name."""
-        return _sha256([(cell,) for cell in self.column(name)])
-
-    @property
-    def row_marks(self) -> str:
-        """Four hexadecimal digits a row (of its CRC-32), to find which row was changed."""
-        return "".join(f"{zlib.crc32(_joined([row]).encode()) & 0xFFFF:04x}" for row in self.rows)
+        """SHA-256 of the content, which line ends and spaces in a file cannot change."""
+        return hashlib.sha256(self.csv().encode()).hexdigest()
 
 
 def _plain_lines(text: str) -> list[tuple[str, ...]] | None:
@@ -100,11 +86,3 @@ def _plain_lines(text: str) -> list[tuple[str, ...]] | None:
     if '"' in text or "\n".join(words) + "\n" != text:
         return None
     return [tuple(word.split(",")) for word in words]
-
-
-def _joined(rows: Iterable[Iterable[str]]) -> str:
-    return "".join(",".join(row) + "\n" for row in rows)
-
-
-def _sha256(rows: Iterable[Iterable[str]]) -> str:
-    return hashlib.sha256(_joined(rows).encode()).hexdigest()

@@ -1,29 +1,41 @@
-"""``verify``: golden data against their manifest and a fresh computation."""
+"""``verify``: golden data against their manifest, their proof and a fresh computation.
+
+``inspect`` names every damage to the files without computing. ``verify_scene`` also computes the
+solution anew, by another integrator than the one that made the data, and compares entry by entry.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.golden import proofs, store
-from tt_precise.golden.consensus import ordered_events
-from tt_precise.golden.distance import correct_digits, scales_by_kind
-from tt_precise.golden.integrity import inspect
-from tt_precise.golden.places import VECTORS, Folder, Located, home, locate, require, some
-from tt_precise.golden.proved import PROVED
-from tt_precise.golden.runs import LADDER, Run, Task
-from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
+from tt_precise.golden.building import CONSTANT_TO, SCHEMA, constancies, derive
+from tt_precise.golden.digits import EXACT, misprinted
+from tt_precise.golden.distance import as_decimal, correct_digits
+from tt_precise.golden.runs import (
+    LADDER,
+    Run,
+    Task,
+    columns,
+    exact_decimal,
+    ordered_events,
+    perform,
+)
+from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY, Folder, Located, Stored
 from tt_precise.golden.table import Table
-from tt_precise.golden.workers import perform_all
-from tt_precise.golden.worst import largest_error
+from tt_precise.mechanics.digits import sizes
+from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.workers import local_pool
+from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.workers import Call, Failure, local_pool
+from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import shipped as shipped_scenes
 
 FRESH_DIGITS = 28  # a fresh computation has to find at least so many
 DIGITS_PER_BIT = math.log10(2)
@@ -36,6 +48,16 @@ FINE, WITHOUT_LLVM = "triple-double", "quad"
 # and do not show what they lost: two doubles do.
 SPARE_BITS = 4
 MOST_BITS = max(LADDER[0])
+
+WORDS = ("meaning", "event_meanings")  # their wording may change from version to version
+FEW = 3  # of many equal problems so many are reported
+
+# Digits of a fresh computation count relative to the size of the component at that time, its
+# largest golden entry within so many rows: a zero passed on the way does not decide, and a
+# component that decays is still measured by its own size. One that has decayed further than to
+# 1e-10 of its largest is measured as if it had not.
+NEIGHBOURS = 20
+DECAYED = 1e-10
 
 # Beyond a scene's sensitivity, rounding errors and the libraries of another machine move double by
 # less than these.
@@ -98,60 +120,51 @@ def verify(
         There are no such data, or none at all.
     """
     located = {one.name: one.folder for one in _asked_for(scenes, folder)}
-    wanted = some(located, folder)
+    calls = [Call(name, (name, located[name])) for name in store.some(located, folder)]
     found: dict[str, Verification] = {}
+    with local_pool(workers) as pool:
+        for call, result in pool.perform(verify_scene, calls, progress):
+            if isinstance(result, Failure):
+                raise result.error
+            found[call.key] = result
+    return [found[name] for name in located]
 
-    @cache
-    def inspected(name: str) -> tuple[Stored | None, list[str]]:
-        return inspect(name, located[name])
 
-    doubles: dict[str, Run] = {}
-    roughly: dict[str, WorstEntry | None] = {}
-
-    def finish(name: str, runs: list[Run]) -> list[Task]:
-        stored, problems = inspected(name)
-        if stored is None:
-            return []
-        run = runs[0]
-        if name not in doubles:
-            doubles[name] = run
-            # what double has in common with damaged data says nothing about the scene
-            roughly[name] = _worst(stored, run)
-            rough = None if problems else roughly[name]
-            fine = _fine(stored, rough and bits_needed(rough.digits, run.bits))
-            return [fine, _rough(stored, "double-double")] if fine.precision == FINE else [fine]
-        found[name] = judge(stored, problems, [*runs, doubles[name]], roughly[name])
-        digits = found[name].digits_found
-        if digits is None or digits >= FRESH_DIGITS:
-            return []
-        bits = bits_needed(digits, run.bits)
-        return [_fine(stored, bits)] if bits else []
-
-    # the workers compute while the files are inspected, here
-    plans = {
-        name: [_rough(stored, "double")]
-        for name, stored in ((name, _readable(name, located[name])) for name in wanted)
-        if stored
-    }
-    with local_pool(workers, inline=False) as pool:
-        perform_all(pool, plans, finish, progress=progress)
-    for name in wanted:
-        if name not in found:
-            found[name] = Verification(name, None, problems=tuple(inspected(name)[1]))
-    return [replace(found[name], digits_proved=_proved(name, located[name])) for name in wanted]
+def verify_scene(name: str, folder: Path) -> Verification:
+    """Verify the data of one scene."""
+    stored, problems = inspect(name, folder)
+    if stored is None:
+        return Verification(name, None, problems=tuple(problems))
+    proved = _proved(name, folder)
+    double = perform(_rough(stored, "double"))
+    rough = _worst(stored, double)
+    # what double has in common with damaged data says nothing about the scene
+    bits = bits_needed(rough.digits, double.bits) if rough and not problems else None
+    while True:
+        task = _fine(stored, bits)
+        runs = [perform(task)]
+        if task.precision == FINE:
+            runs.append(perform(_rough(stored, "double-double")))
+        found = judge(stored, problems, [*runs, double], rough)
+        digits = found.digits_found
+        bits = None
+        if digits is not None and digits < FRESH_DIGITS:
+            bits = bits_needed(digits, runs[0].bits)
+        if bits is None:
+            return replace(found, digits_proved=proved)
 
 
 def _asked_for(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Located]:
     """Where the data are. All there are means every folder, readable or not, and those known."""
     if scenes is not None:
-        found = [locate(scene, folder) for scene in scenes]
+        found = [store.locate(scene, folder) for scene in scenes]
         missing = [one for one in found if not one.path.is_dir()]
-        return found if not missing else [require(missing[0].name, folder)]
-    place = home() if folder is None else Path(folder)
+        return found if not missing else [store.require(missing[0].name, folder)]
+    place = store.home() if folder is None else Path(folder)
     names = {entry.name for entry in place.iterdir() if entry.is_dir()} if place.is_dir() else set()
-    if place.resolve() == home().resolve():
-        names |= PROVED
-    names = {name for name in names if not name.startswith(".")} - {VECTORS}
+    if place.resolve() == store.home().resolve():
+        names |= store.PROVED
+    names = {name for name in names if not name.startswith(".")} - {store.VECTORS}
     return [Located(name, place) for name in sorted(names)]
 
 
@@ -212,15 +225,6 @@ def judge(
     )
 
 
-def _readable(name: str, folder: Path) -> Stored | None:
-    try:
-        stored = store.read(name, folder)
-        stored.scene  # noqa: B018 - it has to be one
-    except InputError:  # reported when the files are inspected
-        return None
-    return stored
-
-
 def _proved(name: str, folder: Path) -> int | None:
     try:
         record = proofs.read(name, folder)
@@ -269,8 +273,7 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
                 line = f"{file}, line {row + 2}, {label}"
                 problems.append(f"{line}: got {mine}, a fresh computation has {other}")
                 return []
-    scales = scales_by_kind(stored.trajectory, stored.scene.body)
-    worst = []
+    scales, worst = _scales(stored), []
     for name in golden.columns:
         if name in ("name", "direction"):
             continue
@@ -282,9 +285,10 @@ def _compared(stored: Stored, file: str, fresh: Table, problems: list[str]) -> l
         if wrongly is not None:
             line = f"{file}, line {wrongly + 2}, {name}"
             problems.append(f"{line}: is empty, a fresh computation has a number")
-        largest = largest_error(cells, found, scales.get(name))
-        if largest:
-            worst.append(WorstEntry(file, largest.row, name, correct_digits(largest.error)))
+        if any(cells[: len(found)]):
+            errors = _errors(cells, found, scales.get(name))
+            row = int(errors.argmax())
+            worst.append(WorstEntry(file, row, name, correct_digits(float(errors[row]))))
     return worst
 
 
@@ -298,3 +302,154 @@ def _events_table(run: Run) -> Table:
     names = run.trajectory.columns
     rows = [(name, t, str(way), *state) for name, way, (t, *state) in ordered_events(run)]
     return Table(("name", "t", "direction", *names[1:]), tuple(rows))
+
+
+def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, list[str]]:
+    """Read the golden data of ``name``; what is wrong with the files, a line each.
+
+    The data are None where they cannot be read at all, or hold what is no number.
+    """
+    try:
+        stored = store.read(name, folder)
+        scene = stored.scene
+    except InputError as error:
+        return None, [str(error)]
+    problems = _problems_of_manifest(stored)
+    if store.scene_sha256(stored.scene_text) != store.stated(stored.manifest, SCENE).get("sha256"):
+        problems.append(f"{SCENE}: says something else than when the data were built")
+    problems += _another_scene(stored)
+    expected = columns(scene)
+    wanted = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
+    damaged = []
+    for file, names in wanted.items():
+        damaged += list(_problems_of_table(scene, file, stored.table(file), names, stored))
+    problems += damaged
+    if any(misprinted(file, stored.table(file), empty=False) for file in wanted):
+        return None, problems
+    if not damaged:
+        stated = derive(scene, stored.trajectory, stored.events)
+        problems += _differences(stated, stored.manifest, MANIFEST)
+        problems += _inconstant(scene, stored.trajectory)
+    if not problems and stored.manifest[store.MANIFEST_HASH] != store.self_hash(stored.manifest):
+        problems.append(
+            f"{MANIFEST}: edited after it was built, in a value that the data do not determine "
+            "(title, source, rule, evidence, versions or history)"
+        )
+    return stored, problems + _problems_of_proof(stored)
+
+
+def _another_scene(stored: Stored) -> list[str]:
+    """Data that ship are of the scene that ships under their name."""
+    if stored.folder.resolve() != store.home().resolve() or stored.name not in shipped_scenes():
+        return []
+    same = stored.scene == load_scene(stored.name)
+    return [] if same else [f"{SCENE}: another scene than the {stored.name} that ships"]
+
+
+def _problems_of_proof(stored: Stored) -> list[str]:
+    try:
+        record = proofs.read(stored.name, stored.folder)
+    except InputError as error:
+        return [str(error)]
+    complaints = proofs.complaints(stored, record) if record else []
+    return complaints or store.missing_proof(stored)
+
+
+def _problems_of_manifest(stored: Stored) -> list[str]:
+    manifest = stored.manifest
+    missing = store.missing_keys(manifest)
+    if missing:
+        return [f"{MANIFEST}: {', '.join(missing)} missing, expected to be there"]
+    stated = {"schema": SCHEMA, "scene": stored.name, "model": stored.scene.model}
+    return [
+        f"{MANIFEST}: {key} is {manifest[key]!r}, expected {value!r}"
+        for key, value in stated.items()
+        if manifest[key] != value
+    ]
+
+
+def _problems_of_table(
+    scene: Scene, file: str, table: Table, names: tuple[str, ...], stored: Stored
+) -> Iterator[str]:
+    if table.columns != names:
+        yield f"{file}: columns are {','.join(table.columns)}, expected {','.join(names)}"
+        return
+    bad = misprinted(file, table)
+    yield from bad[:FEW]
+    if file == TRAJECTORY and not bad:
+        yield from _missing_times(scene, table, stored.manifest.get("status"))
+    if table.sha256 != store.stated(stored.manifest, file).get("sha256"):
+        yield f"{file}: changed since it was built; `git diff` shows where, if git has it"
+
+
+def _missing_times(scene: Scene, table: Table, status: Json) -> Iterator[str]:
+    times = table.column("t")
+    if times and status != "complete":
+        times = times[:-1]
+    for expected, found in zip(map(exact_decimal, scene.sample_times), times, strict=False):
+        if expected is not None and found != expected:
+            later = Decimal(found) > Decimal(expected)
+            what = "is missing" if later else "is expected"
+            yield f"{TRAJECTORY}: the row of t = {expected} {what}, there stands t = {found}"
+            return
+    if status == "complete" and len(times) < len(scene.sample_times):
+        yield f"{TRAJECTORY}: ends at t = {times[-1] if times else 'no row'}, before the horizon"
+
+
+def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:
+    """Where the manifest states something else than follows from the data."""
+    if isinstance(derived, dict) and isinstance(stated, dict):
+        for key, value in derived.items():
+            if key in WORDS:
+                continue
+            yield from _differences(value, stated.get(key), f"{where}: {key}" if key else where)
+    elif derived != stated:
+        yield f"{where} is {str(stated)[:50]!r}, the data say {str(derived)[:50]!r}"
+
+
+def _inconstant(scene: Scene, trajectory: Table) -> Iterator[str]:
+    for one in constancies(scene, trajectory):
+        if one.digits < CONSTANT_TO:
+            yield (
+                f"{TRAJECTORY}: {one.name} is constant to {one.digits:.1f} digits, expected "
+                f"{CONSTANT_TO}; worst in line {one.worst_row + 2}"
+            )
+
+
+def _errors(cells: Sequence[str], fresh: Sequence[str], scale: float | None) -> Array:
+    """Errors of ``fresh`` entries in terms of their sizes; 0 where the golden cell is empty.
+
+    Differences are exact, sizes doubles. Without a ``scale``, as of times, each entry counts by
+    itself. A fresh entry that is missing is infinitely far away.
+    """
+    import numpy
+
+    pairs = list(zip(cells, fresh, strict=False))
+    apart = [_apart(cell, other) if cell else 0.0 for cell, other in pairs]
+    near = numpy.abs([float(cell or 0) for cell, _ in pairs])
+    if scale is not None and len(near):
+        padded = numpy.pad(near, NEIGHBOURS)
+        windows = numpy.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
+        near = numpy.maximum(windows.max(axis=1), scale * DECAYED)
+    with numpy.errstate(all="ignore"):
+        return numpy.where(numpy.equal(apart, 0), 0.0, numpy.divide(apart, near))
+
+
+def _apart(cell: str, fresh: str) -> float:
+    other = as_decimal(fresh)
+    return math.inf if other is None else abs(float(EXACT.subtract(other, Decimal(cell))))
+
+
+def _scales(stored: Stored) -> dict[str, float]:
+    """The largest entry of each column; of one that is zero altogether what an error counts by."""
+    import numpy
+
+    columns = stored.trajectory.columns[1:]
+    numbers = {name: numpy.array(stored.trajectory.floats(name)) for name in columns}
+    with numpy.errstate(all="ignore"):
+        beside = sizes(stored.scene.body.numbers(float), numbers, numpy)
+    found = {}
+    for name, values in numbers.items():
+        natural = float(numpy.fmin.reduce(beside[name], initial=math.inf))
+        found[name] = float(numpy.fmax.reduce(abs(values), initial=0)) or natural
+    return {name: scale if math.isfinite(scale) else 1.0 for name, scale in found.items()}

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tt_precise.golden import store
-from tt_precise.golden.places import VECTORS
+from tt_precise.golden.store import VECTORS
 from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
@@ -39,8 +39,8 @@ KINDS = {
     store.EVENTS: ("events", "decimal strings"),
     store.MANIFEST: ("manifest", "units, digits and evidence of the scene's files"),
     "proof.json": ("proof", "what is proved of the digits"),
-    "enclosure.csv": ("enclosure", "last digits of the exact solution"),
-    "events-enclosure.csv": ("enclosure", "last digits of the exact numbers at events"),
+    "enclosure.csv": ("enclosure", "balls around the exact numbers of the trajectory"),
+    "events-enclosure.csv": ("enclosure", "balls around the exact numbers of the events"),
     "certificate.json.xz": ("certificate", "the steps of a proof, for a checker of its own"),
 }
 

@@ -15,7 +15,7 @@ from tt_precise.claims import evidence, judge
 from tt_precise.claims.evidence.proved import Proved, count, digits, proofs_of, settles
 from tt_precise.claims.evidence.proved_climb import precession, reversal, sign_of_precession
 from tt_precise.claims.verdicts import Verdict, about, rounds_to
-from tt_precise.golden import places, proofs, store
+from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval
 
 CHEAP = ("NUM-04", "NUM-05", "NUM-07", "NUM-20", "NUM-21", "NUM-22", "NUM-24", "QUAL-01")
@@ -41,8 +41,7 @@ def _all() -> list[Any]:
 def spoilable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A copy of the reference scene's golden data, which the claims read instead."""
     place = shutil.copytree(store.home() / "reference", tmp_path / "reference")
-    for module in (store, places):
-        monkeypatch.setattr(module, "home", lambda: tmp_path)
+    monkeypatch.setattr(store, "home", lambda: tmp_path)
     proofs_of.cache_clear()
     yield place
     proofs_of.cache_clear()
@@ -72,7 +71,7 @@ def test_a_spoiled_enclosure_proves_nothing(spoilable: Path) -> None:
     (spoilable / ENCLOSURE).write_text(text.replace("1", "2", 1))
     finding = judge("NUM-20").finding
     assert not finding.proved
-    assert f"Not proved: {ENCLOSURE}, line 2: changed" in finding.note
+    assert f"Not proved: {ENCLOSURE}: changed" in finding.note
 
 
 def test_a_missing_proof_is_reported(spoilable: Path) -> None:
@@ -95,7 +94,7 @@ def test_a_proof_of_something_else_does_not_settle_a_claim(spoilable: Path) -> N
     assert record is not None
     content = record.content
     content["inversion"]["B"]["t_init"]["middle"] = "3.9"
-    (spoilable / PROOF).write_text(proofs.text(content))
+    (spoilable / PROOF).write_text(store.proof_text(content))
     finding = judge("NUM-04").finding
     assert not finding.proved
     assert "Not proved: proof.json: B, t_init is not where the events put it" in finding.note

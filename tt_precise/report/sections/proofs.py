@@ -26,9 +26,9 @@ METHOD = (
     "scene's exact parameters and start, step after step (`tt-precise golden certify`; the whole "
     "theorem and its proof stand in the docstring of tt_precise.certify). What does not verify is "
     "not claimed. `tt-precise golden verify` holds every printed number against its enclosure: "
-    "rows against `enclosure.csv`, events against `events-enclosure.csv`, Euler columns against "
-    "what follows from the vectors there. All of it is about times from 0 to the time named; "
-    "events are the zeros of their functions after t = 0."
+    "rows against `enclosure.csv`, events against `events-enclosure.csv`. All "
+    "of it is about times from 0 to the time named; events are the zeros of their functions after "
+    "t = 0."
 )
 FOREVER = (
     "For ever: where the axis has come near enough to the vertical the energy, which falls, cannot "

@@ -1,23 +1,20 @@
-"""Golden data that are no longer what was built are neither loaded nor compared with."""
+"""Golden data: where they lie, what is whole, and how a folder is replaced."""
 
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
 import tt_precise as tt
-from tt_precise.golden import manifest as manifests
-from tt_precise.golden import places, proofs, seal, store
-from tt_precise.golden.integrity import inspect
-from tt_precise.golden.proved import PROVED
-from tt_precise.golden.store import EVENTS, MANIFEST, SCENE, TRAJECTORY
+from tests.golden.conftest import rehash
+from tt_precise.golden import proofs, store
+from tt_precise.golden.store import MANIFEST, PROOF, PROVED, SCENE, TRAJECTORY
+from tt_precise.golden.verifying import inspect
 from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,37 +30,17 @@ def proved(tmp_path: Path) -> Path:
 
 
 def test_the_package_knows_the_proofs_that_ship() -> None:
-    there = {name for name in store.scenes() if proofs.read(name)}
-    assert there == PROVED, "golden/proved.py: list the scenes that have a proof.json"
+    assert {name for name in store.scenes() if proofs.read(name)} == PROVED
     for name in PROVED:
         stored = store.read(name)
-        assert stored.manifest[manifests.PROOF_KEY] == seal.proof_hash(store.home() / name)
+        assert stored.manifest[store.PROOF_HASH] == store.proof_hash(store.home() / name)
 
 
 def test_the_hash_of_a_proof_is_put_in_and_taken_out() -> None:
-    known = {"schema": "s", manifests.SELF_HASH: "old"}
-    sealed = manifests.with_proof(known, "ab")
-    assert sealed == {"schema": "s", manifests.PROOF_KEY: "ab"}
-    assert manifests.with_proof(sealed, None) == {"schema": "s"}
-
-
-def reseal(place: Path) -> None:
-    """What somebody does who edits golden data and makes the manifest agree with them."""
-    stored = store.read(place.name, place.parent)
-    derived = manifests.derive(stored.scene, stored.trajectory, stored.events)
-    old = stored.manifest
-    for file, entry in derived["files"].items():
-        for name, column in entry.get("columns", {}).items():
-            column |= {
-                k: v for k, v in old["files"][file]["columns"][name].items() if k == "agreement"
-            }
-    marks = {TRAJECTORY: stored.trajectory.row_marks, EVENTS: stored.events.row_marks}
-    content = {k: v for k, v in old.items() if k != manifests.SELF_HASH}
-    (place / MANIFEST).write_text(manifests.dump({**content, **derived, "row_marks": marks}))
-
-
-def agreements(manifest: dict[str, Any], file: str, column: str) -> Any:
-    return manifest["files"][file]["columns"][column].get("agreement")
+    known = {"schema": "s", store.MANIFEST_HASH: "old"}
+    with_it = store.with_proof(known, "ab")
+    assert with_it == {"schema": "s", store.PROOF_HASH: "ab"}
+    assert store.with_proof(with_it, None) == {"schema": "s"}
 
 
 def flip_last_digit(place: Path) -> None:
@@ -76,18 +53,17 @@ def flip_last_digit(place: Path) -> None:
 
 
 def no_proof(place: Path) -> None:
-    (place / proofs.PROOF).unlink()
-    (place / proofs.ENCLOSURE).unlink()
-    (place / proofs.EVENTS_ENCLOSURE).unlink()
+    for file in (PROOF, proofs.ENCLOSURE, proofs.EVENTS_ENCLOSURE):
+        (place / file).unlink()
 
 
-def flipped_and_resealed(place: Path) -> None:
+def flipped_under_right_hashes(place: Path) -> None:
     flip_last_digit(place)
-    reseal(place)
+    rehash(place)
 
 
 def proof_of_others(place: Path) -> None:
-    shutil.copy(store.home() / "steep" / proofs.PROOF, place)
+    shutil.copy(store.home() / "steep" / PROOF, place)
 
 
 @pytest.mark.parametrize(
@@ -102,7 +78,6 @@ def proof_of_others(place: Path) -> None:
 def test_what_got_changed_is_not_used(
     proved: Path, spoil: Callable[[Path], object], message: str
 ) -> None:
-    tt.golden.load(NAME, folder=proved.parent)
     spoil(proved)
     with pytest.raises(InputError, match=message):
         tt.golden.load(NAME, folder=proved.parent)
@@ -113,9 +88,9 @@ def test_what_got_changed_is_not_used(
     assert inspect(NAME, proved.parent)[1]
 
 
-def test_resealing_does_not_get_past_the_proof(proved: Path) -> None:
+def test_right_hashes_do_not_get_past_the_proof(proved: Path) -> None:
     assert inspect(NAME, proved.parent)[1] == []
-    flipped_and_resealed(proved)
+    flipped_under_right_hashes(proved)
     stored, problems = inspect(NAME, proved.parent)
     assert stored is not None
     assert "not the table that was proved" in problems[0]
@@ -123,37 +98,37 @@ def test_resealing_does_not_get_past_the_proof(proved: Path) -> None:
     no_proof(proved)
     assert "missing, but manifest.json records" in inspect(NAME, proved.parent)[1][0]
     manifest = json.loads((proved / MANIFEST).read_text())
-    (proved / MANIFEST).write_text(manifests.dump(manifests.with_proof(manifest, None)))
+    (proved / MANIFEST).write_text(store.manifest_text(store.with_proof(manifest, None)))
     assert inspect(NAME, proved.parent)[1] == []
 
 
 def test_the_package_misses_a_shipped_proof(proved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    flipped_and_resealed(proved)
+    flipped_under_right_hashes(proved)
     no_proof(proved)
     manifest = json.loads((proved / MANIFEST).read_text())
-    (proved / MANIFEST).write_text(manifests.dump(manifests.with_proof(manifest, None)))
-    monkeypatch.setattr(seal, "home", lambda: proved.parent)
+    (proved / MANIFEST).write_text(store.manifest_text(store.with_proof(manifest, None)))
+    monkeypatch.setattr(store, "home", lambda: proved.parent)
     assert "the package knows of a proof" in inspect(NAME, proved.parent)[1][0]
 
 
-def test_files_are_read_once_while_they_stay_the_same(
-    small: Small, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    place = small.folder / "reference"
-    for file in place.iterdir():
-        _age(file)
-    first = store.read("reference", small.folder)
-    assert store.read("reference", small.folder).trajectory is first.trajectory
-    _age(place / TRAJECTORY, 50)
-    assert store.read("reference", small.folder).trajectory is not first.trajectory
-    # a file written just now may be written again within the same tick of its clock
-    (place / TRAJECTORY).write_text(first.trajectory.csv())
-    assert store.stamp(place / TRAJECTORY) is None
+def test_data_are_read_once_for_each_manifest(proved: Path) -> None:
+    first = store.read_whole(NAME, proved.parent)
+    assert store.read_whole(NAME, proved.parent) is first
+    flipped_under_right_hashes(proved)
+    assert store.read_whole(NAME, proved.parent).trajectory != first.trajectory
 
 
-def _age(path: Path, seconds: int = 60) -> None:
-    then = time.time() - seconds
-    os.utime(path, (then, then))
+def test_a_spoiled_proof_never_counts_as_the_recorded_one(proved: Path) -> None:
+    """A build records the proof that lies there; a spoiled one has no hash to record."""
+    content = json.loads((proved / PROOF).read_text())
+    (proved / PROOF).write_text(json.dumps(content | {"digits": 35}))
+    assert store.proof_hash(proved) == ""
+    stored = store.read(NAME, proved.parent)
+    for recorded in ("", None):
+        text = store.manifest_text(store.with_proof(stored.manifest, recorded))
+        (proved / MANIFEST).write_text(text)
+        with pytest.raises(InputError, match=r"proof\.json: spoiled"):
+            store.read_whole(NAME, proved.parent)
 
 
 def test_one_way_to_name_golden_data(
@@ -162,7 +137,7 @@ def test_one_way_to_name_golden_data(
     own = tmp_path / "golden"
     shutil.copytree(small.folder / "reference", own / "mytop")
     manifest = json.loads((own / "mytop" / MANIFEST).read_text()) | {"scene": "mytop"}
-    (own / "mytop" / MANIFEST).write_text(manifests.dump(manifest))
+    (own / "mytop" / MANIFEST).write_text(store.manifest_text(manifest))
     toml = tmp_path / "mytop.toml"
     toml.write_text(small.scene.text)
     expected = tt.golden.load("reference", folder=small.folder)
@@ -177,9 +152,9 @@ def test_one_way_to_name_golden_data(
     found = tt.check.conservation(path, toml)["golden"]
     assert found.value == 34
     assert tt.check.assert_matches_golden(path, toml, digits=30, folder=own).passed
-    with pytest.raises(InputError, match="no golden data of a scene mytop in elsewhere"):
+    with pytest.raises(InputError, match="mytop in elsewhere"):
         tt.check.assert_matches_golden(path, toml, digits=30, folder="elsewhere")
-    assert places.locate("reference").folder == store.home()
+    assert store.locate("reference").folder == store.home()
 
 
 def test_a_folder_in_the_working_directory_does_not_beat_the_package(
@@ -187,20 +162,42 @@ def test_a_folder_in_the_working_directory_does_not_beat_the_package(
 ) -> None:
     shutil.copytree(small.folder / "reference", tmp_path / "reference")
     monkeypatch.chdir(tmp_path)
-    assert places.locate("reference").folder == store.home()
+    assert store.locate("reference").folder == store.home()
     assert len(tt.golden.load("reference")) == 801
     for by_path in ("./reference", Path("reference"), str(tmp_path / "reference")):
         assert len(tt.golden.load(by_path)) == 7
 
 
-def test_a_spoiled_proof_never_counts_as_the_recorded_one(proved: Path) -> None:
-    """A build records the proof that lies there; a spoiled one has no hash to record."""
-    content = json.loads((proved / proofs.PROOF).read_text())
-    (proved / proofs.PROOF).write_text(json.dumps(content | {"digits": 35}))
-    assert seal.proof_hash(proved) == ""
-    stored = store.read(NAME, proved.parent)
-    for recorded in ("", None):
-        text = manifests.dump(manifests.with_proof(stored.manifest, recorded))
-        (proved / MANIFEST).write_text(text)
-        with pytest.raises(InputError, match=r"proof\.json: spoiled, its own hash does not fit"):
-            seal.read_whole(NAME, proved.parent)
+def test_a_folder_is_replaced_and_other_files_stay(tmp_path: Path) -> None:
+    target = tmp_path / "scene"
+    store.replace_folder(target, {"a": "old\n", "proof": "of others\n"})
+    store.replace_folder(target, {"a": "new\n", "b": "new\n"})
+    found = {path.name: path.read_text() for path in target.iterdir()}
+    assert found == {"a": "new\n", "b": "new\n", "proof": "of others\n"}
+    assert [path.name for path in tmp_path.iterdir()] == ["scene"]
+
+
+@pytest.mark.parametrize("at", ["new", "old"])
+def test_an_interrupted_replacement_leaves_the_old_data(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: str
+) -> None:
+    """Interrupted at either renaming; or killed between the two, which the next one mends."""
+    target = tmp_path / "scene"
+    store.replace_folder(target, {"a": "old\n"})
+    rename = Path.rename
+
+    def interrupted(self: Path, to: Path) -> Path:
+        if self.name.startswith(f".{at}") or (at == "old" and to.name.startswith(".old")):
+            raise KeyboardInterrupt
+        return rename(self, to)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "rename", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            store.replace_folder(target, {"a": "new\n"})
+    assert (target / "a").read_text() == "old\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["scene"]
+    target.rename(tmp_path / ".old-scene")
+    with pytest.raises(InputError):
+        store.replace_folder(target, {"no/such": "new\n"})
+    assert (target / "a").read_text() == "old\n"
