@@ -17,7 +17,7 @@ LOST = 2.0  # digits that a scene mostly loses of those of the tolerance
 WORTH = 0.25  # of a digit more for each digit of the tolerance; where a retry wins less, none helps
 # Two runs in mp cost about this many seconds on the reference scene, whose horizon is so many units
 # of time; what they cost grows with the square of the order and with the product of long numbers.
-SECONDS, UNITS, BITS, GROWTH = 26.0, 177.0, 200, 3.0
+SECONDS, UNITS, BITS, GROWTH = 26.0, 177.0, 200, 2.5
 MOST_SECONDS = 3600.0
 DIGITS_PER_BIT = math.log10(2)
 

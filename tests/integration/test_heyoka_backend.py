@@ -1,0 +1,233 @@
+"""heyoka's integrators: compiled once, lent, begun with a short step, bounded beside a pole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import mpmath
+import pytest
+
+from tt_precise.integration import Trajectory, integrate, system
+from tt_precise.integration.equations import Equations
+from tt_precise.integration.idle import Idle
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.step_limit import LARGE_TILT, longest_step
+from tt_precise.integration.system import SLOW_SPEED, numeric_options
+from tt_precise.mechanics.formulations import SLOW, integrated
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.scene.body import TippeTop
+from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
+
+SETUP = Setup(formulation=integrated("gliding", "newton"), precision=precision_named("double"))
+
+
+@pytest.fixture
+def builds(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
+    """Keys built during the test, which starts without idle integrators."""
+    built: list[Setup] = []
+    original = system.build
+
+    def build(setup: Setup) -> system.Integrator:
+        built.append(setup)
+        return original(setup)
+
+    monkeypatch.setattr(system, "_idle", Idle(build))
+    return built
+
+
+def test_one_integrator_serves_every_body_and_start(builds: list[Setup], half: Scene) -> None:
+    heavy = replace(half, body=replace(half.body, m="1", I1="2", I3="3", alpha="1/7"))
+    first, other, again = integrate(half), integrate(heavy), integrate(half)
+    assert len(builds) == 1
+    assert first.state.values == again.state.values != other.state.values
+
+
+def test_events_of_an_earlier_run_are_forgotten(double: Trajectory, half: Scene) -> None:
+    first = integrate(half, events=double.setup.events)
+    second = integrate(half, events=double.setup.events)
+    before = double.events[double.events["t"] <= 0.5]
+    assert len(first.events) == len(second.events) == len(before) > 10
+    assert first.events["t"].equals(second.events["t"])
+
+
+def test_recorded_quadratures_do_not_disturb_the_state(quad: Trajectory) -> None:
+    """psi grows to 450 rad, far above the rest of the state, and phi has a spike of its rate."""
+
+    def error(tolerance: float) -> float:
+        recorded = integrate(
+            "reference",
+            record=("phi", "psi", "x", "y"),
+            tolerance=tolerance,
+        )
+        assert abs(recorded.state.psi) > 100
+        apart = [recorded.state.values[k] - float(quad.state.values[k]) for k in ("kx", "ky", "kz")]
+        return max(map(abs, apart))
+
+    assert error(0) < 1e-13  # the bar for double without quadratures
+    assert error(1e-12) > 1e-13
+
+
+def test_a_numeric_option_reaches_heyoka() -> None:
+    coarse = SETUP.but(tolerance=1e-6)
+    assert numeric_options(coarse)["tol"] == 1e-6
+    assert numeric_options(SETUP)["tol"] == 2.0**-56
+    assert numeric_options(SETUP.but(options=(("tol", 0.5),)))["tol"] == 0.5
+    quad = numeric_options(SETUP.but(precision=precision_named("quad")))
+    assert quad["compact_mode"] is True
+    assert numeric_options(SETUP)["compact_mode"] is False
+    # without, the slope of g_n in the rolling model compiles for a minute
+    assert numeric_options(SETUP.but(events=("extremum:g_n",)))["compact_mode"] is True
+    assert quad["tol"] == precision_named("quad").fp_type(2) ** -112
+
+
+def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Scene) -> None:
+    fine = integrate(half)
+    coarse = integrate(half, tolerance=1e-6)
+    assert coarse.order < fine.order
+    assert coarse.drift["jellett"] > 1000 * fine.drift["jellett"]
+
+
+def test_terminal_functions_are_those_of_the_model() -> None:
+    def names(model: str, coordinates: str) -> list[str]:
+        form = integrated(model, coordinates)
+        equations = Equations.of(form)
+        return list(system.terminal_functions(form, equations.motion, equations.variables[0]))
+
+    assert names("gliding", "newton") == ["contact_lost", "singular_contact"]
+    assert names("gliding", "euler") == ["contact_lost", "singular_contact", "pole"]
+    assert names("rolling", "newton") == ["contact_lost"]
+    assert names("rolling", "euler") == ["contact_lost", "pole"]
+
+
+def test_mu_is_exact_though_it_comes_as_a_square(reference: Scene) -> None:
+    with_exact_root = replace(reference.body, g=Fraction("12.5"), mu="3")
+    context = precision_named("quad").context
+    body = with_exact_root.dimensionless(context, precision_named("quad").exact)
+    assert body.mu == context.mpf("1.5")
+
+
+def test_one_serves_run_after_run() -> None:
+    idle: Idle[str, object] = Idle(lambda key: object())
+    with idle.lent("a") as first:
+        pass
+    with idle.lent("a") as again, idle.lent("b") as other:
+        assert again is first is not other
+
+
+def test_two_at_once_get_one_each() -> None:
+    idle: Idle[str, object] = Idle(lambda key: object())
+    with idle.lent("a") as one, idle.lent("a") as two:
+        assert one is not two
+    assert idle.waiting("a") == 2
+
+
+def test_an_interrupted_one_is_not_used_again() -> None:
+    idle: Idle[str, object] = Idle(lambda key: object())
+    with pytest.raises(KeyboardInterrupt), idle.lent("a"):
+        raise KeyboardInterrupt
+    assert idle.waiting("a") == 0
+
+
+def test_they_do_not_pile_up() -> None:
+    idle: Idle[str, object] = Idle(lambda key: object(), most=1)
+    with idle.lent("a"), idle.lent("a"), idle.lent("b"):
+        pass
+    assert idle.waiting("a") + idle.waiting("b") == 1
+
+
+def test_the_kind_that_nobody_asked_for_the_longest_goes() -> None:
+    idle: Idle[str, object] = Idle(lambda key: object(), kinds=2)
+    for key in "abac":
+        with idle.lent(key):
+            pass
+    assert [idle.waiting(key) for key in "abc"] == [1, 0, 1]
+
+
+@pytest.fixture(scope="module")
+def slow_start() -> Scene:
+    # so close to the pole that the first step, without events, reaches to 0.03 s
+    return replace(load_scene("beside-the-pole"), until=Fraction("0.05"))
+
+
+@pytest.mark.parametrize("formulation", ["newton", "euler"])
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_events_of_the_first_step_are_found(
+    slow_start: Scene, formulation: str, precision: str
+) -> None:
+    events = integrate(
+        slow_start,
+        precision,
+        formulation=formulation,
+        events=("theta_min", "theta_max"),  # compiles faster
+    ).events
+    assert list(events["name"]) == ["theta_min", "theta_max"]
+    # by the Euler form, whose first steps are short
+    assert float(events["t"].iloc[0]) == pytest.approx(0.018061239564, abs=1e-11)
+
+
+def test_a_frame_reads_each_time_from_its_own_piece() -> None:
+    times = [Fraction(i, 100) for i in range(101)]
+    scene = replace(load_scene("reference"), until=Fraction(1))
+    whole = integrate(scene).frame(times=times)
+    pieces = integrate(scene, events=("theta_min",)).frame(times=times)
+    # 1e5 eps: the two take other steps, and the scene is ill conditioned
+    scale = whole.abs().max().to_numpy()
+    assert (abs(pieces.to_numpy() - whole.to_numpy()) <= 1e5 * 2**-52 * scale).all()
+
+
+DOUBLE = precision_named("double")
+ORDER = 20
+
+
+def start(theta: str) -> InitialState:
+    scene = load_scene("reference")
+    leaning = replace(scene.start, theta=Inclination.parse(theta), omega_3=scene.start.omega_3)
+    return InitialState.of(replace(scene, start=leaning), DOUBLE.arithmetic)
+
+
+@pytest.mark.parametrize(("tilt", "limited"), [("1e-20", True), ("0.007", True), ("0.1", False)])
+def test_only_a_small_tilt_needs_a_limit(tilt: str, limited: bool) -> None:
+    assert (float(tilt) < LARGE_TILT) == limited
+    one = start(tilt)
+    assert (longest_step(one.body, one.vectors, ORDER, DOUBLE) is not None) == limited
+
+
+def test_on_the_axis_there_is_no_tilt_to_keep() -> None:
+    one = start("0")
+    assert longest_step(one.body, one.vectors, ORDER, DOUBLE) is None
+
+
+def test_in_a_time_of_its_own_a_step_is_as_many_times_longer_as_rates_are_smaller() -> None:
+    """Without friction: a rate is v times as large, and v is twice the slow speed at most."""
+    one = start("1e-9")
+    body = replace(one.body, mu=0 * one.body.mu)
+    plain, own = (
+        longest_step(body, one.vectors, ORDER, DOUBLE, form) for form in (None, SLOW["newton"])
+    )
+    assert plain is not None
+    assert own / plain == pytest.approx(1 / (2 * SLOW_SPEED), rel=1e-12)
+
+
+def test_a_step_too_short_for_the_clock_ends_in_failed(reference: Scene) -> None:
+    """Straight at the pole, phi_dot's Taylor coefficients overflow in double.
+
+    The last step before is so short that it only moves the low part of heyoka's time.
+    """
+    body: TippeTop = replace(reference.body, mu="0")
+    with mpmath.workdps(50):
+        aimed = mpmath.nstr(20 / (1 + mpmath.cos(mpmath.mpf("1e-3"))), 40)  # L.z = L.k
+    start = Start(
+        Inclination.parse("1e-3"),
+        theta_dot=Fraction(-10),
+        omega_3=Fraction(20),
+        phi_dot=Fraction(aimed) * body.I3 / body.I1,
+    )
+    scene = replace(reference, body=body, start=start, until=Fraction("0.01"))
+    euler = integrate(scene, formulation="euler")
+    assert euler.status == "failed"
+    assert 0.99e-4 < euler.t_end < 1.01e-4
+    assert euler.steps > 0
+    assert euler.state.theta > 0
+    assert integrate(scene).status == "complete"
