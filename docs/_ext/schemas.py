@@ -11,6 +11,7 @@ from tt_precise.runtime.records import json_schema
 FOLDER = Path(__file__).parents[1] / "schemas"
 # name of the file: module and record
 DOCUMENTS = {
+    "claims": "tt_precise.claims.committed:Claims",
     "tradeoff": "tt_precise.commands.tradeoff:Measured",
 }
 

@@ -1,19 +1,50 @@
-"""Claims as entries: what is refused, what is derived."""
+"""Claims as entries, papers as values, and judging in this process and in others."""
 
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tt_precise.claims import Finding, claim_named, claims
-from tt_precise.claims.claim import KINDS, Claim, claim
-from tt_precise.claims.verdicts import wording
+import tt_precise as tt
+from tt_precise.claims import Finding, claim, claim_named, claims, counts, judge, judge_all, paper
+from tt_precise.claims.claim import Claim, claims_of
+from tt_precise.claims.paper import KINDS, RAUCH_RUTSTAM, Paper, Section
+from tt_precise.claims.verdicts import all_of, untestable
+from tt_precise.report.sections.claims import all_claims
 from tt_precise.runtime.errors import InputError
+
+CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # of four chapters
+OTHER = Paper(
+    name="Somebody",
+    package="somebody_else",
+    title="Another top",
+    authors="A. Body",
+    sections=(Section("4", "Section 4: a number"),),
+    prefix="OTHER-",
+)
+CHAPTER = '''
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.paper import PAPERS
+from tt_precise.claims.verdicts import all_of, rounds_to
+
+claim = claims_of(PAPERS[-1], "4")
+
+
+@claim("NUM-01", quote="1.8571", control={"printed": "1.8"})
+def ratio(printed="1.8571"):
+    """13/7."""
+    return all_of(rounds_to(printed, 13 / 7), "As computed.")
+'''
 
 
 def entry(**changes: Any) -> Claim:
     given: dict[str, Any] = {
-        "id": "NUM-20", "statement": "E_pot.", "quote": "0.005106", "where": "Sec. 2.3",
-        "definition": "", "function": lambda: wording("Why.", printed="so"), "control": {"a": 1},
+        "id": "NUM-20", "paper": RAUCH_RUTSTAM, "section": "2.3", "statement": "E_pot.",
+        "quote": "0.005106", "where": "Sec. 2.3", "definition": "",
+        "function": lambda: all_of(untestable("so"), "Why."), "control": {"a": 1},
     }  # fmt: skip
     return Claim(**given | changes)
 
@@ -24,31 +55,20 @@ def test_ids_have_one_form(bad: str) -> None:
         entry(id=bad)
 
 
-@pytest.mark.parametrize("missing", ["statement", "quote", "where"])
+@pytest.mark.parametrize("missing", ["statement", "quote", "where", "section"])
 def test_nothing_is_left_out(missing: str) -> None:
-    with pytest.raises(ValueError, match=f"no {missing}"):
+    with pytest.raises(ValueError, match=missing):
         entry(**{missing: ""})
-
-
-def test_the_prefix_is_the_kind() -> None:
-    assert entry().kind == "number"
-    assert {one.kind for one in claims().values()} == set(KINDS.values())
-
-
-def test_a_control_cannot_be_changed() -> None:
-    with pytest.raises(TypeError):
-        entry().control["a"] = 2  # type: ignore[index]
 
 
 def test_nothing_is_registered_twice() -> None:
     def again() -> Finding:
         """Again."""
-        return wording("Why.", printed="so")
+        return all_of(untestable("so"), "Why.")
 
-    register = claim("NUM-20", quote="0.005106", where="Sec. 2.3", control=None)
     claims()
     with pytest.raises(ValueError, match="got it twice"):
-        register(again)
+        claims_of(RAUCH_RUTSTAM, "2.3")("NUM-20", quote="0.005106", control=None)(again)
 
 
 def test_names_in_any_case() -> None:
@@ -63,12 +83,107 @@ def test_an_unknown_id_is_bad_input(unknown: str) -> None:
     assert len(str(error.value)) < 200
 
 
-def test_claims_are_in_order() -> None:
-    orders = [one.order for one in claims().values()]
-    assert orders == sorted(orders)
+def test_claims_are_sentences_in_order() -> None:
+    every = list(claims().values())
+    assert every == sorted(every, key=lambda one: one.order)
+    assert {one.kind for one in every} == set(KINDS.values())
+    assert {one.section for one in every} == {each.key for each in RAUCH_RUTSTAM.sections}
+    assert all(one.statement.endswith(".") and len(one.quote) < 300 for one in every)
 
 
-def test_statements_are_sentences() -> None:
-    for one in claims().values():
-        assert one.statement.endswith("."), one.id
-        assert len(one.quote) < 300, one.id
+# ---- another paper -------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """One more folder with one claim, and one more entry."""
+    folder = tmp_path / OTHER.package
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "section4.py").write_text(CHAPTER, "utf-8")
+    known = dict(claims())
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(paper, "PAPERS", (RAUCH_RUTSTAM, OTHER))
+    monkeypatch.setattr(claim, "_registered", known)
+    claims.cache_clear()
+    yield
+    claims.cache_clear()
+    for name in [name for name in sys.modules if name.startswith(OTHER.package)]:
+        del sys.modules[name]
+
+
+def test_another_paper_is_a_folder_and_an_entry(another_paper: None) -> None:
+    assert list(claims())[-1] == "OTHER-NUM-01"
+    found = judge("other-num-01")
+    assert (found.verdict, found.record.paper, found.record.section) == ("rounded", "Somebody", "4")
+    assert judge("OTHER-NUM-01", printed="1.8").verdict == "refuted"
+
+
+def test_the_report_files_another_paper_under_its_name(another_paper: None) -> None:
+    section = all_claims(judge_all(["NUM-23", "OTHER-NUM-01"]), tt_run())
+    groups = {block.title: [one.id for one in block.entries] for block in section.blocks[1:]}  # type: ignore[union-attr]
+    assert groups == {
+        f"{RAUCH_RUTSTAM.name}, Section 2.3: energy, torque, potential": ["NUM-23"],
+        "Somebody, Section 4: a number": ["OTHER-NUM-01"],
+    }
+
+
+def tt_run() -> Any:
+    from tt_precise.claims.committed import run_record
+
+    return run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
+
+
+# ---- judging -------------------------------------------------------------------------------------
+
+
+def test_judge_is_what_the_package_exports() -> None:
+    assert tt.claims.judge("NUM-23").verdict == "rounded"
+
+
+def test_a_judgement_as_a_record() -> None:
+    record = judge("EQ-29").record
+    assert (record.verdict, record.kind, record.proved) == ("misprint", "equation", True)
+    assert [check.name for check in record.checks] == ["as printed", "as corrected"]
+    assert record.note == f"Should read {record.correction}. {record.remark}"
+
+
+def test_changes_reach_the_claim() -> None:
+    assert judge("NUM-23", printed="1.9").verdict == "rounded"
+    assert judge("NUM-23", printed="1.8").verdict == "refuted"
+
+
+def test_workers_find_the_same() -> None:
+    seen: list[float] = []
+    found = judge_all([*CHEAP, "num-23"], seen.append, workers=2)
+    assert found == judge_all(CHEAP)
+    assert [one.id for one in found] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
+    assert seen == sorted(seen)
+    assert seen[-1] == 1
+
+
+def test_an_unknown_id_stops_everything_before_it_starts() -> None:
+    with pytest.raises(InputError):
+        judge_all(["NUM-23", "NUM-99"])
+    assert judge_all([]) == []
+
+
+def test_counts_list_every_verdict() -> None:
+    assert counts(judge_all(CHEAP)) == {
+        "reproduced": 0, "rounded": 1, "reading": 1, "refuted": 0, "misprint": 2, "untestable": 0,
+    }  # fmt: skip
+
+
+def test_an_error_names_the_claim(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: str) -> None:
+        raise ArithmeticError("no digits")
+
+    monkeypatch.setattr(claim, "judge", fail)
+    with pytest.raises(ArithmeticError) as error:
+        judge_all(["NUM-23"])
+    assert error.value.__notes__ == ["while judging NUM-23"]
+
+
+def test_verdicts_that_differ_are_no_equal_judgements() -> None:
+    found = judge("NUM-23")
+    assert found != replace(found, finding=judge("NUM-23", printed="1.8").finding)

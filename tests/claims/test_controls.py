@@ -1,14 +1,12 @@
 """Every claim has a control: made false, it comes to another verdict."""
 
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from tt_precise.claims import claims, evidence, judge
-
-LISTED = Path(__file__).with_name("ids.txt").read_text("ascii").split()
+from tt_precise.claims import claims, judge
+from tt_precise.claims.evidence import Run, variant
 
 
 def _every_claim() -> list[Any]:
@@ -16,16 +14,8 @@ def _every_claim() -> list[Any]:
     return [pytest.param(one.id, marks=slow if one.slow else ()) for one in claims().values()]
 
 
-def test_the_list_has_174_ids() -> None:
-    assert len(LISTED) == len(set(LISTED)) == 174
-
-
-def test_judges_exactly_the_listed_ids() -> None:
-    assert list(claims()) == sorted(LISTED, key=lambda one: claims()[one].order)
-
-
 def test_most_controls_run_by_default() -> None:
-    assert sum(not one.slow for one in claims().values()) >= 160
+    assert sum(claim.slow for claim in claims().values()) < 0.1 * len(claims())
 
 
 @pytest.mark.parametrize("one", _every_claim())
@@ -43,7 +33,7 @@ def test_control_changes_the_verdict(one: str) -> None:
 @pytest.mark.parametrize(
     ("id", "changes"),
     [
-        ("TH-15", {"scene": evidence.variant(phi_dot="-300")}),  # leaves the table
+        ("TH-15", {"run": Run(variant(phi_dot="-300"))}),  # leaves the table
         ("SWP-02", {"beyond": "300"}),  # no start is there
         ("SWP-22", {"limit": "-300"}),
     ],
@@ -55,7 +45,7 @@ def test_what_nothing_shows_does_not_hold(id: str, changes: dict[str, Any]) -> N
 def test_contact_in_a_run_that_failed_is_not_contact_all_the_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    scene = evidence.variant(until="0.3")
-    assert judge("QUAL-15", scene=scene).verdict == "reproduced"
-    monkeypatch.setattr(evidence, "trajectory", lambda _: SimpleNamespace(status="failed"))
-    assert judge("QUAL-15", scene=scene).verdict == "refuted"
+    run = Run(variant(until="0.3"))
+    assert judge("QUAL-15", run=run).verdict == "reproduced"
+    monkeypatch.setattr(Run, "trajectory", lambda *_: SimpleNamespace(status="failed"))
+    assert judge("QUAL-15", run=run).verdict == "refuted"

@@ -1,32 +1,37 @@
-"""The rules that make verdicts, on synthetic cases at the edge of each."""
+"""Digits of measured numbers, and the rules that make verdicts, at the edge of each."""
 
 from fractions import Fraction
 
+import mpmath
 import pytest
 
-from tt_precise.claims.measured import Settled
 from tt_precise.claims.verdicts import (
+    MOST_DIGITS,
     Check,
     Finding,
+    Settled,
     Verdict,
     about,
     agrees,
     all_of,
     approximate,
     at_most_order,
+    decade,
+    decimal,
+    fraction_of,
     in_range,
-    judged,
+    measured_text,
     misprint,
     readings,
     rounds_to,
     statement,
+    untestable,
     within,
-    wording,
 )
 
 NOTE = "A note."
-TRUE = statement(True, printed="so", measured="so")
-FALSE = statement(False, printed="so", measured="not so")
+TRUE = statement(True, "so", "so")
+FALSE = statement(False, "so", "not so")
 ROUNDED = rounds_to("1.5", Fraction("1.46"))
 
 
@@ -50,8 +55,8 @@ def test_rounds_to(printed: str, measured: str, holds: bool) -> None:
 
 
 def test_what_rounds_is_rounded_not_reproduced() -> None:
-    assert judged(rounds_to("1.5", Fraction("1.46")), NOTE).verdict == "rounded"
-    assert judged(rounds_to("1.5", Fraction("1.44")), NOTE).verdict == "refuted"
+    assert all_of(rounds_to("1.5", Fraction("1.46")), NOTE).verdict == "rounded"
+    assert all_of(rounds_to("1.5", Fraction("1.44")), NOTE).verdict == "refuted"
 
 
 @pytest.mark.parametrize(
@@ -69,7 +74,7 @@ def test_what_rounds_is_rounded_not_reproduced() -> None:
 def test_about_is_one_unit_of_the_last_significant_digit(
     printed: str, measured: str, verdict: str
 ) -> None:
-    assert judged(about(printed, Fraction(measured)), NOTE).verdict == verdict
+    assert all_of(about(printed, Fraction(measured)), NOTE).verdict == verdict
 
 
 @pytest.mark.parametrize(("measured", "holds"), [("1.2", True), ("1.21", False), ("0.8", True)])
@@ -116,7 +121,7 @@ def test_readings() -> None:
     found = readings({"a": TRUE, "b": FALSE}, NOTE)
     assert found.verdict == "reading"
     assert found.note == "A note. Holds read as: a. Not as: b."
-    assert [(name, str(verdict)) for name, verdict, _ in found.readings] == [
+    assert [(check.name, check.verdict) for check in found.checks] == [
         ("a", "reproduced"),
         ("b", "refuted"),
     ]
@@ -143,7 +148,7 @@ def test_misprint_says_what_should_be_read() -> None:
 
 
 def test_wording_is_untestable() -> None:
-    assert wording(NOTE, printed="so").verdict == "untestable"
+    assert all_of(untestable("so"), NOTE).verdict == "untestable"
 
 
 @pytest.mark.parametrize("bad", ["", "1,5", "0x10", "nan", "1.5 s"])
@@ -161,10 +166,67 @@ def test_settled_values_show_the_digits_they_have() -> None:
 
 
 def test_a_finding_keeps_its_proof() -> None:
-    found: Finding = judged(TRUE, NOTE, proved=True)
+    found: Finding = all_of(TRUE, NOTE, proved=True)
     assert found.proved
 
 
 def test_a_claim_of_no_parts_is_none() -> None:
-    with pytest.raises(ValueError, match="got none, expected one or more"):
+    with pytest.raises(ValueError, match="expected one or more"):
         all_of({}, NOTE)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        ("0", 5, "0"),
+        ("1.5", 3, "1.50"),
+        ("0.005106366", 4, "0.005106"),
+        ("-82.86640856", 4, "-82.87"),
+        ("9.996", 3, "10.0"),
+        ("99999", 2, "1.0e5"),
+        ("1.5e-33", 2, "1.5e-33"),
+        ("0.00009", 1, "9e-5"),
+        ("155", 3, "155"),
+        ("155", 1, "2e2"),
+    ],
+)
+def test_decimal(value: str, digits: int, text: str) -> None:
+    assert decimal(Fraction(value), digits) == text
+
+
+@pytest.mark.parametrize(
+    ("other", "digits"),
+    [("1.0001", 3), ("1.00004", 4), ("1.0000001", 6), ("2", 0), ("-1", 0)],
+)
+def test_settled_counts_agreeing_digits(other: str, digits: int) -> None:
+    assert Settled.of(Fraction(1), Fraction(other)).digits == digits
+
+
+def test_settled_never_claims_more_than_the_most() -> None:
+    assert Settled.of(1, 1).digits == MOST_DIGITS
+    assert Settled.of(Fraction(1), 1 + Fraction(1, 10**60), most=40).digits == 40
+
+
+@pytest.mark.parametrize("number", [3, 0.1, Fraction(1, 3), mpmath.mpf("-0.3"), mpmath.mpf(0)])
+def test_fraction_of_is_exact(number: object) -> None:
+    assert fraction_of(number) == fraction_of(Settled(number, 5))
+    assert float(fraction_of(number)) == float(number)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [mpmath.nan, mpmath.inf, float("nan")])
+def test_no_number_is_no_measurement(bad: object) -> None:
+    with pytest.raises(ValueError, match=r"finite|NaN"):
+        fraction_of(bad)
+
+
+def test_bare_numbers_show_twelve_digits_and_exact_ones_all() -> None:
+    assert measured_text(2 / 3) == "0.666666666667"
+    assert measured_text(Fraction(2, 3)) == "0.66666666666666666667"
+    assert measured_text(350) == "350"
+
+
+@pytest.mark.parametrize(
+    ("value", "power"), [("1", 0), ("9.99", 0), ("10", 1), ("1e-40", -40), ("9.9e-41", -41)]
+)
+def test_decade(value: str, power: int) -> None:
+    assert decade(Fraction(value)) == power

@@ -5,15 +5,16 @@ from __future__ import annotations
 import pytest
 
 from tt_precise.claims import Claim, Judgement
+from tt_precise.claims.committed import run_record
+from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
     Finding,
     all_of,
-    judged,
     misprint,
     readings,
     rounds_to,
     statement,
-    wording,
+    untestable,
 )
 from tt_precise.report.animation import motion
 from tt_precise.report.document import (
@@ -32,28 +33,29 @@ PRINTED = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))"
 CORRECT = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
 
 
-def _judgement(id: str, finding: Finding, where: str = "Sec. 1") -> Judgement:
-    return Judgement(
-        Claim(id, f"claim {id} <b> of theta_dot", "a quote", where, "as in theta", lambda: finding,
-              None), finding
+def _judgement(id: str, finding: Finding, section: str = "1") -> Judgement:
+    claim = Claim(
+        id, RAUCH_RUTSTAM, section, f"claim {id} <b> of theta_dot", "a quote", f"Sec. {section}",
+        "as in theta", lambda: finding, None,
     )  # fmt: skip
+    return Judgement(claim, finding)
 
 
 @pytest.fixture
 def judgements() -> list[Judgement]:
     """One claim of each verdict, in five sections of the paper."""
-    holds = statement(True, printed="1", measured="1")
-    fails = statement(False, printed="2", measured="3 | 4")
-    right = statement(True, printed=CORRECT, measured="equal")
-    wrong = statement(False, printed=PRINTED, measured="off by 0.4 of its size")
+    holds = statement(True, "1", "1")
+    fails = statement(False, "2", "3 | 4")
+    right = statement(True, CORRECT, "equal")
+    wrong = statement(False, PRINTED, "off by 0.4 of its size")
     return [
         _judgement("EQ-01", misprint(wrong, right, CORRECT, "A factor R.", proved=True)),
-        _judgement("NUM-01", judged(holds, "As printed."), "Sec. 2.1"),
-        _judgement("NUM-02", judged(fails, "It is 3."), "Sec. 2.2"),
-        _judgement("NUM-03", judged(rounds_to("1.5", 1.49), "Rounded."), "Sec. 2.3"),
-        _judgement("NUM-04", readings({"so": holds, "or so": fails}, "Either."), "Summary c)"),
-        _judgement("NUM-05", all_of({"first": holds, "second": fails}, "Both."), "eq (21)"),
-        _judgement("NT-01", wording("Words.", printed="words"), "Fig. 3, caption"),
+        _judgement("NUM-01", all_of(holds, "As printed."), "2.1"),
+        _judgement("NUM-02", all_of(fails, "It is 3."), "2.2"),
+        _judgement("NUM-03", all_of(rounds_to("1.5", 1.49), "Rounded."), "2.3"),
+        _judgement("NUM-04", readings({"so": holds, "or so": fails}, "Either."), "3"),
+        _judgement("NUM-05", all_of({"first": holds, "second": fails}, "Both."), "2.1"),
+        _judgement("NT-01", all_of(untestable("words"), "Words."), "2.1"),
     ]
 
 
@@ -96,10 +98,10 @@ def small_report(judgements: list[Judgement]) -> Report:
     overview = Overview(
         "All of 7 claims.", claims.entries(judgements), cards, motion((3.19, 7.82)), {"a": 1}
     )
+    facts = [("versions", "tt-precise 1"), ("commit", "abc"), ("date", "today")]
     sections = [
         claims.errata(judgements),
         Section("one", "One", blocks),
-        claims.all_claims(judgements, {}),
+        claims.all_claims(judgements, run_record(1, 1, dict(facts))),
     ]
-    facts = [("versions", "tt-precise 1"), ("commit", "abc"), ("date", "today")]
     return Report("Title", "Opening.", overview, sections, facts)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tt_precise.claims.judging import calls_for
+from tt_precise.claims.claim import calls_for
 from tt_precise.report import computing
 from tt_precise.report.computing import SHARING, compute, sections_in
 from tt_precise.report.document import Section
@@ -18,9 +18,9 @@ def test_what_shares_runs_is_there(tmp_path: Path) -> None:
 
 def test_claims_are_grouped_by_their_evidence() -> None:
     groups = {call.key: call.group for call in calls_for(["EQ-32", "EQ-33", "NUM-11"])}
-    name = "tt_precise.claims.statements."
-    assert groups["EQ-32"] == groups["EQ-33"] == f"{name}energy_identities"
-    assert groups["NUM-11"] == f"{name}gliding"
+    name = "tt_precise.claims.rauch_rutstam."
+    assert groups["EQ-32"] == groups["EQ-33"] == f"{name}section23_energy"
+    assert groups["NUM-11"] == f"{name}section22_starts"
 
 
 def test_every_part_finds_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

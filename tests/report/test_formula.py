@@ -53,8 +53,8 @@ def test_every_equation_of_the_paper_is_read() -> None:
     known = committed()
     assert known is not None
     formulas = 0
-    for one in known.claims.values():
-        for text in one["printed"].split("; "):
+    for claim in known.claims:
+        for text in claim.printed.split("; "):
             body = text.rpartition(": ")[2]
             if "=" in body and "**" in body and "for" not in body.split():
                 assert latex(read(body))

@@ -1,12 +1,13 @@
-"""The paper's claims, one function each, and their verdicts.
+"""The claims of papers, one function each, and their verdicts.
 
     >>> import tt_precise as tt
     >>> judgement = tt.claims.judge("NUM-23")
     >>> judgement.verdict.value, judgement.finding.printed, judgement.finding.measured
     ('rounded', '1.8571', '1.8571428571428571429')
 
-``claims()`` lists them by id, ``judge_all()`` judges them all. The claims stand in the modules of
-``claims.statements``; the rules that make verdicts in ``claims.verdicts``.
+``claims()`` lists them by id, ``judge_all()`` judges them all. The papers stand in
+``claims.paper``, the claims in a package for each paper; the rules that make verdicts in
+``claims.verdicts``.
 """
 
 from __future__ import annotations
@@ -16,8 +17,15 @@ from typing import TYPE_CHECKING
 from tt_precise.runtime.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from tt_precise.claims.claim import Claim, claim_named, claims
-    from tt_precise.claims.judging import Judgement, counts, judge, judge_all
+    from tt_precise.claims.claim import (
+        Claim,
+        Judgement,
+        claim_named,
+        claims,
+        counts,
+        judge,
+        judge_all,
+    )
     from tt_precise.claims.verdicts import Finding, Verdict
 
 __all__ = [
@@ -29,8 +37,7 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "claim": ["Claim", "claim_named", "claims"],
-        "judging": ["Judgement", "counts", "judge", "judge_all"],
+        "claim": ["Claim", "Judgement", "claim_named", "claims", "counts", "judge", "judge_all"],
         "verdicts": ["Finding", "Verdict"],
     },
 )

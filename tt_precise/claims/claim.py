@@ -1,13 +1,15 @@
-"""What a claim is, and the registry that a decorator fills: a new claim is one new entry.
+"""What a claim is, the registry that a decorator fills, and judging one claim or all of them.
 
-    @claim("NUM-20", quote="0.005106", where="Sec. 2.3", control={"printed": "0.005107"})
-    def potential_energy_at_8_s(printed="0.005106"):
+    claim = claims_of(RAUCH_RUTSTAM, section="2.3")
+
+    @claim("NUM-20", quote="0.005106", control={"printed": "0.005107"})
+    def potential_energy_at_8_s(printed="0.005106", run=REFERENCE):
         '''E_pot at 8 s.'''
-        return judged(rounds_to(printed, evidence.at("E_pot", "8"), "J"), note=...)
+        return all_of(rounds_to(printed, run.at("E_pot", "8"), "J"), "m g R (1 - alpha cos theta).")
 
 The docstring states the claim in our own words. The keyword arguments are what it is about (the
-printed value or formula, the scene), and default to what the paper says. ``control`` replaces
-some of them by something false: the tests see the verdict change.
+printed value or formula, the run), and default to what the paper says. ``control`` replaces some
+of them by something false: the tests see the verdict change.
 """
 
 from __future__ import annotations
@@ -15,39 +17,33 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Protocol
 
-from tt_precise.claims.verdicts import Finding
-from tt_precise.runtime.docstrings import docstring
-from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.registry import Registry
+from tt_precise.claims import paper as papers
+from tt_precise.claims.committed import JudgedCheck, JudgedClaim
+from tt_precise.claims.paper import KINDS, Paper, named
+from tt_precise.claims.verdicts import Finding, Verdict
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.workers import Call, Failure, local_pool
 
-KINDS = {
-    "EQ": "equation",
-    "TH": "theorem",
-    "NUM": "number",
-    "QUAL": "quality",
-    "FIG": "figure",
-    "SWP": "sweep",
-    "SUM": "summary",
-    "NT": "setting",
-}
-
-_ID = re.compile(rf"({'|'.join(KINDS)})-(\d\d)", re.ASCII)
+Function = Callable[..., Finding]
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One checkable statement of the paper.
+    """One checkable statement of a paper.
 
     Attributes
     ----------
     id
-        Such as "NUM-20"; its prefix is its ``kind``.
+        Such as "NUM-20", after the paper's prefix; it names the ``kind``.
+    paper, section
+        The paper, and the number of the section that it stands in.
     statement
         What is claimed, in our own words: the function's docstring.
     quote, where
@@ -64,27 +60,29 @@ class Claim:
     """
 
     id: str
+    paper: Paper
+    section: str
     statement: str
     quote: str
     where: str
     definition: str
-    function: Callable[..., Finding] = field(repr=False)
+    function: Function = field(repr=False)
     control: Mapping[str, object] | None = field(repr=False)
     slow: bool = False
 
     def __post_init__(self) -> None:
-        if not _ID.fullmatch(self.id):
+        if not re.fullmatch(rf"{self.paper.prefix}({'|'.join(KINDS)})-[0-9]{{2}}", self.id):
             raise ValueError(f"claim id: got {self.id!r}, expected such as 'NUM-20'")
+        if self.section not in [one.key for one in self.paper.sections]:
+            raise ValueError(f"claim {self.id}: got section {self.section!r}, which is none")
         for name in ("statement", "quote", "where"):
             if not getattr(self, name):
                 raise ValueError(f"claim {self.id}: got no {name}, expected one")
-        if self.control is not None:
-            object.__setattr__(self, "control", MappingProxyType(dict(self.control)))
 
     @property
     def kind(self) -> str:
         """Equation, theorem, number, quality, figure, sweep, summary or setting."""
-        return KINDS[self.id.split("-")[0]]
+        return KINDS[self.id.removeprefix(self.paper.prefix).split("-")[0]]
 
     @property
     def group(self) -> str:
@@ -92,46 +90,117 @@ class Claim:
         return self.function.__module__
 
     @property
-    def order(self) -> tuple[int, int]:
-        """Key that sorts claims: by kind, then by number."""
-        prefix, number = self.id.split("-")
-        return list(KINDS).index(prefix), int(number)
+    def order(self) -> tuple[int, int, str]:
+        """Key that sorts claims: by paper, kind and number."""
+        return papers.PAPERS.index(self.paper), list(KINDS.values()).index(self.kind), self.id
 
 
-T = TypeVar("T")
+@dataclass(frozen=True)
+class Judgement:
+    """A claim and what was found for it."""
 
-_registered: Registry[Claim] = Registry("claim")
+    claim: Claim
+    finding: Finding
+
+    @property
+    def id(self) -> str:
+        """The claim's id."""
+        return self.claim.id
+
+    @property
+    def verdict(self) -> Verdict:
+        """The finding's verdict."""
+        return self.finding.verdict
+
+    @property
+    def record(self) -> JudgedClaim:
+        """Everything about it, for JSON documents."""
+        claim, finding = self.claim, self.finding
+        return JudgedClaim(
+            id=claim.id,
+            verdict=finding.verdict.value,
+            printed=finding.printed,
+            measured=finding.measured,
+            note=finding.note,
+            kind=claim.kind,
+            paper=claim.paper.name,
+            section=claim.section,
+            statement=claim.statement,
+            quote=claim.quote,
+            where=claim.where,
+            definition=claim.definition,
+            remark=finding.remark,
+            form=finding.form.value,
+            checks=tuple(
+                JudgedCheck(
+                    name=check.name,
+                    verdict=check.verdict.value,
+                    printed=check.printed,
+                    measured=check.measured,
+                )
+                for check in finding.checks
+            ),
+            proved=finding.proved,
+            correction=finding.correction,
+        )
 
 
-def claim(
-    id: str,
-    *,
-    quote: str,
-    where: str,
-    control: Mapping[str, object] | None,
-    definition: str = "",
-    slow: bool = False,
-) -> Callable[[Callable[..., Finding]], Callable[..., Finding]]:
-    """Register the decorated function, which judges a claim; see ``Claim``."""
+# ---- the registry --------------------------------------------------------------------------------
 
-    def register(function: Callable[..., Finding]) -> Callable[..., Finding]:
-        statement = " ".join(docstring(function).split())
-        made = Claim(id, statement, quote, where, definition, function, control, slow)
-        _registered.enter(id, made, function.__module__)
-        return function
+_registered: dict[str, Claim] = {}
 
-    return register
+
+class Register(Protocol):
+    """What ``claims_of`` gives: the decorator of a section's claims; see ``Claim``."""
+
+    def __call__(
+        self,
+        id: str,
+        *,
+        quote: str,
+        control: Mapping[str, object] | None,
+        where: str = "",
+        definition: str = "",
+        slow: bool = False,
+    ) -> Callable[[Function], Function]: ...
+
+
+def claims_of(paper: Paper, section: str) -> Register:
+    """The decorator for claims that stand in a section, at ``where`` ("Sec. 2.1" by default)."""
+
+    def claim(
+        id: str,
+        *,
+        quote: str,
+        control: Mapping[str, object] | None,
+        where: str = f"Sec. {section}",
+        definition: str = "",
+        slow: bool = False,
+    ) -> Callable[[Function], Function]:
+        def register(function: Function) -> Function:
+            name = paper.prefix + id
+            statement = " ".join((function.__doc__ or "").split())
+            if name in _registered:
+                raise ValueError(f"claim {name}: got it twice, expected each id once")
+            _registered[name] = Claim(
+                name, paper, section, statement, quote, where, definition, function, control, slow
+            )
+            return function
+
+        return register
+
+    return claim
 
 
 @cache
 def claims() -> Mapping[str, Claim]:
-    """All claims by id, sorted; found in the modules of ``claims.statements``."""
-    from tt_precise.claims import statements
-
-    for module in pkgutil.iter_modules(statements.__path__, f"{statements.__name__}."):
-        importlib.import_module(module.name)
-    ordered = sorted(_registered, key=lambda one: one.order)
-    return MappingProxyType({one.id: one for one in ordered})
+    """All claims by id, sorted; found in the modules of the papers' packages."""
+    for paper in papers.PAPERS:
+        package = importlib.import_module(paper.package)
+        for module in pkgutil.iter_modules(package.__path__, f"{paper.package}."):
+            importlib.import_module(module.name)
+    ordered = sorted(_registered.values(), key=lambda claim: claim.order)
+    return MappingProxyType({claim.id: claim for claim in ordered})
 
 
 def claim_named(id: str) -> Claim:
@@ -145,17 +214,85 @@ def claim_named(id: str) -> Claim:
     return named(id, claims())
 
 
-def named(id: str, known: Mapping[str, T]) -> T:
-    """What ``known`` has under a claim's id (in any case).
+# ---- judging -------------------------------------------------------------------------------------
+
+
+def judge(id: str, **changes: object) -> Judgement:
+    """Judge one claim.
+
+    ``changes`` replace what the claim is about (a printed value, a formula, a scene): a control
+    hands in something false and sees another verdict.
 
     Raises
     ------
     InputError
         There is no such claim.
     """
-    if id.upper() not in known:
-        prefix = id.upper().split("-")[0]
-        near = [one for one in known if one.startswith(f"{prefix}-")]
-        some = f"{near[0]} to {near[-1]}" if near else "such as NUM-22"
-        raise InputError(f"claim: got {id[:60]!r}, expected an id {some}; see `tt-precise claims`")
-    return known[id.upper()]
+    claim = claim_named(id)
+    return Judgement(claim, claim.function(**changes))
+
+
+def judge_all(
+    ids: Iterable[str] | None = None,
+    progress: Progress = silent,
+    workers: int = 1,
+) -> list[Judgement]:
+    """Judge claims (all of them by default), in the order of the list.
+
+    Claims of one chapter share their evidence, so they go to one process, one after the other.
+    More than one ``workers`` are processes that are started afresh (a script that asks for them
+    needs the usual ``if __name__ == "__main__"``).
+
+    Raises
+    ------
+    InputError
+        There is no claim with one of the ids; nothing is judged then.
+    """
+    calls = calls_for(ids)
+    groups = {call.group for call in calls}
+    found: dict[str, Finding] = {}
+    with local_pool(max(1, min(workers, len(groups)))) as pool:
+        for call, finding in pool.perform(finding_of, calls, progress):
+            if isinstance(finding, Failure):
+                raise finding.error
+            found[call.key] = finding
+    return judgements(found)
+
+
+def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
+    """The calls of ``finding_of`` for claims (all of them by default), keyed by id.
+
+    Claims of one chapter are a group.
+
+    Raises
+    ------
+    InputError
+        There is no claim with one of the ids.
+    """
+    wanted = {one.id: one for one in map(claim_named, claims() if ids is None else ids)}
+    modules = Counter(one.group for one in wanted.values())
+    calls = [Call(one.id, (one.id,), group=one.group) for one in wanted.values()]
+    # those of the largest modules first, so that no core is idle at the end
+    calls.sort(key=lambda call: -modules[claim_named(call.key).group])
+    return calls
+
+
+def judgements(found: Mapping[str, Finding]) -> list[Judgement]:
+    """Findings by id as judgements, in the order of the list."""
+    ordered = sorted(map(claim_named, found), key=lambda one: one.order)
+    return [Judgement(one, found[one.id]) for one in ordered]
+
+
+def counts(judgements: Iterable[Judgement]) -> dict[str, int]:
+    """How many claims came to each verdict, all six verdicts listed."""
+    counted = Counter(one.verdict for one in judgements)
+    return {str(verdict): counted[verdict] for verdict in Verdict}
+
+
+def finding_of(id: str) -> Finding:
+    """Judge in this process; an exception leaves with the id of the claim it happened in."""
+    try:
+        return judge(id).finding
+    except Exception as error:
+        error.add_note(f"while judging {id}")
+        raise

@@ -1,69 +1,133 @@
-"""Verdicts that a report has computed and that ship with the package: read, not computed again.
+"""Verdicts as JSON documents, and those that a report has computed and that ship with the package.
 
-They count as those of the present code while its fingerprint is the one that the report left
-beside them. Documentation and comments do not change it.
+Committed verdicts are read, not computed again. They count as those of the present code while the
+hash of its sources is the one that the report left beside them.
 """
 
 from __future__ import annotations
 
-import hashlib
-import sys
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from types import CodeType
+from typing import Annotated, Literal
 
-from tt_precise.runtime import records
-from tt_precise.runtime.cache import fingerprint as fingerprint_of
+from msgspec.structs import replace
+
 from tt_precise.runtime.cache import source_hash
 from tt_precise.runtime.files import shipped
+from tt_precise.runtime.records import UNSET, Meta, Record, Unset, read, record_of
 from tt_precise.runtime.sources import SOURCES
-from tt_precise.runtime.untyped import Json
 
+PACKAGE = Path(__file__).parents[1]
 FILE = "results.json"  # in reports/
-PACKAGE = Path(__file__).resolve().parents[1]
 # whatever a verdict may rest on; the rows of section 2.2 have a fingerprint of their own
 CODE = (
-    *SOURCES, "runtime/records.py", "claims/claim.py", "claims/measured.py", "claims/verdicts.py",
-    "claims/evidence", "claims/statements", "exact", "golden", "sweeps",
+    *SOURCES, "runtime/records.py", "claims", "exact", "golden", "sweeps",
 )  # fmt: skip
-SCENES = "scenes"
+WHAT = "verdicts, as `tt-precise report` writes them; compute them by --again"
+
+Verdicts = Annotated[
+    Literal["reproduced", "rounded", "reading", "refuted", "misprint", "untestable"],
+    Meta(description="what it comes to"),
+]
+Printed = Annotated[str, Meta(description="what the paper prints")]
+Measured = Annotated[str, Meta(description="what was found, with the digits it has")]
 
 
-@dataclass(frozen=True)
-class Committed:
-    """The verdicts of one run of the report.
+class JudgedCheck(Record, frozen=True, kw_only=True):
+    """One part or reading of a claim."""
 
-    Attributes
-    ----------
-    claims
-        By id, in order: what ``Judgement.as_dict`` gave.
-    run
-        ``date``, ``commit``, ``versions``, ``seconds`` and ``workers`` of the run, and the
-        ``fingerprint`` of its code.
-    """
+    name: Annotated[str, Meta(description="which part or reading; empty if there is only one")]
+    verdict: Verdicts
+    printed: Printed
+    measured: Measured
 
-    claims: Mapping[str, Mapping[str, Json]]
-    run: Mapping[str, Json]
 
-    @property
-    def stale(self) -> bool:
-        """Whether code that a verdict may rest on has changed since."""
-        return not same_code(self.run["fingerprint"], fingerprint())
+class JudgedClaim(Record, frozen=True, kw_only=True):
+    """A claim and its verdict."""
+
+    id: Annotated[str, Meta(description="id of the claim")]
+    verdict: Verdicts
+    printed: Printed
+    measured: Measured
+    note: Annotated[str, Meta(description="what a referee should know, in words")]
+    kind: Annotated[str, Meta(description="equation, number, sweep, ...")]
+    paper: Annotated[str, Meta(description="the paper's name")]
+    section: Annotated[str, Meta(description="number of the section it stands in")]
+    statement: Annotated[str, Meta(description="the claim in words")]
+    quote: Annotated[str, Meta(description="the paper's words")]
+    where: Annotated[str, Meta(description="place in the paper")]
+    definition: Annotated[
+        str, Meta(description="what was computed, where the paper leaves it open")
+    ]
+    remark: Annotated[str, Meta(description="the note without what checks and correction say")]
+    form: Annotated[
+        Literal["all of", "readings", "misprint"],
+        Meta(description="whether all checks have to hold, are readings, or printed and corrected"),
+    ]
+    checks: Annotated[tuple[JudgedCheck, ...], Meta(description="what the verdict rests on")]
+    proved: Annotated[
+        bool, Meta(description="whether an exact proof or rigorous enclosure stands behind it")
+    ]
+    correction: Annotated[
+        str, Meta(description="the formula or number that holds, of a misprint; empty otherwise")
+    ]
+
+
+class JudgingRun(Record, frozen=True, kw_only=True):
+    """The run of a report that computed the verdicts."""
+
+    date: Annotated[str, Meta(description="day of the run")]
+    commit: Annotated[str, Meta(description="commit of the code")]
+    versions: Annotated[str, Meta(description="versions of the packages")]
+    seconds: Annotated[int, Meta(description="how long it took")]
+    workers: Annotated[int, Meta(description="processes that shared the work")]
+    sources: Annotated[str, Meta(description="SHA-256 of the code and scenes behind the verdicts")]
+    stale: Annotated[bool | Unset, Meta(description="whether that code has changed since")] = UNSET
 
     @property
     def origin(self) -> str:
         """Which run it was, in words."""
-        run = self.run
-        engine = ", ".join(run["versions"].split(", ")[:2])  # the others stand in --json
-        return f"the run of {run['date']} (commit {run['commit']}, {engine})"
+        engine = ", ".join(self.versions.split(", ")[:2])  # the others stand in --json
+        return f"the run of {self.date} (commit {self.commit}, {engine})"
 
     @property
     def cost(self) -> str:
         """What it costs to compute all of them, in words."""
-        run = self.run
-        return f"{run['seconds']} s with {run['workers']} workers in {self.origin}"
+        return f"{self.seconds} s with {self.workers} workers in {self.origin}"
+
+    @property
+    def outdated(self) -> bool:
+        """Whether code that a verdict may rest on has changed since."""
+        return self.sources != sources()
+
+    @property
+    def checked(self) -> JudgingRun:
+        """The same with ``stale``."""
+        return replace(self, stale=self.outdated)
+
+
+class Claims(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.claims/1"):
+    """What `tt-precise claims --json` prints."""
+
+    claims: Annotated[tuple[JudgedClaim, ...], Meta(description="one entry a claim")]
+    counts: Annotated[dict[str, int], Meta(description="how many of each verdict")]
+    run: Annotated[
+        JudgingRun | Unset, Meta(description="the run they come from, if they are committed ones")
+    ] = UNSET
+
+
+class Committed(Record, frozen=True, kw_only=True):
+    """The verdicts of one run of the report, as they stand in ``results.json``."""
+
+    claims: tuple[JudgedClaim, ...]
+    counts: dict[str, int]
+    run: JudgingRun
+
+    @property
+    def by_id(self) -> Mapping[str, JudgedClaim]:
+        """The claims by id, in order."""
+        return {claim.id: claim for claim in self.claims}
 
 
 def committed(file: Path | None = None) -> Committed | None:
@@ -72,70 +136,28 @@ def committed(file: Path | None = None) -> Committed | None:
     Raises
     ------
     InputError
-        The file cannot be read.
+        The file cannot be read, or does not hold verdicts.
     """
     place = file or shipped("reports") / FILE
     if not place.is_file():
         return None
-    return records.read_as(
-        place,
-        "verdicts, as `tt-precise report` writes them; compute them by --again",
-        lambda content: _taken(content["claims"]),
+    return record_of(read(place, WHAT).get("claims"), Committed, str(place), WHAT)
+
+
+def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> JudgingRun:
+    """The run that is just writing its verdicts."""
+    return JudgingRun(
+        date=provenance["date"],
+        commit=provenance["commit"],
+        versions=provenance["versions"],
+        seconds=round(seconds),
+        workers=workers,
+        sources=sources(),
     )
 
 
-def _taken(content: Mapping[str, Json]) -> Committed:
-    verdicts = content["claims"]
-    if content["sha256"] != fingerprint_of(verdicts):
-        raise ValueError("the verdicts are not those that were written")
-    return Committed({one["id"]: one for one in verdicts}, content["run"])
-
-
-def run_record(seconds: float, workers: int, provenance: Mapping[str, str]) -> dict[str, Json]:
-    """What ``Committed.run`` holds, for the run that is just writing its verdicts."""
-    given = {name: provenance[name] for name in ("date", "commit", "versions")}
-    return {**given, "seconds": round(seconds), "workers": workers, "fingerprint": fingerprint()}
-
-
 @cache
-def fingerprint() -> Mapping[str, str]:
-    """SHA-256 of the code: ``source`` of its files, ``code`` of what this Python compiles them to.
-
-    The second one ignores documentation and comments, and holds for one ``python`` only.
-    """
-    data = hashlib.sha256()
-    for path in sorted((PACKAGE / SCENES).glob("*.toml")):
-        data.update(f"{path.name}\0".encode() + path.read_bytes())
-    code = data.copy()
-    for place in CODE:
-        path = PACKAGE / place
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            name = file.relative_to(PACKAGE).as_posix()
-            compiled = compile(file.read_bytes(), name, "exec", dont_inherit=True, optimize=2)
-            code.update("\n".join((name, *_essence(compiled))).encode())
-    python = f"{sys.implementation.name}-{sys.version_info.major}.{sys.version_info.minor}"
-    return {
-        "source": fingerprint_of([source_hash(*CODE), data.hexdigest()]),
-        "code": code.hexdigest(),
-        "python": python,
-    }
-
-
-def same_code(then: Mapping[str, str], now: Mapping[str, str]) -> bool:
-    """Whether two fingerprints are of the same code, documentation and comments apart."""
-    if then["source"] == now["source"]:
-        return True
-    return then["python"] == now["python"] and then["code"] == now["code"]
-
-
-def _essence(code: CodeType) -> Iterator[str]:
-    """What compiled code does: neither line numbers nor file names nor documentation."""
-    yield f"{code.co_qualname} {code.co_code.hex()} {code.co_exceptiontable.hex()}"
-    yield f"{code.co_names} {code.co_varnames} {code.co_freevars} {code.co_cellvars}"
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from _essence(constant)
-        elif isinstance(constant, frozenset):  # whose order changes from process to process
-            yield repr(sorted(map(repr, constant)))
-        else:
-            yield repr(constant)
+def sources() -> str:
+    """SHA-256 of the code and the scenes that a verdict may rest on."""
+    scenes = sorted(f"scenes/{path.name}" for path in (PACKAGE / "scenes").glob("*.toml"))
+    return source_hash(*CODE, *scenes)

@@ -1,30 +1,110 @@
-"""The rules that turn computations into verdicts; no claim ever names its own verdict.
+"""Measured numbers with the digits they have, and the rules that turn them into verdicts.
 
-A *check* compares what the paper says with what was computed. A *finding* is what checks come to:
+A value is computed twice, in two arithmetics that err independently; the digits in which they
+agree are the digits it has. A *check* compares what the paper says with what was computed. A
+*finding* is what the checks of a claim come to; no claim ever names its own verdict:
 
-- ``judged(check)``: reproduced or rounded if it holds, refuted if not;
-- ``all_of(checks)``: the same for a claim of several parts, each of which has to hold;
+- ``all_of(checks)``: every one has to hold; rounded, reproduced or refuted;
 - ``readings(checks)``: the same if all readings agree; "reading" if some hold and some do not;
-- ``misprint(printed, corrected)``: misprint if the printed form fails and the corrected one holds;
-- ``wording(note)``: untestable.
+- ``misprint(printed, corrected)``: misprint if the printed form fails and the corrected one holds.
+
+A claim whose words leave nothing to compute has the check ``untestable``.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
+from typing import Any, TypeAlias
 
-from tt_precise.claims.measured import (
-    MOST_DIGITS,
-    Measured,
-    Settled,
-    decimal,
-    fraction_of,
-    measured_text,
-)
+from tt_precise.runtime.arithmetic import Scalar
+
+# ---- measured numbers ---------------------------------------------------------------------------
+
+MOST_DIGITS = 20  # printed; the fine runs have more
+DEFAULT_DIGITS = 12  # printed of a bare number, for which nobody states an error
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A value, and how many of its significant digits were seen twice."""
+
+    value: Scalar
+    digits: int
+
+    @classmethod
+    def of(cls, value: Measured, other: Measured, most: int = MOST_DIGITS) -> Settled:
+        """``value`` with the digits (at most ``most``) in which independent ``other`` agrees."""
+        exact, second = fraction_of(value), fraction_of(other)
+        if exact == second:
+            return cls(value, most)
+        # a difference of half a unit in digit n still leaves n digits
+        difference = 2 * abs(exact - second) / max(abs(exact), abs(second))
+        return cls(value, max(0, min(most, -decade(difference) - 1)))
+
+
+Measured: TypeAlias = Any  # a Settled, an mpmath number, a float, an int or a Fraction
+
+
+def fraction_of(number: Measured) -> Fraction:
+    """The exact value of a number of any arithmetic; comparisons need no precision then."""
+    if isinstance(number, Settled):
+        return fraction_of(number.value)
+    if hasattr(number, "_mpf_"):
+        sign, mantissa, power, _ = number._mpf_
+        if not mantissa and power:
+            raise ValueError(f"measured number: got {number}, expected a finite one")
+        value = Fraction(int(mantissa)) * Fraction(2) ** int(power)
+        return -value if sign else value
+    return Fraction(number)
+
+
+def measured_text(number: Measured) -> str:
+    """A number in decimals: settled and exact ones with all their digits, others with twelve."""
+    if isinstance(number, Settled):
+        return decimal(number.value, number.digits)
+    if isinstance(number, int):
+        return str(number)
+    if isinstance(number, Fraction):
+        return decimal(number, MOST_DIGITS)
+    return decimal(number, DEFAULT_DIGITS)
+
+
+def decimal(number: Measured, digits: int) -> str:
+    """``number`` rounded to ``digits`` significant digits, plain or with an exponent."""
+    value = fraction_of(number)
+    if not value:
+        return "0"
+    digits = max(1, digits)
+    power = decade(abs(value))
+    unit = Fraction(10) ** (power - digits + 1)
+    whole = round(abs(value) / unit)
+    if whole >= 10**digits:
+        power, whole = power + 1, whole // 10
+    text = str(whole)
+    sign = "-" if value < 0 else ""
+    if -4 <= power < digits and power < 16:
+        if power < 0:
+            return f"{sign}0.{'0' * (-power - 1)}{text}"
+        return f"{sign}{text[: power + 1]}.{text[power + 1 :]}".rstrip(".")
+    return f"{sign}{text[0]}.{text[1:]}".rstrip(".") + f"e{power}"
+
+
+def decade(value: Fraction) -> int:
+    """The largest power of ten, as its exponent, that is at most ``value``."""
+    power = math.floor((math.log2(value.numerator) - math.log2(value.denominator)) * 0.30103)
+    while Fraction(10) ** power > value:
+        power -= 1
+    while Fraction(10) ** (power + 1) <= value:
+        power += 1
+    return power
+
+
+# ---- verdicts -----------------------------------------------------------------------------------
 
 
 class Verdict(StrEnum):
@@ -55,19 +135,34 @@ _MEANINGS = {
 
 @dataclass(frozen=True)
 class Check:
-    """One comparison: whether it holds, and as what; what was printed, what was measured."""
+    """One comparison of what is printed with what was measured.
+
+    ``name`` is the part or the reading of the claim, empty where there is only one.
+    """
 
     holds: bool
     printed: str
     measured: str
     exactly_rounded: bool = False
+    testable: bool = True
+    name: str = ""
 
     @property
     def verdict(self) -> Verdict:
         """What a claim of this one check comes to."""
+        if not self.testable:
+            return Verdict.UNTESTABLE
         if not self.holds:
             return Verdict.REFUTED
         return Verdict.ROUNDED if self.exactly_rounded else Verdict.REPRODUCED
+
+
+class Form(StrEnum):
+    """How the checks of a claim make its verdict."""
+
+    ALL_OF = "all of"
+    READINGS = "readings"
+    MISPRINT = "misprint"
 
 
 @dataclass(frozen=True)
@@ -76,32 +171,73 @@ class Finding:
 
     Attributes
     ----------
-    verdict
-        See ``Verdict``.
-    printed, measured
-        As text, with unit, the measured one with the digits it has.
-    note
+    form, checks
+        The checks, and how they make the verdict; of a misprint, as printed and as corrected.
+    remark
         One or two sentences that a referee would accept.
-    readings
-        (reading, verdict under it, measured) where the paper's words admit several.
     proved
         Whether the verdict rests on a proof (SymPy, or rigorous enclosures), not on evaluation
         at points.
-    parts
-        (part, verdict on it, printed, measured) of a claim of several parts; of a misprint, as
-        printed and as corrected.
-    correction
+    proposed
         What should stand in the paper, if the claim is a misprint.
     """
 
-    verdict: Verdict
-    printed: str
-    measured: str
-    note: str
-    readings: tuple[tuple[str, Verdict, str], ...] = ()
+    form: Form
+    checks: tuple[Check, ...]
+    remark: str
     proved: bool = False
-    parts: tuple[tuple[str, Verdict, str, str], ...] = ()
-    correction: str = ""
+    proposed: str = ""
+
+    @property
+    def verdict(self) -> Verdict:
+        """See ``Verdict``."""
+        failing = [one for one in self.checks if not one.holds]
+        if self.form is Form.MISPRINT:
+            if failing and failing[0] is self.checks[0] and len(failing) == 1:
+                return Verdict.MISPRINT
+            return self.checks[0].verdict
+        if not failing:
+            verdicts = {one.verdict for one in self.checks}
+            return verdicts.pop() if len(verdicts) == 1 else Verdict.REPRODUCED
+        some = self.form is Form.READINGS and len(failing) < len(self.checks)
+        return Verdict.READING if some else Verdict.REFUTED
+
+    @property
+    def correction(self) -> str:
+        """What should stand in the paper; empty if the claim is no misprint."""
+        return self.proposed if self.verdict is Verdict.MISPRINT else ""
+
+    @property
+    def printed(self) -> str:
+        """What the paper says, with unit."""
+        return (
+            _joined(self.checks, "printed") if self.form is Form.ALL_OF else self.checks[0].printed
+        )
+
+    @property
+    def measured(self) -> str:
+        """What was found, with unit and the digits that it has."""
+        first = self.checks[0]
+        if self.form is not Form.MISPRINT:
+            return _joined(self.checks, "measured")
+        if first.holds:
+            return first.measured
+        other = "corrected" if self.correction else f"as {self.proposed}"
+        return f"{first.measured}; {other}: {self.checks[1].measured}"
+
+    @property
+    def note(self) -> str:
+        """The remark, with what the checks say of parts, readings and correction in words."""
+        holding = [one.name for one in self.checks if one.holds]
+        failing = [one.name for one in self.checks if not one.holds]
+        if self.correction:
+            return f"Should read {self.correction}. {self.remark}"
+        if self.verdict is Verdict.READING:
+            read_as = f"Holds read as: {'; '.join(holding)}. Not as: {'; '.join(failing)}."
+            return f"{self.remark} {read_as}"
+        if self.form is Form.ALL_OF and holding and failing:
+            return f"{self.remark} What fails: {'; '.join(failing)}."
+        return self.remark
 
 
 # ---- checks: the comparison of one printed thing with one computed thing -----------------------
@@ -165,96 +301,49 @@ def agrees(printed: str, value: Measured, independent: Measured, digits: int) ->
     return Check(found.digits >= digits, printed, measured)
 
 
-def statement(holds: bool, *, printed: str, measured: str) -> Check:
+def statement(holds: bool, printed: str, measured: str) -> Check:
     """A statement that a computation found true or false; both sides in words and numbers."""
     return Check(bool(holds), printed, measured)
 
 
+def untestable(printed: str) -> Check:
+    """Words that no computation can test."""
+    return Check(True, printed, "-", testable=False)
+
+
 # ---- findings: what the checks come to ---------------------------------------------------------
 
-
-def judged(check: Check, note: str, *, proved: bool = False) -> Finding:
-    """A claim of one check."""
-    return Finding(check.verdict, check.printed, check.measured, note, proved=proved)
+Checks: TypeAlias = Check | Mapping[str, Check]  # one, or the parts or readings by name
 
 
-def all_of(checks: Mapping[str, Check], note: str, *, proved: bool = False) -> Finding:
-    """A claim of several parts: refuted if one fails, and the note says which."""
-    if not checks:
-        raise ValueError("claim of several parts: got none, expected one or more")
-    failed = [name for name, check in checks.items() if not check.holds]
-    if failed and len(failed) < len(checks):
-        note = f"{note} What fails: {'; '.join(failed)}."
-    return Finding(
-        Verdict.REFUTED if failed else _common(checks),
-        _joined(checks, "printed"),
-        _joined(checks, "measured"),
-        note,
-        proved=proved,
-        parts=_parts(checks),
-    )
+def all_of(checks: Checks, remark: str, *, proved: bool = False) -> Finding:
+    """A claim that holds if each of its parts does."""
+    return Finding(Form.ALL_OF, _named(checks), remark, proved)
 
 
-def readings(checks: Mapping[str, Check], note: str, *, proved: bool = False) -> Finding:
+def readings(checks: Mapping[str, Check], remark: str, *, proved: bool = False) -> Finding:
     """A claim whose words admit several readings, all of them computed."""
-    holding = [name for name, check in checks.items() if check.holds]
-    if not holding:
-        verdict = Verdict.REFUTED
-    elif len(holding) == len(checks):
-        verdict = _common(checks)
-    else:
-        verdict = Verdict.READING
-        failing = [name for name in checks if name not in holding]
-        note = f"{note} Holds read as: {'; '.join(holding)}. Not as: {'; '.join(failing)}."
-    return Finding(
-        verdict,
-        next(iter(checks.values())).printed,
-        _joined(checks, "measured"),
-        note,
-        tuple((name, check.verdict, check.measured) for name, check in checks.items()),
-        proved,
-    )
+    return Finding(Form.READINGS, _named(checks), remark, proved)
 
 
 def misprint(
-    printed: Check, corrected: Check, correction: str, note: str, *, proved: bool = False
+    printed: Check, corrected: Check, correction: str, remark: str, *, proved: bool = False
 ) -> Finding:
     """A claim that may be misprinted: ``correction`` is what should stand there."""
-    if printed.holds:
-        return judged(printed, note, proved=proved)
-    if not corrected.holds:
-        measured = f"{printed.measured}; as {correction}: {corrected.measured}"
-        return Finding(Verdict.REFUTED, printed.printed, measured, note, proved=proved)
-    return Finding(
-        Verdict.MISPRINT,
-        printed.printed,
-        f"{printed.measured}; corrected: {corrected.measured}",
-        f"Should read {correction}. {note}",
-        proved=proved,
-        parts=_parts({"as printed": printed, "as corrected": corrected}),
-        correction=correction,
-    )
+    checks = _named({"as printed": printed, "as corrected": corrected})
+    return Finding(Form.MISPRINT, checks, remark, proved, correction)
 
 
-def wording(note: str, *, printed: str, measured: str = "-") -> Finding:
-    """Words that no computation can test."""
-    return Finding(Verdict.UNTESTABLE, printed, measured, note)
+def _named(checks: Checks) -> tuple[Check, ...]:
+    if isinstance(checks, Check):
+        return (checks,)
+    if not checks:
+        raise ValueError("claim: got no checks, expected one or more")
+    return tuple(replace(check, name=name) for name, check in checks.items())
 
 
-def _common(checks: Mapping[str, Check]) -> Verdict:
-    verdicts = {check.verdict for check in checks.values()}
-    return verdicts.pop() if len(verdicts) == 1 else Verdict.REPRODUCED
-
-
-def _parts(checks: Mapping[str, Check]) -> tuple[tuple[str, Verdict, str, str], ...]:
-    return tuple(
-        (name, check.verdict, check.printed, check.measured) for name, check in checks.items()
-    )
-
-
-def _joined(checks: Mapping[str, Check], side: str) -> str:
-    texts = {name: getattr(check, side) for name, check in checks.items()}
-    given = {name: text for name, text in texts.items() if text}
+def _joined(checks: tuple[Check, ...], side: str) -> str:
+    given = {one.name: text for one in checks if (text := getattr(one, side))}
     if len(set(given.values())) <= 1:
         return next(iter(given.values()), "")
     return "; ".join(f"{name}: {text}" for name, text in given.items())

@@ -2,36 +2,34 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import click
 
+from tt_precise.claims.paper import KINDS
+from tt_precise.claims.verdicts import Verdict
 from tt_precise.commands import options
 from tt_precise.runtime.terminal import console
-from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
-    from tt_precise.claims.committed import Committed
+    from tt_precise.claims.committed import Committed, JudgedClaim
 
-SCHEMA = "tt_precise.claims/1"
-VERDICTS = ("reproduced", "rounded", "reading", "refuted", "misprint", "untestable")
-KINDS = ("equation", "theorem", "number", "quality", "figure", "sweep", "summary", "setting")
+VERDICTS = [verdict.value for verdict in Verdict]
 COLOURS = dict(
     zip(VERDICTS, ("green", "green", "yellow", "red", "magenta", "bright_black"), strict=True)
 )
 SHOWN_IN_FULL = 3  # so few claims are shown with their quotes and notes
 
-Row = Mapping[str, Json]  # what Judgement.as_dict gives
-
 
 @click.command("claims")
 @click.argument("ids", nargs=-1, metavar="[ID]...")
 @click.option("--verdict", multiple=True, type=click.Choice(VERDICTS), help="Only these verdicts.")
-@click.option("--kind", multiple=True, type=click.Choice(KINDS), help="Only these kinds.")
+@click.option(
+    "--kind", multiple=True, type=click.Choice(list(KINDS.values())), help="Only these kinds."
+)
 @click.option("--full", is_flag=True, help="Quotes, definitions and notes too.")
 @click.option("--again", is_flag=True, help="Compute the verdicts, do not look them up.")
 @options.workers("for --again; one for each core, at most 4")
@@ -51,80 +49,79 @@ def command(
     computes them. A claim that does not hold is a result, so the exit status is 0 whatever the
     verdicts.
     """
-    from tt_precise.claims.committed import committed
+    from tt_precise.claims import committed
+    from tt_precise.runtime.records import UNSET, encode
 
-    known = committed()
+    known = committed.committed()
     if again or known is None:
         rows, run = _computed(ids, kind, workers or min(4, cores()), known), None
     else:
-        rows, run = _looked_up(ids, kind, known), known
-    rows = [one for one in rows if not verdict or one["verdict"] in verdict]
+        rows, run = _looked_up(ids, kind, known), known.run
+    rows = [claim for claim in rows if not verdict or claim.verdict in verdict]
     if as_json:
-        found: dict[str, Json] = {"schema": SCHEMA, "claims": rows, "counts": _counts(rows)}
-        if run is not None:
-            found["run"] = {**run.run, "stale": run.stale}
-        click.echo(json.dumps(found, indent=2, ensure_ascii=False))
+        stated = run.checked if run else UNSET
+        record = committed.Claims(claims=tuple(rows), counts=_counts(rows), run=stated)
+        click.echo(encode(record), nl=False)
         return 0
     if rows and (full or len(rows) <= SHOWN_IN_FULL):
-        click.echo("\n\n".join(in_full(one) for one in rows))
+        click.echo("\n\n".join(in_full(claim) for claim in rows))
     else:
         _table(rows)
     if run is not None:
         click.echo(f"\nFrom {run.origin}.\n--again computes.")
-        if run.stale:
+        if run.outdated:
             click.echo("STALE: the code behind the verdicts has changed since then.")
     return 0
 
 
-def in_full(one: Row) -> str:
+def in_full(claim: JudgedClaim) -> str:
     """All that is known of one claim, a few lines."""
     lines = [
-        f"{one['id']}  {one['verdict']}{' (proved)' if one['proved'] else ''}",
-        f"  claim       {one['statement']}",
-        f'  the paper   "{one["quote"]}" ({one["where"]})',
+        f"{claim.id}  {claim.verdict}{' (proved)' if claim.proved else ''}",
+        f"  claim       {claim.statement}",
+        f'  the paper   "{claim.quote}" ({claim.where})',
     ]
-    if one["definition"]:
-        lines.append(f"  definition  {one['definition']}")
-    lines.append(f"  printed     {one['printed']}")
-    if one["readings"]:
+    if claim.definition:
+        lines.append(f"  definition  {claim.definition}")
+    lines.append(f"  printed     {claim.printed}")
+    if claim.form == "readings":
         lines += [
-            f"  read as     {each['reading']}: {each['measured']} ({each['verdict']})"
-            for each in one["readings"]
+            f"  read as     {each.name}: {each.measured} ({each.verdict})" for each in claim.checks
         ]
     else:
-        lines.append(f"  measured    {one['measured']}")
-    return "\n".join([*lines, f"  note        {one['note']}"])
+        lines.append(f"  measured    {claim.measured}")
+    return "\n".join([*lines, f"  note        {claim.note}"])
 
 
-def _looked_up(ids: Sequence[str], kinds: Sequence[str], known: Committed) -> list[Row]:
-    from tt_precise.claims.claim import named
+def _looked_up(ids: Sequence[str], kinds: Sequence[str], known: Committed) -> list[JudgedClaim]:
+    from tt_precise.claims.paper import named
 
-    wanted = {named(one, known.claims)["id"] for one in ids}
+    wanted = {named(name, known.by_id).id for name in ids}
     return [
-        one
-        for one in known.claims.values()
-        if (not wanted or one["id"] in wanted) and (not kinds or one["kind"] in kinds)
+        claim
+        for claim in known.claims
+        if (not wanted or claim.id in wanted) and (not kinds or claim.kind in kinds)
     ]
 
 
 def _computed(
     ids: Sequence[str], kinds: Sequence[str], workers: int, known: Committed | None
-) -> list[Row]:
+) -> list[JudgedClaim]:
     from tt_precise.claims import claim_named, claims, judge_all
     from tt_precise.runtime.progress import progress_bar
 
     every = list(claims().values())
-    wanted = [claim_named(one) for one in ids] if ids else every
-    wanted = [one for one in wanted if not kinds or one.kind in kinds]
+    wanted = [claim_named(name) for name in ids] if ids else every
+    wanted = [claim for claim in wanted if not kinds or claim.kind in kinds]
     if len(wanted) == len(every):
-        cost = f"took {known.cost}" if known else "take minutes"
+        cost = f"took {known.run.cost}" if known else "take minutes"
         click.echo(f"computing all {len(every)} claims; they {cost}", err=True)
     with progress_bar(f"judging {len(wanted)} claims") as progress:
-        judged = judge_all([one.id for one in wanted], progress, workers)
-    return [one.as_dict() for one in judged]
+        judged = judge_all([claim.id for claim in wanted], progress, workers)
+    return [judgement.record for judgement in judged]
 
 
-def _table(rows: Sequence[Row]) -> None:
+def _table(rows: Sequence[JudgedClaim]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -133,10 +130,10 @@ def _table(rows: Sequence[Row]) -> None:
         table.add_column(heading, no_wrap=True, min_width=longest)
     for heading, ratio in (("claim", 4), ("printed", 2), ("measured", 3)):
         table.add_column(heading, no_wrap=True, overflow="ellipsis", ratio=ratio)
-    for one in rows:
-        coloured = f"[{COLOURS[one['verdict']]}]{one['verdict']}[/]"
-        cells = (escape(one[name]) for name in ("statement", "printed", "measured"))
-        table.add_row(one["id"], coloured, *cells)
+    for claim in rows:
+        coloured = f"[{COLOURS[claim.verdict]}]{claim.verdict}[/]"
+        cells = map(escape, (claim.statement, claim.printed, claim.measured))
+        table.add_row(claim.id, coloured, *cells)
     counted = ", ".join(f"{number} {name}" for name, number in _counts(rows).items() if number)
     screen = console()
     if rows:
@@ -145,6 +142,6 @@ def _table(rows: Sequence[Row]) -> None:
     screen.print("`tt-precise claims ID` shows one in full.", highlight=False)
 
 
-def _counts(rows: Sequence[Row]) -> dict[str, int]:
-    counted = Counter(one["verdict"] for one in rows)
+def _counts(rows: Sequence[JudgedClaim]) -> dict[str, int]:
+    counted = Counter[str](claim.verdict for claim in rows)
     return {name: counted[name] for name in VERDICTS}

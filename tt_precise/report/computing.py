@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tt_precise.claims import Judgement
-from tt_precise.claims.judging import calls_for, finding_of, judgements
+from tt_precise.claims.claim import calls_for, finding_of, judgements
 from tt_precise.report.document import Section
 from tt_precise.report.evidence import precisions
 from tt_precise.report.sections import (

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tt_precise.report.document import Claims, Figure, PageTable, Section, Text
-from tt_precise.report.entries import SECTIONS, Entry
+from tt_precise.report.entries import Entry, sections
 
 LONGEST_ROWS = 14  # of a table that is shown unasked
 LONGEST_TEXT = 480  # characters of a paragraph, likewise
@@ -102,5 +102,5 @@ def _choices_of(entries: Sequence[Entry]) -> Choices:
         [(value, value) for value in dict.fromkeys(getattr(one, name) for one in entries)]
         for name in ("verdict", "kind")
     )
-    sections = [(key, title) for key, title in SECTIONS.items()]
-    return [("verdict", sorted(verdicts)), ("section", sections), ("kind", kinds)]
+    chapters = list(sections().items())
+    return [("verdict", sorted(verdicts)), ("section", chapters), ("kind", kinds)]

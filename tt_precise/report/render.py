@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.report import layout, prose
 from tt_precise.report.document import Figure, Report
-from tt_precise.report.entries import MARKS, SECTIONS, Entry
+from tt_precise.report.entries import MARKS, Entry, sections
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def html(report: Report) -> str:
         "compact": _compact,
     }
     text = environment.get_template("report.html.j2").render(
-        report=report, paper_sections=SECTIONS, marks=MARKS, citation=_citation(report)
+        report=report, paper_sections=sections(), marks=MARKS, citation=_citation(report)
     )
     # lines that held nothing but template
     return re.sub(r"\n\s*\n+", "\n", text)

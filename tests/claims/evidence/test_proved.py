@@ -11,9 +11,18 @@ from typing import Any
 
 import pytest
 
-from tt_precise.claims import evidence, judge
-from tt_precise.claims.evidence.proved import Proved, count, digits, proofs_of, settles
-from tt_precise.claims.evidence.proved_climb import precession, reversal, sign_of_precession
+from tt_precise.claims import judge
+from tt_precise.claims.evidence import variant
+from tt_precise.claims.evidence.proved import (
+    Proved,
+    count,
+    digits,
+    precession,
+    proofs_of,
+    reversal,
+    settles,
+    sign_of_precession,
+)
 from tt_precise.claims.verdicts import Verdict, about, rounds_to
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval
@@ -101,7 +110,7 @@ def test_a_proof_of_something_else_does_not_settle_a_claim(spoilable: Path) -> N
 
 
 def test_a_variant_is_not_the_scene_that_was_proved() -> None:
-    other = proofs_of(evidence.variant(phi_dot="-1000", until="1"))
+    other = proofs_of(variant(phi_dot="-1000", until="1"))
     assert other.proof is None
     assert not other.g_n_positive
     assert "another start" in other.why
@@ -109,7 +118,7 @@ def test_a_variant_is_not_the_scene_that_was_proved() -> None:
     assert other.events("equator") is None
     assert other.potential_energy("0") is None
     assert not other.energy_falls
-    assert proofs_of(replace(evidence.variant(), name="nowhere")).proof is None
+    assert proofs_of(replace(variant(), name="nowhere")).proof is None
 
 
 def test_what_is_proved_of_the_reference_scene() -> None:
@@ -142,7 +151,7 @@ def test_around_the_climb() -> None:
     assert all(one is not None and 70 < one.low <= one.high < 90 for one in precession("reference"))
     assert sign_of_precession("reference") == 1
     assert sign_of_precession("smoothest") in (0, 1)
-    nothing = evidence.variant(until="1")
+    nothing = variant(until="1")
     assert reversal(nothing, "theta_min", "t_init") == [None, None]
     assert precession(nothing) == [None, None, None]
     assert sign_of_precession(nothing) == 0

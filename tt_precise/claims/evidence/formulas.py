@@ -12,8 +12,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.claims.measured import decimal
-from tt_precise.claims.verdicts import Check, statement
+from tt_precise.claims.verdicts import Check, decimal, statement
 from tt_precise.exact.chart import EulerChart
 from tt_precise.exact.identities import prove
 from tt_precise.mechanics import euler, newton
@@ -114,12 +113,12 @@ def equal(printed: Scalar, truth: Scalar, shown: str = "") -> Check:
     element = read(printed) if isinstance(printed, str) else printed
     shown = (shown or str(printed)).replace("lambda_", "lambda")
     if chart().remainder(element - truth).vanishes:
-        return statement(True, printed=shown, measured="equal, for every body and state")
+        return statement(True, shown, "equal, for every body and state")
     left, right = at_point(element), at_point(truth)
     if left == right:
         raise ArithmeticError(f"{shown}: unequal, but equal at POINT; choose another one")
     off = abs(left - right) / max(abs(left), abs(right))
-    return statement(False, printed=shown, measured=f"off by {decimal(off, 3)} of its size")
+    return statement(False, shown, f"off by {decimal(off, 3)} of its size")
 
 
 def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], shown: str) -> Check:
@@ -133,7 +132,7 @@ def proved(identity: str) -> Check:
     """A statement that ``exact.identities`` proves of the mechanics."""
     proof = prove(identity)
     outcome = "proved" if proof.holds else f"fails in {len(proof.failed)} of {proof.residuals}"
-    return statement(proof.holds, printed="", measured=f"{proof.statement} ({outcome})")
+    return statement(proof.holds, "", f"{proof.statement} ({outcome})")
 
 
 def at_point(element: Scalar) -> Fraction:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from tt_precise.claims import evidence
-from tt_precise.claims.evidence import reference_series as series
-from tt_precise.claims.evidence.potential import minima
+from tt_precise.claims.evidence import REFERENCE
+from tt_precise.claims.evidence.motions import minima
 from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
@@ -26,10 +25,10 @@ def deforming_potential() -> Figure:
     import numpy
 
     body = load_scene("reference").body.numbers(float)
-    lambda_ = float(evidence.thresholds_of().quantities["lambda"].value)
+    lambda_ = float(REFERENCE.thresholds.quantities["lambda"].value)
     angles = numpy.linspace(0.002, math.pi - 0.002, 1200)
     data = course("theta")
-    turns = series.turning_points()
+    turns = REFERENCE.turns
     lows, highs = (
         turns["t"][turns["name"] == name].to_numpy(dtype=float)
         for name in ("theta_min", "theta_max")
@@ -39,7 +38,7 @@ def deforming_potential() -> Figure:
         for t, colour in zip(INSTANTS, COLOURS, strict=True):
             high = float(highs[highs > t][0])
             low = float(lows[lows > high][0])
-            there = series.columns(["theta", "D", "E_tilde"], [high, low])
+            there = REFERENCE.columns(["theta", "D", "E_tilde"], [high, low])
             for i, dashes, filling in ((0, "-", colour), (1, "--", "white")):
                 V = effective_potential(body, numpy.cos(angles), there["D"][i], lambda_, numpy)
                 reached = there["E_tilde"][0] + ABOVE > V
@@ -79,7 +78,7 @@ def deforming_potential() -> Figure:
 def _bottoms(lows: Array, lambda_: float) -> tuple[list[float], list[float]]:
     """The minima of theta that lie beyond the minimum of V, and that minimum at all of them."""
     body = load_scene("reference").body.numbers(float)
-    there = series.columns(["theta", "D"], list(lows))
+    there = REFERENCE.columns(["theta", "D"], list(lows))
     bottoms = [minima(body, float(D), lambda_) for D in there["D"]]
     nearest = [
         min((abs(angle - theta), angle) for angle in some)[1] if some else math.nan

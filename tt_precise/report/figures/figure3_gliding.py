@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.claims import evidence
+from tt_precise.claims.evidence import REFERENCE
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import climb_marks, course, over_time
@@ -12,8 +12,8 @@ from tt_precise.report.figures.time_courses import climb_marks, course, over_tim
 def figure_3() -> Figure:
     """nu_x and nu_y, omega_3, its derivative, g_n."""
     glide, spin, force = course("nu_x", "nu_y"), course("omega_3", "omega_3_dot"), course("g_n")
-    weight = float(evidence.weight())
-    before = glide["t"] < float(evidence.trajectory().inversion.equator)
+    weight = float(REFERENCE.weight)
+    before = glide["t"] < REFERENCE.equator
     negative = glide["t"][(glide["nu_y"] < 0) & before].max()
     with style.panels([1.6, 1.2, 1.4, 1.5]) as (drawing, axes):
         style.curve(axes[0], glide["t"], glide["nu_x"], r"$\nu_x$", style.BLUE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.claims.evidence import reference_series as series
+from tt_precise.claims.evidence import REFERENCE
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import TIME, climb_marks, course, over_time
@@ -24,7 +24,7 @@ def figure_4() -> Figure:
     }
     data = course(*parts)
     near = numpy.linspace(*MAGNIFIED, 801)
-    closer = series.columns(["E_pot", "E_trans"], list(near))
+    closer = REFERENCE.columns(["E_pot", "E_trans"], list(near))
     with style.panels([2.4, 1.0, 1.0], shared_time=False) as (drawing, axes):
         for name, (colour, label) in parts.items():
             style.curve(axes[0], data["t"], MILLI * data[name], label, colour)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.claims.evidence import reference_series as series
+from tt_precise.claims.evidence import REFERENCE
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import climb_marks, course, over_time
@@ -15,7 +15,7 @@ def figure_6() -> Figure:
     """The components of the torque along x, y and z of the moving frame."""
     names = {"tau_x": style.BLUE, "tau_y": style.ORANGE, "tau_z": style.GREEN}
     data = course(*names)
-    shares = ", ".join(f"{100 * series.share_below_zero(name):.1f} %" for name in names)
+    shares = ", ".join(f"{100 * REFERENCE.share_below_zero(name):.1f} %" for name in names)
     with style.panels([1.2, 1.2, 1.2]) as (drawing, axes):
         for panel, (name, colour) in zip(axes, names.items(), strict=True):
             style.curve(panel, data["t"], MILLI * data[name], "", colour)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.claims import evidence
+from tt_precise.claims.evidence import REFERENCE
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 from tt_precise.report.figures.time_courses import TIME, climb_marks, course, over_time
@@ -15,7 +15,7 @@ PRINTED = ((9.381e-4, 4.912e-2), (-6.667e-4, 1.734e-2))  # section 2.3
 def figure_7() -> Figure:
     """The curve (D, E~) with its limits, D over time, E and E~ over time."""
     data = course("D", "E_tilde", "E")
-    known = evidence.thresholds_of().quantities
+    known = REFERENCE.thresholds.quantities
     limits = [tuple(float(known[name + end].value) for name in "DE") for end in "01"]
     with style.panels([2.2, 1.2, 1.8], shared_time=False) as (drawing, axes):
         # the curve turns back and forth, so it is not thinned but drawn as it is

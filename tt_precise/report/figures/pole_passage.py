@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from tt_precise.claims import evidence
-from tt_precise.claims.evidence import reference_series as series
+from tt_precise.claims.evidence import REFERENCE
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 
@@ -17,14 +16,14 @@ def axis_at_the_pole() -> Figure:
     """kx, ky from shortly before to shortly after the initiation time, and the pole magnified."""
     import numpy
 
-    turns = evidence.times_of("theta_min")
+    turns = REFERENCE.events("theta_min")
     passage = float(turns["t"].iloc[int(turns["theta"].astype(float).argmin())])
     times = numpy.arange(passage - BEFORE, passage + AFTER, EVERY)
-    path = series.columns(["kx", "ky"], list(times))
+    path = REFERENCE.columns(["kx", "ky"], list(times))
     near = numpy.linspace(passage - 3e-4, passage + 3e-4, 400)
-    close = series.columns(["kx", "ky"], list(near))
+    close = REFERENCE.columns(["kx", "ky"], list(near))
     lows = [float(t) for t in turns["t"] if abs(float(t) - passage) < BEFORE]
-    dots = series.columns(["kx", "ky", "phi_dot"], lows)
+    dots = REFERENCE.columns(["kx", "ky", "phi_dot"], lows)
     with style.panels([5.0], shared_time=False) as (drawing, (panel,)):
         for chosen, colour, label in (
             (times <= passage, style.GREY, "before"),

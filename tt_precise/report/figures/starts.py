@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.claims.evidence import section22_sweep
+from tt_precise.claims.evidence import sweeps
 from tt_precise.report.document import Figure
 from tt_precise.report.figures import registered, style
 
@@ -58,7 +58,7 @@ def times_by_inclination() -> Figure:
             caption=f"{len(rows)} starts that differ from the reference start in theta(0) alone "
             "(omega_3(0) = 155 rad/s, so lambda falls with cos(theta)). Bears on SWP-15 to SWP-17: "
             f"how the climbing time depends on theta(0). Shaded: {LOST}, as in the figure before. "
-            f"Gaps: no such time within {section22_sweep.UNTIL} s.",
+            f"Gaps: no such time within {sweeps.UNTIL} s.",
             alt="Three panels against theta(0) from 0.01 to 1 rad: initiation time, ending time "
             "and climbing time in three definitions.",
         )
@@ -68,7 +68,7 @@ def _rows(names: tuple[str, ...], x: str) -> tuple[pandas.DataFrame, list[tuple[
     """All starts by ``x``, and the spans of it in which contact is lost."""
     import pandas
 
-    rows = pandas.concat([section22_sweep.series(name, contact="through") for name in names])
+    rows = pandas.concat([sweeps.series(name, contact="through") for name in names])
     rows = rows.sort_values(x).drop_duplicates(x).reset_index(drop=True)
     spans: list[tuple[float, float]] = []
     values, lost = rows[x].to_numpy(), (rows["contact"] == "bilateral").to_numpy()

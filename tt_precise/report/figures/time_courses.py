@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tt_precise.claims import evidence
-from tt_precise.claims.evidence import reference_series as series
+from tt_precise.claims.evidence import Run, SceneLike
 from tt_precise.runtime.arithmetic import Array
 
 if TYPE_CHECKING:
@@ -15,15 +14,15 @@ EVERY = 0.004  # s, between the extrema; a nutation lasts 0.037 s
 TIME = "$t$ (s)"
 
 
-def course(*names: str, scene: evidence.SceneLike = "reference") -> dict[str, Array]:
+def course(*names: str, scene: SceneLike = "reference") -> dict[str, Array]:
     """Float columns by name, and "t": samples united with every extremum of each of them."""
-    frame = series.course(names, scene, EVERY)
+    frame = Run(scene).course(names, EVERY)
     return {str(name): frame[name].to_numpy(dtype=float) for name in frame}
 
 
-def climb_marks(scene: evidence.SceneLike = "reference") -> dict[str, float]:
+def climb_marks(scene: SceneLike = "reference") -> dict[str, float]:
     """Initiation and ending time in definition A, by the label drawn."""
-    begin, end = series.climb(scene)
+    begin, end = Run(scene).climb
     return {r"$t_{\theta\approx0}$": begin, r"$t_{\theta\approx\pi}$": end}
 
 

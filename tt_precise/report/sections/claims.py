@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+
+from msgspec import to_builtins
 
 from tt_precise.claims import Judgement, Verdict, counts
+from tt_precise.claims.committed import Committed, JudgingRun
 from tt_precise.report.document import Claims, Section, Text
-from tt_precise.report.entries import SECTIONS, Entry, entry
-from tt_precise.runtime.cache import fingerprint
-from tt_precise.runtime.untyped import Json
+from tt_precise.report.entries import Entry, entry, sections
 
 ERRATA = {
     Verdict.MISPRINT: (
@@ -26,7 +27,7 @@ ERRATA = {
 
 def entries(judgements: Sequence[Judgement]) -> list[Entry]:
     """All claims as entries, in the order of the list."""
-    return [entry(one.as_dict()) for one in judgements]
+    return [entry(one.record) for one in judgements]
 
 
 def errata(judgements: Sequence[Judgement]) -> Section:
@@ -47,12 +48,11 @@ def errata(judgements: Sequence[Judgement]) -> Section:
     return Section("errata", "Errata", [Text(_counted(found)), *groups])
 
 
-def all_claims(judgements: Sequence[Judgement], run: Mapping[str, Json]) -> Section:
+def all_claims(judgements: Sequence[Judgement], run: JudgingRun) -> Section:
     """Every claim with its verdict, by section of the paper; ``run`` is what computed them."""
     tally, every = counts(judgements), entries(judgements)
     legend = "; ".join(f"{tally[str(one)]} {one}: {one.meaning}" for one in Verdict)
     proved = sum(one.proved for one in every)
-    plain = [one.as_dict() for one in judgements]
     return Section(
         "claims",
         "All claims",
@@ -60,11 +60,13 @@ def all_claims(judgements: Sequence[Judgement], run: Mapping[str, Json]) -> Sect
             Text(f"{len(every)} claims, {proved} of them settled by a proof. {legend}."),
             *(
                 Claims(title, some)
-                for key, title in SECTIONS.items()
+                for key, title in sections().items()
                 if (some := [one for one in every if one.section == key])
             ),
         ],
-        {"counts": tally, "claims": plain, "sha256": fingerprint(plain), "run": run},
+        to_builtins(
+            Committed(claims=tuple(one.record for one in judgements), counts=tally, run=run)
+        ),
     )
 
 

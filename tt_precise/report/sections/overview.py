@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from tt_precise.claims import Judgement, Verdict, counts
+from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.report.animation import motion
 from tt_precise.report.document import Card, Overview
 from tt_precise.report.evidence import precision_runs
@@ -15,7 +16,7 @@ from tt_precise.runtime.untyped import Json
 
 PAPER_DRIFT = 1e-6
 DIGITS = 8
-SHOWN = {"NUM-22": "1.8534", "NUM-05": "7.87 s"}  # the paper's numbers beside ours
+SHOWN = RAUCH_RUTSTAM.headlines  # the paper's numbers beside ours
 TRIED = {
     False: "of the {} definitions tried, none gives the paper's time",
     None: "of the {} definitions tried, not all give the paper's time",
@@ -79,7 +80,7 @@ def headlines() -> Headlines:
 def overview(judgements: Sequence[Judgement], computed: Headlines) -> Overview:
     """The first screen, with the verdicts."""
     agree = {printed: _agrees(judgements, id) for id, printed in SHOWN.items()}
-    readings = next((one.finding.readings for one in judgements if one.id == "NUM-05"), ())
+    readings = next((one.finding.checks for one in judgements if one.id == "NUM-05"), ())
     tried = {SHOWN["NUM-05"]: TRIED[agree[SHOWN["NUM-05"]]].format(len(readings))}
     return Overview(
         verdict(counts(judgements), len(judgements)),

@@ -1,0 +1,205 @@
+"""Motions computed in other ways: in the potential, steady, backwards, by the paper's odeint."""
+
+import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from tt_precise.claims.evidence import REFERENCE, variant
+from tt_precise.claims.evidence.motions import (
+    Case,
+    Swing,
+    cases,
+    growth,
+    minima,
+    minimum,
+    paper_odeint,
+    past,
+    state_errors,
+    swing,
+    tumbles,
+)
+from tt_precise.exact.arithmetic import own_context
+from tt_precise.exact.stability import INVERTED, UPRIGHT
+from tt_precise.integration import integrate
+from tt_precise.mechanics import euler, thresholds
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.quantities import effective_mass, effective_potential
+from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
+from tt_precise.scene.scene import load_scene
+
+SHORT = variant(until="0.3")
+TOY = Case(Fraction("0.3"), Fraction(131, 140), Fraction(2, 5), Fraction(1, 7), Fraction(2))
+FN: Any = own_context(40)
+BODY = load_scene("reference").body.numbers(float)
+LAMBDA = 6.9e-6
+HALFWAY = (thresholds.D0(BODY, LAMBDA, math) + thresholds.D1(BODY, LAMBDA, math)) / 2
+
+
+def test_both_searches_find_the_same_minimum() -> None:
+    fn = own_context(70)
+    body = REFERENCE.body(fn)
+    z = minimum(body, fn.mpf(HALFWAY), fn.mpf(LAMBDA), fn)
+    (theta,) = minima(BODY, HALFWAY, LAMBDA)
+    assert math.cos(theta) == pytest.approx(float(z), abs=2e-3)  # the grid is 1e-3 wide in u
+
+
+def test_the_minimum_is_stationary() -> None:
+    fn = own_context(70)
+    body = REFERENCE.body(fn)
+    z = minimum(body, fn.mpf(HALFWAY), fn.mpf(LAMBDA), fn)
+    slope = fn.diff(lambda x: effective_potential(body, x, HALFWAY, fn.mpf(LAMBDA), fn), z)
+    assert abs(slope) < fn.mpf(10) ** -25
+
+
+def small_swing(excess: float) -> Swing:
+    (theta,) = minima(BODY, HALFWAY, LAMBDA)
+    bottom = effective_potential(BODY, math.cos(theta), HALFWAY, LAMBDA, math)
+    found = swing(BODY, HALFWAY, bottom * (1 + excess), LAMBDA)
+    assert found is not None
+    return found
+
+
+def test_small_swings_take_half_a_period_of_the_harmonic_oscillator() -> None:
+    fn = own_context(40)
+    body = REFERENCE.body(fn)
+
+    def potential(theta: Any) -> Any:
+        return effective_potential(body, fn.cos(theta), fn.mpf(HALFWAY), fn.mpf(LAMBDA), fn)
+
+    theta = fn.findroot(lambda x: fn.diff(potential, x), minima(BODY, HALFWAY, LAMBDA)[0])
+    stiffness = fn.diff(potential, theta, 2)
+    expected = fn.pi / fn.sqrt(stiffness / (2 * effective_mass(body, fn.cos(theta))))
+    assert small_swing(1e-7).time == pytest.approx(float(expected), rel=1e-5)
+
+
+def test_a_swing_is_what_a_rolling_top_does() -> None:
+    run = integrate("rolling", events=("theta_min", "theta_max"))
+    turns = [float(t) for t in run.events["t"][:3]]
+    first = run.frame("D", "E_tilde", "lambda", times=[0]).iloc[0]
+    body = run.scene.body.numbers(float)
+    found = swing(body, float(first["D"]), float(first["E_tilde"]), float(first["lambda"]))
+    assert found is not None
+    assert found.time == pytest.approx(turns[2] - turns[1], rel=1e-8)
+    assert found.lowest == pytest.approx(float(run.events["theta"][:2].min()), rel=1e-8)
+    assert found.highest == pytest.approx(float(run.events["theta"][:2].max()), rel=1e-8)
+
+
+def test_nothing_swings_below_the_minimum() -> None:
+    (theta,) = minima(BODY, HALFWAY, LAMBDA)
+    bottom = effective_potential(BODY, math.cos(theta), HALFWAY, LAMBDA, math)
+    assert swing(BODY, HALFWAY, bottom * (1 - 1e-3), LAMBDA) is None
+
+
+@pytest.mark.parametrize("share", ["1e-4", "0.3", "0.5", "0.7", "0.9999"])
+def test_no_well_is_lower_than_the_minimum(share: str) -> None:
+    """Against all eighths, of which the search looks at a quarter; between D0 and D1."""
+    fn = own_context(70)
+    body = REFERENCE.body(fn)
+    lambda_ = fn.mpf(LAMBDA)
+    ends = thresholds.D0(body, lambda_, fn), thresholds.D1(body, lambda_, fn)
+    D = ends[0] + (ends[1] - ends[0]) * fn.mpf(share)
+
+    def V(z: Any) -> Any:
+        return effective_potential(body, z, D, lambda_, fn)
+
+    z = minimum(body, D, lambda_, fn)
+    assert V(z) < min(V(fn.tanh(fn.mpf(i) / 8)) for i in range(-160, 161))
+    assert V(z) < V(fn.tanh(fn.atanh(z) + fn.mpf(10) ** -15))
+    assert V(z) < V(fn.tanh(fn.atanh(z) - fn.mpf(10) ** -15))
+
+
+def test_cases_lie_in_the_region_and_are_the_same_each_time() -> None:
+    drawn = cases(50)
+    assert drawn == cases(50)
+    for one in drawn:
+        assert 1 - one.alpha < one.gamma < 1 + one.alpha
+        assert one.gamma >= Fraction(1, 2)
+        assert 1 < one.multiple < 3
+
+
+@pytest.mark.parametrize(("multiple", "sign"), [("0.99", 1), ("1.01", -1)])
+def test_the_inverted_spin_changes_its_stability_at_the_threshold(multiple: str, sign: int) -> None:
+    assert growth(replace(TOY, multiple=Fraction(multiple)), INVERTED) == sign
+
+
+@pytest.mark.parametrize(("share", "sign"), [("0.99", -1), ("1.01", 1)])
+def test_the_upright_spin_changes_its_stability_at_lambda_up(share: str, sign: int) -> None:
+    body = TOY.body(FN)
+    ratio = lambda_up(body, FN) / lambda_thres(body, FN)
+    multiple = Fraction(share) * Fraction(str(ratio))
+    assert growth(replace(TOY, multiple=multiple), UPRIGHT) == sign
+
+
+@pytest.mark.parametrize("z", ["-0.6", "0.1", "0.8"])
+def test_tumbling_is_a_motion_with_constant_theta(z: str) -> None:
+    body = TOY.body(FN)
+    cosine = FN.mpf(z)
+    phi_dot = FN.sqrt(body.alpha / body.I3 / (body.alpha - (1 - body.gamma) * cosine))
+    state = EulerState(FN.acos(cosine), 0, phi_dot, phi_dot * (cosine - body.alpha), 0, 0)
+    rates = euler.rates(body, state, FN)
+    assert max(abs(rate) for rate in rates) < FN.mpf(10) ** -35
+    assert abs(euler.normal_force(body, state, FN) - 1) < FN.mpf(10) ** -35
+    lambda_ = euler.jellett(body, state, FN)
+    assert abs(lambda_**2 - tumbling_lambda_squared(body, cosine)) < FN.mpf(10) ** -35
+
+
+def test_tumbling_ends_at_the_thresholds() -> None:
+    body = TOY.body(FN)
+    for z, threshold in ((-1, lambda_thres), (1, lambda_up)):
+        limit = tumbling_lambda_squared(body, FN.mpf(z))
+        assert abs(limit - threshold(body, FN) ** 2) < FN.mpf(10) ** -35
+
+
+@pytest.mark.parametrize(("multiple", "found"), [("0.99", True), ("1.01", False)])
+def test_tumbling_is_found_below_the_thresholds_only(multiple: str, found: bool) -> None:
+    assert tumbles(replace(TOY, multiple=Fraction(multiple))) is found
+
+
+def test_the_past_leads_back_to_where_it_came_from() -> None:
+    scene = variant(until="0.1")
+    later = integrate(scene, "double").state
+    text = {name: repr(getattr(later, name)) for name in ("theta_dot", "phi_dot", "omega_3")}
+    text |= {name: repr(getattr(later, name)) for name in ("nu_x", "nu_y")}
+    again = variant(scene, theta=repr(later.theta), **text)
+    back, origin = past(again), past(scene)
+    assert origin.contact_lost
+    assert back.t == pytest.approx(origin.t - 0.1, abs=1e-7)
+
+
+def test_the_own_way_is_close_and_its_errors_are_seen() -> None:
+    own = paper_odeint(SHORT)
+    assert 1e-13 < own.jellett_drift < 1e-9
+    assert 1e-12 < state_errors(SHORT)["theta"] < 1e-6
+
+
+def test_a_past_that_was_given_up_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scipy import integrate as scipy_integrate
+
+    whole = scipy_integrate.solve_ivp
+
+    def given_up(*arguments: Any, **keywords: Any) -> Any:
+        found = whole(*arguments, **keywords)
+        found.status = -1
+        return found
+
+    monkeypatch.setattr(scipy_integrate, "solve_ivp", given_up)
+    with pytest.raises(ArithmeticError, match="gave up"):
+        past(variant(until="0.31"))
+
+
+def test_an_odeint_that_gave_up_is_no_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    from scipy import integrate as scipy_integrate
+
+    whole = scipy_integrate.odeint
+
+    def given_up(*arguments: Any, **keywords: Any) -> Any:
+        rows, _ = whole(*arguments, **{**keywords, "full_output": True})
+        told = {"message": "Excess work done on this call."}
+        return (rows, told) if keywords.get("full_output") else rows
+
+    monkeypatch.setattr(scipy_integrate, "odeint", given_up)
+    with pytest.raises(ArithmeticError, match="up: Excess work"):
+        paper_odeint(variant(until="0.05"))

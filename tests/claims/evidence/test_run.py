@@ -1,0 +1,127 @@
+"""A run as evidence: settled values; extrema, zeros and averages with none lost between samples."""
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy
+import pytest
+
+from tt_precise.claims.evidence import FINE, REFERENCE, Run, Span, variant
+from tt_precise.integration import integrate
+from tt_precise.runtime.errors import InputError
+
+SHORT = Run(variant(until="0.3"))
+KICKED = Run("kicked")
+
+
+def test_a_variant_changes_what_it_names_and_nothing_else() -> None:
+    scene = variant(mu="0.5", phi_dot="195", until="2")
+    assert scene.body.mu == Fraction(1, 2)
+    assert scene.start.phi_dot == 195
+    assert scene.until == 2
+    assert variant(scene, mu="0.3", phi_dot="0", until="8") == variant()
+
+
+def test_a_variant_is_checked_like_a_scene() -> None:
+    with pytest.raises(InputError):
+        variant(mu="-1")
+
+
+def test_settled_values_agree_with_a_finer_run() -> None:
+    found = SHORT.at("theta", "0.25")
+    assert found.digits >= 15
+    finer = integrate(SHORT.loaded, "mp", bits=160).at("0.25").theta
+    assert abs(found.value - finer) < abs(finer) * 10**-28
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["reference", "below-threshold"])
+def test_fine_values_are_those_of_quad(scene: str) -> None:
+    """More digits than are ever printed, at the end and on the way; and the same events."""
+    fine, quad = (Run(scene).trajectory(name) for name in (FINE, "quad"))
+    assert quad.precision.name == "quad" != fine.precision.name
+    assert fine.event_counts == quad.event_counts
+    assert max(fine.drift["jellett"], quad.drift["jellett"]) < 1e-27
+    for name in ("theta", "phi_dot", "E"):
+        for t in (quad.t_end, quad.t_end / 3):
+            values = [run.frame(name, times=[str(t)])[name].iloc[0] for run in (fine, quad)]
+            assert abs(values[0] - values[1]) < abs(values[1]) * 10**-22
+
+
+def test_extrema_are_not_missed_between_samples() -> None:
+    values = SHORT.extrema("g_n")[1]
+    sampled = SHORT.sampled(("g_n",), "0.0001")["g_n"]
+    assert values.min() <= sampled.min()
+    assert values.min() == pytest.approx(sampled.min(), rel=1e-4)
+
+
+def test_double_does_not_confirm_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing else takes milliseconds: the least value has the digits of double, not 20."""
+    monkeypatch.setattr("tt_precise.claims.evidence.run.rough", lambda: "double")
+    assert 8 < SHORT.least("g_n").digits < 18
+
+
+def test_zeros_are_those_of_the_event() -> None:
+    events = [float(t) for t in REFERENCE.events("nu_y_zero")["t"]]
+    found = REFERENCE.zeros("nu_y")
+    assert len(found) == len(events)
+    assert numpy.abs(numpy.array(found) - events).max() < 1e-11
+
+
+def test_rises_and_falls_make_the_difference() -> None:
+    span = Span(1.0, 5.0)
+    rise, fall = REFERENCE.rises_and_falls("g_n", span=span)
+    first, last = REFERENCE.columns(["g_n"], list(span))["g_n"]
+    assert rise > abs(last - first)
+    assert rise - fall == pytest.approx(last - first, abs=1e-12)
+
+
+def test_average_rate_is_the_difference_over_the_time() -> None:
+    for rate, whole in (("E_dot", "E"), ("E_trans_dot", "E_trans"), ("omega_3_dot", "omega_3")):
+        span = REFERENCE.whole
+        first, last = REFERENCE.columns([whole], list(span))[whole]
+        # Gauss's rule leaves 1e-13 of E; rounding of omega_3 is of the same order
+        assert REFERENCE.mean(rate) * span.length == pytest.approx(last - first, rel=1e-11)
+
+
+def test_share_below_zero_is_that_of_a_fine_grid() -> None:
+    times = numpy.linspace(0, 8, 40_001)
+    rough = (REFERENCE.columns(["tau_y"], list(times))["tau_y"] < 0).mean()
+    assert REFERENCE.share_below_zero("tau_y") == pytest.approx(rough, abs=2e-4)
+
+
+def test_closed_in_extreme_is_that_of_the_event() -> None:
+    settled = REFERENCE.extreme("nu_y", largest=True)
+    when, value = REFERENCE.extreme_of(lambda c: c["nu_y"], ["nu_y"], largest=True)
+    times, values = REFERENCE.extrema("nu_y")
+    assert value == pytest.approx(float(settled.value), rel=1e-14)
+    # where the value is flat the time has half the digits
+    assert when == pytest.approx(times[values.argmax()], abs=1e-7)
+    assert settled.digits >= 12
+
+
+def test_extreme_at_an_end_is_the_value_there() -> None:
+    settled = REFERENCE.extreme("E", largest=True)
+    assert float(settled.value) == pytest.approx(float(REFERENCE.at("E", "0").value), rel=1e-15)
+
+
+def test_the_spike_is_in_the_course_and_not_in_samples() -> None:
+    course = REFERENCE.course(("phi_dot",), every=0.01)
+    sampled = REFERENCE.columns(["phi_dot"], [0.01 * k for k in range(801)])
+    assert abs(course["phi_dot"]).max() > 20_000
+    assert abs(sampled["phi_dot"]).max() < 10_000
+
+
+def test_least_in_each_nutation_is_below_a_grid_and_above_the_whole() -> None:
+    spans = REFERENCE.nutations(span=Span(4.0, 5.0))
+    least = REFERENCE.least_in(spans, "nu_x")
+    for span, value in zip(spans, least, strict=True):
+        grid = REFERENCE.columns(["nu_x"], list(numpy.linspace(*span, 50)))["nu_x"]
+        assert value <= grid.min() < value + 1e-3
+    assert min(least) > REFERENCE.extrema("nu_x")[1].min()
+
+
+def test_nutations_follow_each_other() -> None:
+    spans = KICKED.nutations()
+    assert len(spans) > 100
+    assert all(a.end == b.begin for a, b in pairwise(spans))

@@ -1,0 +1,68 @@
+"""The cached rows of section 2.2: up to date, complete, and the same when made again."""
+
+from pathlib import Path
+
+import numpy
+import pytest
+
+from tt_precise.claims.evidence import sweeps
+from tt_precise.runtime.cache import fingerprint, unpacked
+from tt_precise.sweeps.chunk import compute
+from tt_precise.sweeps.specification import STARTS, Plan
+
+FILE = Path(__file__).parents[3] / "reports/measured" / sweeps.FILE
+
+
+def test_the_committed_file_is_of_the_present_definition() -> None:
+    assert FILE.stat().st_size < 2_000_000
+    assert unpacked(FILE.read_bytes(), fingerprint(sweeps.definition())) is not None
+
+
+def test_a_file_of_another_definition_is_not_read() -> None:
+    other = sweeps.definition() | {"until": "13"}
+    assert unpacked(FILE.read_bytes(), fingerprint(other)) is None
+
+
+def test_the_series_of_the_section_are_there() -> None:
+    phi_dot = sweeps.series("phi_dot", contact="unilateral")
+    assert numpy.allclose(phi_dot["phi_dot"], numpy.linspace(-200, 200, 801))
+    assert len(sweeps.series("box", contact="through")) >= 1500
+    assert len(sweeps.series("tenth", contact="through")) >= 400
+    assert sweeps.rows()["min_g_n"].notna().all()
+    with pytest.raises(ValueError, match="series"):
+        sweeps.series("nothing")
+
+
+def test_every_start_is_there_with_and_without_contact() -> None:
+    for one in sweeps.SERIES:
+        alone = sweeps.series(one.name, contact="unilateral")
+        through = sweeps.series(one.name, contact="through")
+        held = sweeps.series(one.name)
+        assert list(through["index"]) == list(alone["index"]) == list(range(len(alone)))
+        lost = alone["outcome"] == "contact_lost"
+        assert len(held) == (~lost).sum()
+        assert (through["contact"] == "bilateral").sum() == lost.sum()
+        assert (through["min_g_n"][through["contact"] == "bilateral"] < 0).all()
+        assert (held["min_g_n"] > 0).all()
+
+
+def test_lambda_is_constant_where_it_is_said_to_be() -> None:
+    rows = sweeps.series("theta at lambda", contact="unilateral")
+    assert numpy.ptp(rows["lambda_ratio"]) < 1e-11
+    assert numpy.ptp(sweeps.series("theta", contact="unilateral")["lambda_ratio"]) > 0.1
+
+
+@pytest.mark.slow
+def test_rows_are_the_same_when_made_again() -> None:
+    rows = sweeps.rows()
+    for contact in ("unilateral", "bilateral"):
+        mine = rows[rows["contact"] == contact].iloc[:: 97 if contact == "unilateral" else 61]
+        plan = Plan(sweeps._scene(), STARTS, sweeps.RECORD, contact)
+        again = compute(plan, mine[list(STARTS)].to_numpy(), 8)
+        assert list(again["outcome"]) == list(mine["outcome"])
+        # of the present integration: another form or tolerance takes steps by the hundred more
+        assert abs(again["steps"] - mine["steps"].to_numpy()).max() <= 3
+        for name in (*sweeps.RECORD, "t_init_A", "t_end_A", "min_g_n"):
+            # twelve digits are in the file, of starts rounded to twelve digits too, and the
+            # steep parts of t_init and of the extrema enlarge that
+            numpy.testing.assert_allclose(again[name], mine[name], rtol=1e-7, atol=1e-9)

@@ -1,0 +1,127 @@
+"""The chapters of claims: no verdict, and no measured number in a note, is typed in."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tt_precise.claims import claims, judge, rauch_rutstam
+from tt_precise.claims.evidence import sweeps
+from tt_precise.claims.verdicts import Verdict
+
+MODULES = sorted(Path(rauch_rutstam.__path__[0]).glob("[!_]*.py"))
+RULES = {"all_of": 1, "readings": 1, "misprint": 3}  # which is the note
+UNITS = r"(?:s|m|rad|J|N|W|%|rad/s|m/s|rad/s\^2|degrees)"
+TYPED = re.compile(
+    rf"(?<![\w.^=]) ?\d+(?:\.\d+)? {UNITS}(?![\w(/])|\b(?:all|none) of (?:these|them inv|them los)"
+)
+# printed by the paper, or set by the claim itself
+PRINTED = {"7.86 s", "7.87 s", "0.02 kg", "9.82 m/s", "0.3 rad", "40 rad/s", "20 s", "200 rad/s"}
+
+
+def typed_into_notes(source: str) -> Iterator[str]:
+    """What is typed into the notes of a module though it is measured."""
+    for call in ast.walk(ast.parse(source)):
+        if not (isinstance(call, ast.Call) and getattr(call.func, "id", "") in RULES):
+            continue
+        place = RULES[getattr(call.func, "id", "")]
+        for note in call.args[place : place + 1]:
+            for part in ast.walk(note):
+                if isinstance(part, ast.Constant) and isinstance(part.value, str):
+                    for found in TYPED.finditer(part.value.lower()):
+                        if found[0].strip() not in PRINTED:
+                            yield f"line {call.lineno}: {found[0].strip()!r}"
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda path: path.stem)
+def test_no_measured_number_is_typed_into_a_note(module: Path) -> None:
+    assert list(typed_into_notes(module.read_text("utf-8"))) == []
+
+
+@pytest.mark.parametrize(
+    "note", ["'All of them invert.'", "'None of these starts.'", "f'It ends at 3.19 s, {x}.'"]
+)
+def test_a_typed_number_is_found(note: str) -> None:
+    assert list(typed_into_notes(f"all_of(check, {note})"))
+
+
+@pytest.mark.parametrize(
+    ("id", "series", "contact", "outcome", "low", "high"),
+    [
+        ("SWP-14", ("tenth",), "through", "inverts", None, None),
+        ("SWP-15", ("theta",), "unilateral", "contact_lost", None, 0.1),
+        ("SWP-02", ("phi_dot", "phi_dot near the end"), "unilateral", "contact_lost", 83.1, 200),
+    ],
+)
+def test_counts_in_notes_are_those_of_the_rows(
+    id: str,
+    series: tuple[str, ...],
+    contact: str,
+    outcome: str,
+    low: float | None,
+    high: float | None,
+) -> None:
+    rows = sweeps.starts(series, contact)
+    name = "theta" if "theta" in series else "phi_dot"
+    if low is not None:
+        rows = rows[rows[name] >= low]
+    if high is not None:
+        rows = rows[rows[name] <= high]
+    expected = f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
+    assert expected in judge(id).finding.note
+
+
+@pytest.mark.parametrize(
+    ("id", "change", "old", "new"),
+    [
+        ("NUM-17", {"phi_dot": "0"}, "by 2.301", "by 1.000"),
+        ("NUM-31", {"printed": "0.9"}, "0.40 rad", "0.50 rad"),
+        ("SWP-15", {"upper": "0.6"}, "0 of 19", "of 119"),
+    ],
+)
+def test_a_note_follows_what_is_computed(
+    id: str, change: dict[str, str], old: str, new: str
+) -> None:
+    assert old in judge(id).finding.note
+    assert new in judge(id, **change).finding.note
+
+
+@pytest.mark.parametrize(
+    ("id", "words"),
+    [
+        ("SUM-05", ("10", "E_dot")),
+        ("TH-14", ("twice",)),
+        ("NUM-31", ("0.05",)),
+        ("NUM-05", ("maximum of theta",)),
+    ],
+)
+def test_definitions_name_what_the_code_uses(id: str, words: tuple[str, ...]) -> None:
+    assert all(word in claims()[id].definition for word in words)
+
+
+def verdicts_typed_in(source: str) -> list[str]:
+    """Calls of ``Finding``, uses of ``Verdict`` and strings that name a verdict."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("Finding", "Check"):
+            found.append(f"line {node.lineno}: a verdict made by hand")
+        if isinstance(node, ast.Name) and node.id == "Verdict":
+            found.append(f"line {node.lineno}: {node.id}")
+        if isinstance(node, ast.Constant) and node.value in list(Verdict):
+            found.append(f"line {node.lineno}: {node.value!r}")
+    return found
+
+
+@pytest.mark.parametrize("module", MODULES, ids=lambda path: path.stem)
+def test_only_rules_make_verdicts(module: Path) -> None:
+    assert verdicts_typed_in(module.read_text("utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    "spoiled",
+    ["Finding('refuted', 'a', 'b', 'c')", "x = Verdict.REFUTED", "x = 'misprint'"],
+)
+def test_a_typed_in_verdict_is_found(spoiled: str) -> None:
+    assert verdicts_typed_in(spoiled)

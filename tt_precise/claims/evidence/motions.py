@@ -1,0 +1,280 @@
+"""Motions computed in other ways than by a run of this package.
+
+In the effective potential V(z, D, lambda) with D and E~ frozen; the steady ones (upright spin,
+inverted spin, tumbling at constant theta) with their stability; a solution continued to negative
+times; and the paper's own computation with SciPy's odeint.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import NamedTuple
+
+from tt_precise.claims.evidence.run import Run, SceneLike, variant
+from tt_precise.exact.arithmetic import own_context, rounding_to
+from tt_precise.exact.stability import eigenvalues, linearised
+from tt_precise.mechanics import euler, newton
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, effective_mass, effective_potential
+from tt_precise.mechanics.thresholds import lambda_thres, lambda_up, tumbling_lambda_squared
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import load_scene
+
+REACH = 40  # in u: 1 - |z| down to 1e-34, so the context needs some 60 digits
+COARSE = 4  # eighths
+NODES = 200  # of the period's quadrature, which converges geometrically
+SEED = 1871
+DIGITS = 50  # of the linearisation: central differences with a step of 1e-25 leave half of them
+SLICES = 400  # of cos theta between the poles, for the tumbling motions
+TOLERANCE = 1e-12
+HORIZON = 1000.0  # in units of sqrt(R/g), some 45 s for the toy
+
+
+# ---- the effective potential -------------------------------------------------------------------
+
+
+class Swing(NamedTuple):
+    """Motion between two walls: theta at both (rad), and the time from one to the other (s)."""
+
+    lowest: float
+    highest: float
+    time: float
+
+
+def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scalar:
+    """cos theta at the lowest minimum of V, to the precision of the mpmath context ``fn``.
+
+    Sought in u with z = tanh u, which spreads both poles out to infinity, and makes every well
+    about 1 wide: steps of 1/2 see each of them, and the bottoms are told apart in steps of 1/8.
+    """
+
+    def V(u: Scalar) -> Scalar:
+        return effective_potential(body, fn.tanh(u), D, lambda_, fn)
+
+    coarse = {i: V(fn.mpf(i) / 8) for i in range(-REACH * 8, REACH * 8 + 1, COARSE)}
+    wells = [i for i in list(coarse)[1:-1] if coarse[i - COARSE] >= coarse[i] <= coarse[i + COARSE]]
+    near = {j for i in wells for j in range(i - COARSE + 1, i + COARSE)}
+    lowest = min(near, key=lambda i: V(fn.mpf(i) / 8))
+    bracket = fn.mpf(lowest - 1) / 8, fn.mpf(lowest + 1) / 8
+    found = fn.findroot(lambda u: fn.diff(V, u), bracket, solver="anderson", verify=False)
+    return fn.tanh(found)
+
+
+def minima(body: Parameters, D: float, lambda_: float) -> list[float]:
+    """theta (rad) at all minima of V in double, on a grid refined towards both poles.
+
+    None is seen within 3e-4 rad of a pole, where 1 - z^2 has lost half of its digits.
+    """
+    import numpy
+
+    u = numpy.linspace(-9.0, 9.0, 20_001)
+    V = effective_potential(body, numpy.tanh(u), D, lambda_, numpy)
+    inside = numpy.flatnonzero((V[1:-1] < V[:-2]) & (V[1:-1] <= V[2:])) + 1
+    return [float(angle) for angle in numpy.arccos(numpy.tanh(u[inside]))]
+
+
+def swing(body: Parameters, D: float, E_tilde: float, lambda_: float) -> Swing | None:
+    """The motion that (D, E~) would make if they stayed as they are; None at rest in the minimum.
+
+    The time is the integral of sqrt(g/(E~ - V)) over theta, smooth in the angle that turns the
+    walls' inverse square roots into constants.
+    """
+    import numpy
+    from scipy.optimize import brentq, minimize_scalar
+
+    def V(theta: float) -> float:
+        return float(effective_potential(body, math.cos(theta), D, lambda_, math))
+
+    near, far = 1e-6, math.pi - 1e-6  # nearer to a pole 1 - cos^2 has no digits left
+    middle = minimize_scalar(V, bounds=(near, far), method="bounded", options={"xatol": 1e-12}).x
+    if V(middle) >= E_tilde:
+        return None
+    walls = [brentq(lambda t: V(t) - E_tilde, end, middle, xtol=1e-15) for end in (near, far)]
+    half = (walls[1] - walls[0]) / 2
+    angle = (numpy.arange(NODES) + 0.5) / NODES * math.pi - math.pi / 2
+    z = numpy.cos(sum(walls) / 2 + half * numpy.sin(angle))
+    depth = E_tilde - effective_potential(body, z, D, lambda_, numpy)
+    slowness = numpy.sqrt(effective_mass(body, z) / depth) * half * numpy.cos(angle)
+    return Swing(walls[0], walls[1], float(slowness.sum() * math.pi / NODES))
+
+
+# ---- steady motions ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Case:
+    """A body with m = R = 1 (exact), and lambda as a multiple of a threshold."""
+
+    alpha: Fraction
+    gamma: Fraction
+    I3: Fraction
+    mu: Fraction
+    multiple: Fraction
+
+    def body(self, fn: Functions, gravity: Scalar = 1) -> Parameters:
+        """The body in the mpmath context ``fn``."""
+        convert = rounding_to(fn)
+        return Parameters(
+            m=fn.mpf(1), R=fn.mpf(1), alpha=convert(self.alpha),
+            I1=convert(self.gamma * self.I3), I3=convert(self.I3), g=gravity, mu=convert(self.mu),
+        )  # fmt: skip
+
+
+def cases(count: int, multiples: tuple[str, str] = ("1.001", "3")) -> list[Case]:
+    """Random bodies with 1 - alpha < gamma < 1 + alpha and I3 <= 2 I1; the same ones each time.
+
+    ``multiples`` are the ends of the range of lambda.
+    """
+    draw = random.Random(SEED)
+
+    def between(a: Fraction, b: Fraction) -> Fraction:
+        return a + (b - a) * Fraction(draw.randrange(1, 10**6), 10**6)
+
+    found = []
+    for _ in range(count):
+        alpha = between(Fraction(1, 20), Fraction(19, 20))
+        found.append(
+            Case(
+                alpha=alpha,
+                gamma=between(max(1 - alpha, Fraction(1, 2)), 1 + alpha),
+                I3=between(Fraction(1, 5), Fraction(2, 3)),
+                mu=between(Fraction(1, 100), Fraction(1)),
+                multiple=between(*map(Fraction, multiples)),
+            )
+        )
+    return found
+
+
+def growth(case: Case, side: int) -> int:
+    """Whether the upright (+1) or inverted (-1) spin is unstable (+1) or stable (-1).
+
+    From the eigenvalues of the equations of motion linearised by finite differences; lambda is
+    the case's multiple of max(lambda_thres, lambda_up).
+    """
+    fn = own_context(DIGITS)
+    body = case.body(fn)
+    # the spin turns with omega_3 = side, so gravity is what makes its lambda the wanted multiple
+    lambda_ = body.I3 * (1 - side * body.alpha)
+    gravity = (lambda_ / (rounding_to(fn)(case.multiple) * largest_threshold(body, fn))) ** 2
+    step, error = fn.mpf(10) ** (-DIGITS // 2), fn.mpf(10) ** (10 - DIGITS)
+    matrix = linearised(case.body(fn, gravity), side, step, fn)
+    return max(one.sign() for one in eigenvalues(matrix, error, fn))
+
+
+def largest_threshold(body: Parameters, fn: Functions) -> Scalar:
+    """max(lambda_thres, lambda_up)."""
+    return max(lambda_thres(body, fn), lambda_up(body, fn))
+
+
+def tumbles(case: Case) -> bool:
+    """Whether a tumbling motion has the case's lambda or more, so that one exists beside it."""
+    fn = own_context(DIGITS)
+    body = case.body(fn)
+    wanted = (rounding_to(fn)(case.multiple) * largest_threshold(body, fn)) ** 2
+    inside = (fn.mpf(2 * i + 1) / SLICES - 1 for i in range(SLICES))
+    return any(tumbling_lambda_squared(body, z) >= wanted for z in inside)
+
+
+# ---- the past of a solution --------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Past:
+    """Where the past of a solution ends: with contact lost, or at the horizon.
+
+    ``t`` in s, theta in rad, the energy there in units of the start's.
+    """
+
+    contact_lost: bool
+    t: float
+    theta: float
+    energy_ratio: float
+
+
+@cache
+def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
+    """Follow a scene's start back to the horizon, or to where the contact was made."""
+    from scipy.integrate import solve_ivp
+
+    start = Run(scene).trajectory().start
+    exact = start.body
+    body = exact.map(float)
+
+    def rates(_: float, y: Array) -> Array:
+        return newton.rates(body, NewtonState(*y))
+
+    def carried(_: float, y: Array) -> Array:
+        return newton.contact_terms(body, NewtonState(*y))[0]
+
+    carried.terminal = True  # type: ignore[attr-defined]
+    begin = [float(entry) for entry in start.vectors]
+    found = solve_ivp(
+        rates, (0, -HORIZON), begin, method="DOP853", rtol=tolerance, atol=tolerance / 100,
+        events=carried,
+    )  # fmt: skip
+    if found.status < 0:
+        raise ArithmeticError(f"the past of {scene}: SciPy's DOP853 gave up: {found.message}")
+    first, last = (
+        Motion(body, NewtonState(*found.y[:, column].tolist()), math) for column in (0, -1)
+    )
+    energies = [QUANTITIES["E"].evaluate(q) for q in (first, last)]
+    return Past(
+        contact_lost=found.status == 1,
+        t=float(found.t[-1]) * float(start.units.time),
+        theta=QUANTITIES["theta"].evaluate(last),
+        energy_ratio=energies[1] / energies[0],
+    )
+
+
+# ---- the paper's own computation ---------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class OdeintRun:
+    """What odeint gave: times (s), the six columns of the Euler state, and lambda (all SI)."""
+
+    times: Array
+    state: EulerState
+    jellett: Array
+
+    @property
+    def jellett_drift(self) -> float:
+        """Largest relative change of lambda at the output times."""
+        return float(abs(self.jellett / self.jellett[0] - 1).max())
+
+
+@cache
+def paper_odeint(scene: SceneLike = "reference", every: str = "0.01") -> OdeintRun:
+    """A scene integrated as the paper did, with output every ``every`` seconds."""
+    import numpy
+    from scipy.integrate import odeint
+
+    loaded = load_scene(variant(scene, sample_every=every))
+    body = loaded.body.numbers(float)
+    begin = [loaded.start.theta.radians(math, float)]
+    begin += [float(getattr(loaded.start, name)) for name in EulerState._fields[1:]]
+    times = numpy.array([float(t) for t in loaded.sample_times])
+    rows, told = odeint(
+        lambda y, _: euler.rates(body, EulerState(*y), math), begin, times, full_output=True
+    )
+    if told["message"] != "Integration successful.":
+        raise ArithmeticError(f"odeint gave {scene} up: {told['message']}")
+    state = EulerState(*rows.T)
+    return OdeintRun(times, state, euler.jellett(body, state, numpy))
+
+
+@cache
+def state_errors(scene: SceneLike = "reference", every: str = "0.01") -> dict[str, float]:
+    """Largest error of each entry of the odeint solution at its output times (SI)."""
+    own = paper_odeint(scene, every)
+    truth = Run(scene).sampled(EulerState._fields, every)
+    return {
+        name: float(abs(column - truth[name].to_numpy()).max())
+        for name, column in own.state._asdict().items()
+    }

@@ -1,0 +1,391 @@
+"""A scene's solution as evidence: values with their digits, extrema, zeros, phases of the climb.
+
+``Run("reference")`` integrates once a process and arithmetic, whatever is asked of it. Local
+extrema and zeros are events, so that none falls between samples; between two extrema a quantity is
+monotonous, so that its rises and falls are found for certain. Quantities of a claim's own are a
+function of named columns (NumPy arrays), and their extremes are closed in on in the dense output.
+"""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tt_precise.claims.verdicts import Settled
+from tt_precise.exact.arithmetic import rounding_to
+from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
+from tt_precise.integration import Trajectory, catalogue, integrate
+from tt_precise.integration.inversion import InversionTimes
+from tt_precise.integration.precision import is_available, precision_named
+from tt_precise.integration.setup import refused_in_doubles
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    import pandas
+
+SceneLike = str | Scene
+FINE, WHERE_MISSING = "double-double", "quad"
+CLOSER = 16  # points that each closing-in compares
+GAUSS = 6  # nodes in each piece; a nutation of 37 ms has 16 pieces
+PAUSE_S = 0.2  # twice the longest nutation; a longer gap between turning points is no nutation
+MANY = 10  # "many times"
+DEFINITIONS = {"A": "A, signed perigee", "B": "B, algebraic", "C": "C, literal"}
+
+
+class Span(NamedTuple):
+    """An interval of time in s."""
+
+    begin: float
+    end: float
+
+    def has(self, t: float) -> bool:
+        """Whether ``t`` lies in it, ends included."""
+        return self.begin <= t <= self.end
+
+    @property
+    def length(self) -> float:
+        """Its length in s."""
+        return self.end - self.begin
+
+
+class Turn(NamedTuple):
+    """A turning point of theta: when (s), where, and the middle and width of the band there (rad).
+
+    The band reaches from the turning point to the straight line between the ones before and after.
+    """
+
+    t: float
+    theta: float
+    middle: float
+    width: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """The solution of a scene, shipped or varied; see ``variant``."""
+
+    scene: SceneLike = "reference"
+
+    # ---- the runs, and single values ---------------------------------------------------------
+
+    def trajectory(self, precision: str = "double") -> Trajectory:
+        """The solution with every event of the catalogue recorded.
+
+        In quad, which takes seconds, where double-double cannot do a scene.
+        """
+        return _integrated(self.scene, precision)
+
+    def settled(self, value: Callable[[Trajectory], Scalar]) -> Settled:
+        """A value taken from the fine trajectory, with the digits that ``rough()`` confirms.
+
+        The two runs take other steps in other arithmetics.
+        """
+        return Settled.of(value(self.trajectory(FINE)), value(self.trajectory(rough())))
+
+    def at(self, name: str, t: str) -> Settled:
+        """A quantity or state entry by name at time ``t`` (exact, s), in SI, with its digits."""
+        return self.settled(lambda run: run.frame(name, times=[t])[name].iloc[0])
+
+    def moment(self, definition: str, which: str) -> Settled:
+        """``t_init``, ``t_end`` or ``duration`` of the inversion, in s."""
+        return self.settled(lambda run: getattr(getattr(run.inversion, definition), which))
+
+    def columns(self, names: Iterable[str], times: Sequence[float]) -> dict[str, Array]:
+        """Named columns at ``times`` as float arrays, from the dense output in double."""
+        frame = self.trajectory().frame(*names, times=times)
+        return {str(name): frame[name].to_numpy(dtype=float) for name in frame}
+
+    def value(self, name: str, t: float) -> float:
+        """One column at one time, in double."""
+        return float(self.columns([name], [t])[name][0])
+
+    def sampled(self, names: tuple[str, ...], every: str = "0.001") -> pandas.DataFrame:
+        """A float table of quantities over the whole run, every ``every`` seconds (exact)."""
+        return _sampled(self.scene, names, every)
+
+    def during_the_climb(self, names: tuple[str, ...]) -> pandas.DataFrame:
+        """The rows of ``sampled`` between initiation and ending time (definition A)."""
+        table, climb = self.sampled(names), self.climb
+        return table[(table["t"] >= climb.begin) & (table["t"] <= climb.end)]
+
+    # ---- body and thresholds -----------------------------------------------------------------
+
+    @property
+    def loaded(self) -> Scene:
+        """The scene itself."""
+        return load_scene(self.scene)
+
+    @property
+    def weight(self) -> Fraction:
+        """m g in N, exact."""
+        return self.loaded.body.m * self.loaded.body.g
+
+    def body(self, fn: Functions) -> Parameters:
+        """The body in SI in an mpmath context."""
+        return self.loaded.body.numbers(rounding_to(fn))
+
+    @property
+    def lambda_(self) -> Scalar:
+        """lambda of the start in kg m^3/s, that of ``thresholds``."""
+        return lambda_at_start(self.loaded)
+
+    @property
+    def thresholds(self) -> Thresholds:
+        """lambda, the thresholds and the asymptotic values, each determined twice."""
+        return _thresholds(self.scene)
+
+    # ---- phases and turning points -----------------------------------------------------------
+
+    @property
+    def whole(self) -> Span:
+        """From start to end."""
+        return Span(0.0, float(self.trajectory().t_end))
+
+    @property
+    def climb(self) -> Span:
+        """From initiation to ending time in definition A (signed perigee)."""
+        times = self.inversion.A
+        return Span(float(times.t_init), float(times.t_end))
+
+    @property
+    def synchronisation(self) -> Span:
+        """From the start to the initiation time in definition A."""
+        return Span(0.0, self.climb.begin)
+
+    @property
+    def inversion(self) -> InversionTimes:
+        """Its times in the definitions A, B and C, in double."""
+        return self.trajectory().inversion
+
+    @property
+    def equator(self) -> float:
+        """When theta first passes pi/2."""
+        return float(self.inversion.equator)
+
+    def events(self, *names: str) -> pandas.DataFrame:
+        """The rows of the table of events that have one of these names, in order of time."""
+        return rows_of(self.trajectory(), *names)
+
+    @property
+    def turns(self) -> pandas.DataFrame:
+        """The events theta_min and theta_max with the state at each, in order of time."""
+        return self.events("theta_min", "theta_max")
+
+    @cached_property
+    def band(self) -> list[Turn]:
+        """The nutation band at each turning point of theta, but beside a pause of the nutation."""
+        turns = [(float(t), float(x)) for t, x in self.turns[["t", "theta"]].to_numpy()]
+        found = []
+        for (t0, a), (t1, b), (t2, c) in zip(turns, turns[1:], turns[2:], strict=False):
+            if t2 - t0 < PAUSE_S:
+                across = a + (c - a) * (t1 - t0) / (t2 - t0)
+                found.append(Turn(t1, b, (b + across) / 2, abs(b - across)))
+        return found
+
+    def nutations(self, span: Span | None = None) -> list[Span]:
+        """The nutation periods within ``span``: from one maximum of theta to the next."""
+        tops = [float(t) for t in self.events("theta_max")["t"]]
+        span = span or self.whole
+        return [Span(a, b) for a, b in pairwise(tops) if span.has(a) and span.has(b)]
+
+    # ---- extrema, zeros, averages of a quantity ----------------------------------------------
+
+    def extrema(self, name: str, span: Span | None = None) -> tuple[Array, Array]:
+        """Times and values of a quantity's local extrema within ``span``, and at its ends."""
+        import numpy
+
+        turning = _extrema(self.scene, name, "double")
+        times = turning["t"].to_numpy(dtype=float)
+        values = turning["value"].to_numpy(dtype=float)
+        if span is None:
+            return times, values
+        inside = (times > span.begin) & (times < span.end)
+        ends = self.columns([name], [span.begin, span.end])[name]
+        return (
+            numpy.concatenate(([span.begin], times[inside], [span.end])),
+            numpy.concatenate((ends[:1], values[inside], ends[1:])),
+        )
+
+    def rises_and_falls(self, name: str, span: Span | None = None) -> tuple[float, float]:
+        """The sum of all rises of a quantity, and that of all its falls (both positive)."""
+        import numpy
+
+        swings = numpy.diff(self.extrema(name, span)[1])
+        return float(swings[swings > 0].sum()), float(-swings[swings < 0].sum())
+
+    def largest_swing(self, name: str, span: Span | None = None) -> float:
+        """The largest distance of consecutive extrema."""
+        return max(abs(float(b - a)) for a, b in pairwise(self.extrema(name, span)[1]))
+
+    def zeros(self, name: str, span: Span | None = None) -> list[float]:
+        """When a quantity changes sign within ``span``: the event ``zero:QUANTITY``."""
+        found = _zeros(self.scene, name)
+        return [t for t in found if span is None or span.begin < t < span.end]
+
+    def share_below_zero(self, name: str, span: Span | None = None) -> float:
+        """The part of the time in which a quantity is negative."""
+        span = span or self.whole
+        edges = [span.begin, *self.zeros(name, span), span.end]
+        signs = self.columns([name], [(a + b) / 2 for a, b in pairwise(edges)])[name]
+        pieces = zip(pairwise(edges), signs, strict=True)
+        return sum(b - a for (a, b), sign in pieces if sign < 0) / span.length
+
+    def mean(self, name: str, span: Span | None = None) -> float:
+        """The time average of a quantity, by Gauss's rule in monotonous pieces of 5 ms at most."""
+        import numpy
+
+        times = self.extrema(name, span)[0]
+        times = numpy.union1d(times, numpy.arange(times[0], times[-1], 5e-3))
+        nodes, weights = numpy.polynomial.legendre.leggauss(GAUSS)
+        half = numpy.diff(times)[:, None] / 2
+        points = (times[:-1, None] + half) + half * nodes
+        values = self.columns([name], list(points.ravel()))[name].reshape(points.shape)
+        return float((values * weights * half).sum() / (times[-1] - times[0]))
+
+    def extreme(self, name: str, *, largest: bool, span: Span | None = None) -> Settled:
+        """The largest or smallest value of a quantity, fine, with the digits ``rough()`` confirms.
+
+        The event gives the time to about 1e-12 s; each of the two runs then moves to the vertex
+        of its own parabola, where the value no longer depends on that error.
+        """
+        times, values = self.extrema(name, span)
+        at = int(values.argmax() if largest else values.argmin())
+        if at in (0, len(values) - 1):
+            return self.settled(lambda run: run.frame(name, times=[times[at]])[name].iloc[0])
+        return self.settled(lambda run: _vertex(run, name, times[at]))
+
+    def least(self, name: str) -> Settled:
+        """The smallest value of a quantity over the run, with the digits double confirms."""
+        finer = rough()
+        if finer == "double":  # which would confirm itself to any digit
+            finer = FINE if is_available(FINE) else WHERE_MISSING
+        found = [_extrema(self.scene, name, one)["value"].min() for one in (finer, "double")]
+        return Settled.of(*found)
+
+    def extreme_of(
+        self,
+        function: Callable[[dict[str, Array]], Array],
+        names: Sequence[str],
+        *,
+        largest: bool,
+        span: Span | None = None,
+    ) -> tuple[float, float]:
+        """Time and value where a function of columns is largest or smallest.
+
+        The first look is every 0.5 ms and at all turning points of theta, where axis and speeds
+        change fastest; from the best of these it closes in until the time is settled in double.
+        """
+        import numpy
+
+        span = span or self.whole
+        turns = [float(t) for t in self.turns["t"] if span.has(float(t))]
+        times = numpy.union1d(numpy.arange(span.begin, span.end, 5e-4), [*turns, span.end])
+        while True:
+            values = function(self.columns(names, list(times)))
+            best = int(values.argmax() if largest else values.argmin())
+            low, high = times[max(best - 1, 0)], times[min(best + 1, len(times) - 1)]
+            if high - low < 1e-13:
+                return float(times[best]), float(values[best])
+            times = numpy.linspace(low, high, CLOSER)
+
+    def least_in(self, spans: Sequence[Span], name: str) -> list[float]:
+        """The smallest value of a quantity in each of ``spans`` (in order), extrema included."""
+        times, values = self.extrema(name)
+        ends = self.columns([name], [t for span in spans for t in span])[name].reshape(-1, 2)
+        found = []
+        for span, at_ends in zip(spans, ends, strict=True):
+            inside = slice(bisect.bisect_left(times, span.begin), bisect.bisect(times, span.end))
+            found.append(float(min(*at_ends, *values[inside])))
+        return found
+
+    def course(self, names: tuple[str, ...], every: float = 0.001) -> pandas.DataFrame:
+        """Columns over the whole run, at samples, at all their extrema, and where theta turns."""
+        return _course(self.scene, names, every)
+
+
+def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
+    """``Scene.varied`` of a scene or of a shipped one by name, in the units of scene files."""
+    return load_scene(scene).varied(**changes)
+
+
+@cache
+def rough() -> str:
+    """The widest arithmetic that still takes milliseconds: double where nothing is wider."""
+    try:
+        return precision_named("extended").name
+    except InputError:
+        return "double"
+
+
+def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
+    """The rows of a trajectory's table of events that have one of these names."""
+    return run.events[run.events["name"].isin(names)].reset_index(drop=True)
+
+
+@cache
+def _integrated(scene: SceneLike, precision: str) -> Trajectory:
+    loaded = load_scene(scene)
+    if precision == FINE and (refused_in_doubles(loaded) or not is_available(FINE)):
+        precision = WHERE_MISSING
+    return integrate(loaded, precision, events=catalogue(loaded.model))
+
+
+@cache
+def _sampled(scene: SceneLike, names: tuple[str, ...], every: str) -> pandas.DataFrame:
+    run = _integrated(variant(scene, sample_every=every), "double")
+    return run.frame(*names, numbers="float")
+
+
+@cache
+def _extrema(scene: SceneLike, name: str, precision: str) -> pandas.DataFrame:
+    """All local extrema of a quantity and its values at both ends: columns t, value."""
+    import pandas
+
+    run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
+    times = [0, *run.events["t"], run.t_end]
+    return pandas.DataFrame({"t": times, "value": list(run.frame(name, times=times)[name])})
+
+
+@cache
+def _zeros(scene: SceneLike, name: str) -> list[float]:
+    run = integrate(load_scene(scene), events=(f"zero:{name}",))
+    return [float(t) for t in run.events["t"]]
+
+
+@cache
+def _thresholds(scene: SceneLike) -> Thresholds:
+    return thresholds(load_scene(scene), 50)
+
+
+@cache
+def _course(scene: SceneLike, names: tuple[str, ...], every: float) -> pandas.DataFrame:
+    import numpy
+    import pandas
+
+    run = Run(scene)
+    times = numpy.arange(run.whole.begin, run.whole.end, every)
+    for name in names:
+        times = numpy.union1d(times, run.extrema(name)[0])
+    times = numpy.union1d(times, [*run.turns["t"].astype(float), run.whole.end])
+    return pandas.DataFrame(run.columns(names, list(times)))
+
+
+def _vertex(run: Trajectory, name: str, t: float) -> Scalar:
+    """The value at the vertex of the parabola through three values around ``t``."""
+    context = run.precision.context
+    h = context.mpf(2) ** -30  # 1 ns: the third derivative no longer matters
+    middle = context.mpf(t)
+    before, here, after = run.frame(name, times=[middle - h, middle, middle + h])[name]
+    slope, curvature = (after - before) / 2, after - 2 * here + before
+    return here - slope * slope / (2 * curvature)
+
+
+REFERENCE = Run()

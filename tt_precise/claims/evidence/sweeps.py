@@ -1,0 +1,232 @@
+"""The paper's section 2.2: its start values one at a time and in a box, for the claims about them.
+
+Every sweep varies the reference scene. Rows that lose contact are integrated twice: "unilateral",
+where the trajectory ends when g_n reaches 0, and "bilateral", where it goes on with g_n < 0, as
+the paper's own equations do, although the one-sided contact forbids it (its Remark 2 says so). What
+it says of "all" starts is judged with and without them.
+
+The rows are cached in ``reports/``; after a change of the definition they are computed anew, which
+takes some three minutes of one core.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+from typing import TYPE_CHECKING
+
+from tt_precise.claims.verdicts import Check
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.cache import cached_table
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.sweeps.run import sweep_pool
+from tt_precise.sweeps.samples import blocks
+from tt_precise.sweeps.specification import STARTS, Plan, specification
+from tt_precise.sweeps.starts import integrated, lambda_of_start
+
+if TYPE_CHECKING:
+    import pandas
+
+UNTIL = "12"  # s; the paper's figures end at 8, which some starts need longer than
+RANGES = {"theta_dot": "-15:15", "nu_x": "-0.3:0.3", "nu_y": "-0.8:0.8"}  # rad/s, m/s; section 2.2
+TENTH = {"theta_dot": "-1.5:1.5", "nu_x": "-0.03:0.03", "nu_y": "-0.08:0.08"}
+RECORD = (
+    "climb_A", "climb_B", "climb_C", "t_equator", "nu_crossing_init", "nu_crossing_end",
+    "min_nu_x", "max_nu_x", "min_nu_y", "max_nu_y", "min_theta_dot", "max_theta_dot",
+    "end_theta", "start_E", "lambda_ratio",
+)  # fmt: skip
+FILE = "sweeps-section-2.2.csv.gz"
+VERSION = 2  # of everything above that the fingerprint does not see
+CONTACTS = {
+    "held": "without the starts that lose contact",
+    "through": "with them, integrated on with g_n < 0 as in the paper",
+}
+AMPLITUDES = ("nu_x", "nu_y", "theta_dot")
+ALONE = ("theta_dot", "nu_x", "nu_y")
+HORIZON = f"The horizon is {UNTIL} s."
+
+
+@dataclass(frozen=True)
+class Series:
+    """One of the section's sweeps: its name, what it varies, and the sentence it is about."""
+
+    name: str
+    vary: dict[str, str]
+    box: dict[str, str]
+    samples: int
+    about: str
+    keep_lambda: bool = False  # omega_3 such that lambda stays the reference's
+
+
+def _grid(name: str, about: str, keep_lambda: bool = False, **vary: str) -> Series:
+    return Series(name, vary, {}, 0, about, keep_lambda)
+
+
+SERIES = (
+    _grid("phi_dot", "phi_dot(0) in [-200, 200]", phi_dot="-200:200:801"),
+    _grid("phi_dot near the peak", "where t_init is largest", phi_dot="-5:5:401"),
+    _grid("phi_dot near the end", "where t_init reaches zero", phi_dot="80:86:241"),
+    _grid("phi_dot, smooth", "[195, 200]", phi_dot="195:200:51", theta="0.1,0.01"),
+    _grid("theta", "other inclinations", theta="0.01:1:199"),
+    _grid("theta at lambda", "the same at fixed lambda", keep_lambda=True, theta="0.01:1:199"),
+    _grid("theta_dot", "theta_dot(0) alone", theta_dot="-15:15:301"),
+    _grid("nu_x", "nu_x(0) alone", nu_x="-0.3:0.3:301"),
+    _grid("nu_y", "nu_y(0) alone", nu_y="-0.8:0.8:321"),
+    Series(
+        "box", {}, {"phi_dot": "-200:200", **RANGES}, 2048,
+        "phi_dot(0), theta_dot(0), nu_x(0), nu_y(0) at random",
+    ),
+    Series("tenth", {}, TENTH, 512, "perturbations of at most 10 % of the ranges"),
+)  # fmt: skip
+
+
+@cache
+def rows() -> pandas.DataFrame:
+    """All rows: ``series``, ``contact``, the six start values, and the columns of a sweep.
+
+    Each start has a row with ``contact`` "unilateral", and one with "bilateral" if it loses
+    contact.
+    """
+    return cached_table(FILE, definition(), compute)
+
+
+def series(name: str, *, contact: str = "held") -> pandas.DataFrame:
+    """The rows of one series.
+
+    ``contact`` "held": only those that keep contact (conclusions without the others);
+    "through": all starts, those that lose contact integrated on with g_n < 0 as in the paper;
+    "unilateral": all starts, ended where contact is lost.
+    """
+    table = rows()
+    mine = table[table["series"] == name]
+    if not len(mine):
+        raise ValueError(f"series: got {name!r}, expected one of {[one.name for one in SERIES]}")
+    if contact == "unilateral":
+        return mine[mine["contact"] == "unilateral"].reset_index(drop=True)
+    held = (mine["contact"] == "unilateral") & (mine["outcome"] != "contact_lost")
+    chosen = mine[held if contact == "held" else held | (mine["contact"] == "bilateral")]
+    return chosen.sort_values("index", kind="stable").reset_index(drop=True)
+
+
+def compute(workers: int | None = None) -> pandas.DataFrame:
+    """Integrate everything; the table that ``rows`` gives."""
+    import pandas
+
+    plan = Plan(_scene(), STARTS, RECORD, "unilateral")
+    with sweep_pool(workers) as pool:
+        first = integrated(pool, plan, list(_starts()))
+        lost = first[first["outcome"] == "contact_lost"]
+        again = [
+            (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
+            for name, some in lost.groupby("series", sort=False)
+        ]
+        second = integrated(pool, replace(plan, contact="bilateral"), again)
+    order = {one.name: position for position, one in enumerate(SERIES)}
+    table = pandas.concat([first, second], ignore_index=True)
+    table["order"] = table["series"].map(order)
+    table["later"] = table["contact"] == "bilateral"
+    table = table.sort_values(["order", "index", "later"]).drop(columns=["order", "later"])
+    return table.reset_index(drop=True)
+
+
+def definition() -> dict[str, Json]:
+    """What the rows are made from: scene, series, columns."""
+    scene = _scene()
+    return {
+        "version": VERSION,
+        "body": repr(scene.body),
+        "start": repr(scene.start),
+        "until": UNTIL,
+        "series": [repr(one) for one in SERIES],
+        "record": RECORD,
+    }
+
+
+def _scene() -> Scene:
+    return replace(load_scene("reference"), until=Fraction(UNTIL))
+
+
+def _starts() -> Iterator[tuple[str, Array, Array]]:
+    """(series, index, start values of shape (rows, six)) of every series."""
+    import numpy
+
+    scene = _scene()
+    reference = [float(getattr(scene.start, name)) for name in STARTS if name != "theta"]
+    reference.insert(STARTS.index("theta"), scene.start.theta.radians(math, float))
+    for one in SERIES:
+        spec = specification(scene, vary=one.vary, box=one.box, samples=one.samples, seed=22)
+        values = numpy.concatenate([block for _, block in blocks(spec, 4096, set())])
+        table = numpy.tile(reference, (len(values), 1))
+        for position, name in enumerate(spec.names):
+            table[:, STARTS.index(name)] = values[:, position]
+        if one.keep_lambda:
+            own = lambda_of_start(scene, reference[STARTS.index("theta")])
+            spin = float(scene.start.omega_3)
+            table[:, STARTS.index("omega_3")] = [
+                spin * own / lambda_of_start(scene, theta)
+                for theta in table[:, STARTS.index("theta")].tolist()
+            ]
+        yield one.name, numpy.arange(len(table)), table
+
+
+# ---- what claims ask of the rows ----------------------------------------------------------------
+
+
+def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
+    """The rows of one or several series; see ``section22_sweep.series``."""
+    import pandas
+
+    wanted = (names,) if isinstance(names, str) else tuple(names)
+    return pandas.concat([series(name, contact=contact) for name in wanted], ignore_index=True)
+
+
+def both_ways(
+    names: str | Iterable[str], check: Callable[[pandas.DataFrame], Check]
+) -> dict[str, Check]:
+    """A check of the rows without and with the starts that lose contact, as two readings."""
+    return {reading: check(starts(names, contact)) for contact, reading in CONTACTS.items()}
+
+
+def losing_contact(names: str | Iterable[str]) -> str:
+    """How many starts of one or several series lose contact: "3 of 801 starts"."""
+    return f"{counted(starts(names, 'unilateral'), 'contact_lost')} starts"
+
+
+def counted(rows: pandas.DataFrame, outcome: str) -> str:
+    """How many rows have an outcome: "3 of 801"."""
+    return f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
+
+
+def climbed(rows: pandas.DataFrame) -> str:
+    """How many climbs end in definition A within the horizon: "798 of 801"."""
+    return f"{rows['t_end_A'].notna().sum()} of {len(rows)}"
+
+
+def reference() -> pandas.Series:
+    """The row of the reference solution."""
+    rows = starts("phi_dot", "held")
+    return rows[rows["phi_dot"] == 0].iloc[0]
+
+
+def width(rows: pandas.DataFrame | pandas.Series, name: str) -> pandas.Series:
+    """Largest minus smallest value of a quantity along each trajectory: its amplitude, twice."""
+    return rows[f"max_{name}"] - rows[f"min_{name}"]
+
+
+def greatest(rows: pandas.DataFrame, name: str) -> pandas.Series:
+    """The row with the largest value in a column."""
+    return rows.sort_values(name).iloc[-rows[name].isna().sum() - 1]
+
+
+def share(part: float) -> str:
+    """A fraction in percent."""
+    return f"{100 * part:.1f} %"
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A measured number of a sweep in short."""
+    return f"{value:.{digits}g}"

@@ -1,0 +1,114 @@
+"""The papers whose statements are judged: sections, equations, figures, citation, headline numbers.
+
+A paper is one entry of ``PAPERS`` and one folder of this package, a module for each chapter, which
+begins with ``claim = claims_of(PAPER, section)``. Another paper is another entry and folder.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from tt_precise.runtime.errors import InputError
+
+T = TypeVar("T")
+
+# of claims, by the letters that their ids have
+KINDS = {
+    "EQ": "equation",
+    "TH": "theorem",
+    "NUM": "number",
+    "QUAL": "quality",
+    "FIG": "figure",
+    "SWP": "sweep",
+    "SUM": "summary",
+    "NT": "setting",
+}
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of a paper: its number, its title, and the numbers of its equations and figures."""
+
+    key: str
+    title: str
+    equations: range = range(0)
+    figures: Sequence[int] = ()
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A paper with claims.
+
+    Attributes
+    ----------
+    name
+        In the report and in JSON.
+    package
+        The Python package that holds its claims.
+    title, authors
+        For the citation.
+    sections
+        In order.
+    prefix
+        What the ids of its claims begin with; no two papers have the same.
+    headlines
+        Printed numbers that the first screen of the report shows, by claim.
+    equations
+        The labels of its equations in its source, in the order in which they are numbered.
+    """
+
+    name: str
+    package: str
+    title: str
+    authors: str
+    sections: Sequence[Section]
+    prefix: str = ""
+    headlines: Mapping[str, str] = field(default_factory=dict)
+    equations: Sequence[str] = ()
+
+    @property
+    def citation(self) -> str:
+        """Authors and title."""
+        return f"{self.authors}, {self.title}"
+
+    def section(self, key: str) -> Section:
+        """The section with this number."""
+        return next(one for one in self.sections if one.key == key)
+
+
+RAUCH_RUTSTAM = Paper(
+    name="Rauch-Wojciechowski and Rutstam",
+    package="tt_precise.claims.rauch_rutstam",
+    title="Dynamics of the Tippe Top: properties of numerical solutions versus the dynamical "
+    "equations",
+    authors="S. Rauch-Wojciechowski and N. Rutstam",
+    sections=(
+        Section("1", "Section 1: the model", range(1, 21), (1,)),
+        Section("2.1", "Section 2.1: the reference solution", range(21, 22), (2, 3)),
+        Section("2.2", "Section 2.2: other starts", figures=(8,)),
+        Section("2.3", "Section 2.3: energy, torque, potential", range(22, 30), (4, 5, 6, 7)),
+        Section("3", "Section 3: summary"),
+    ),
+    headlines={"NUM-22": "1.8534", "NUM-05": "7.87 s"},
+    equations=("TTequ", "ddth", "ddph", "dot_om", "nu_x", "nu_y", "equ_for_g_n"),
+)
+
+PAPERS = (RAUCH_RUTSTAM,)
+
+
+def named(id: str, known: Mapping[str, T]) -> T:
+    """What ``known`` has under a claim's id (in any case).
+
+    Raises
+    ------
+    InputError
+        There is no such claim.
+    """
+    if id.upper() not in known:
+        prefix = id.upper().split("-")[0]
+        near = [other for other in known if other.startswith(f"{prefix}-")]
+        some = f"{near[0]} to {near[-1]}" if near else "such as NUM-22"
+        raise InputError(f"claim: got {id[:60]!r}, expected an id {some}; see `tt-precise claims`")
+    return known[id.upper()]

@@ -1,0 +1,351 @@
+"""Section 1: frames, the equations of motion, what they conserve, the energy."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import REFERENCE, Run
+from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.proved import proofs_of
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.verdicts import Finding, all_of, decimal, misprint, statement
+from tt_precise.mechanics import euler, newton
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import added, cross, dot, scaled
+
+claim = claims_of(RAUCH_RUTSTAM, "1")
+OMEGA = ("-phi_dot*sin(theta)", "theta_dot", "psi_dot + phi_dot*cos(theta)")
+JELLETT_WITH_R = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
+FORMS = "Euler form = Newton form"
+THETA = (
+    "sin(theta)/I1*(I1*phi_dot**2*cos(theta) - I3*omega_3*phi_dot - R*alpha*g_n)"
+    " + R*mu*g_n*nu_x/I1*(1 - alpha*cos(theta))"
+)
+PHI = (
+    "(I3*theta_dot*omega_3 - 2*I1*theta_dot*phi_dot*cos(theta)"
+    " - mu*g_n*nu_y*R*(alpha - cos(theta)))/(I1*sin(theta))"
+)
+OMEGA_3 = "-mu*g_n*nu_y*R*sin(theta)/I3"
+NU_X = (
+    "R*sin(theta)/I1*(phi_dot*omega_3*(I3*(1 - alpha*cos(theta)) - I1)"
+    " + g_n*R*alpha*(1 - alpha*cos(theta))"
+    " - I1*alpha*(theta_dot**2 + phi_dot**2*sin(theta)**2))"
+    " - mu*g_n*nu_x/(m*I1)*(I1 + m*R**2*(1 - alpha*cos(theta))**2) + phi_dot*nu_y"
+)
+NU_Y = (
+    "-mu*g_n*nu_y/(m*I1*I3)*(I1*I3 + m*R**2*I3*(alpha - cos(theta))**2"
+    " + m*R**2*I1*sin(theta)**2)"
+    " + omega_3*theta_dot*R/I1*(I3*(alpha - cos(theta)) + I1*cos(theta)) - phi_dot*nu_x"
+)
+NORMAL_FORCE = (
+    "(m*g*I1 + m*R*alpha*(cos(theta)*(I1*phi_dot**2*sin(theta)**2 + I1*theta_dot**2)"
+    " - I3*phi_dot*omega_3*sin(theta)**2))"
+    "/(I1 + m*R**2*alpha**2*sin(theta)**2"
+    " - m*R**2*alpha*sin(theta)*(1 - alpha*cos(theta))*mu*nu_x)"
+)
+NOTE = (
+    "Derived from eq (1) through the vectors of the Euler state, with g_n from the contact "
+    "constraint; all parameters and the state are symbols."
+)
+
+
+@claim("EQ-01", quote="a=R(alpha 3 - z)", where="Sec. 1, Fig. 1", control={"along_3": "-R*alpha"})
+def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
+    """The vector from the centre of mass to the contact point is a = R alpha 3 - R z."""
+    q, body = f.motion(), f.chart().body
+    printed = added(scaled(f.read(along_3), q.k), (0, 0, f.read(along_z)))
+    from_centre = added(printed, scaled(-body.R * body.alpha, q.k))
+    height = f.quantity("E_pot") / (body.m * body.g)
+    shown = f"a = {along_3} 3 + ({along_z}) z"
+    return all_of(
+        {
+            "A is the lowest point of the sphere": f.equal_vectors(
+                from_centre, (0, 0, -body.R), shown
+            ),
+            "CM stands -a.z above the table, as in E_pot": f.equal(-printed[2], height, shown),
+        },
+        "O lies R alpha along 3 from the centre of mass, and A is the sphere's lowest point, R "
+        "below O; -a.z is then the height R(1 - alpha cos theta) of the potential energy.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-02",
+    quote="omega=-phi_dot sin theta 1 + theta_dot 2 + (psi_dot+phi_dot cos theta) 3",
+    definition="the body is turned by phi about z, then theta about y, then psi about 3",
+    control={"printed": ("phi_dot*sin(theta)", *OMEGA[1:])},
+    slow=True,
+)
+def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
+    """The angular velocity in the frame (1, 2, 3), from the Euler angles."""
+    symbols = f.chart()
+    c, s, C, S = symbols.c, symbols.s, symbols.C, symbols.S
+    one, two, three = (c * C, c * S, -s), (-S, C, 0 * c), (s * C, s * S, c)
+    turning = {axis: tuple(map(f.rate, axis)) for axis in (one, two, three)}
+    derived = (
+        dot(turning[two], three),
+        dot(turning[three], one),
+        dot(turning[one], two) + f.read("psi_dot"),
+    )
+    parts = zip("123", printed, derived, strict=True)
+    return all_of(
+        {axis: f.equal(text, value) for axis, text, value in parts},
+        "The frame turns with (2_dot.3, 3_dot.1, 1_dot.2), and the body in it with psi_dot about "
+        "3.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-03",
+    quote="3_dot=omega x 3=(L x 3)/I1",
+    where="eq (1)",
+    control={"inverse_inertia": "1/I3"},
+)
+def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
+    """The axis changes at the rate omega x 3 = L x 3/I1."""
+    q = _at_any_azimuth()
+    geometric = tuple(f.rate(component) for component in q.k)
+    printed = scaled(f.read(inverse_inertia), cross(q.state.L, q.k))
+    return all_of(
+        {
+            "omega x 3": f.equal_vectors(cross(q.omega, q.k), geometric, "3_dot = omega x 3"),
+            "L x 3": f.equal_vectors(printed, geometric, f"3_dot = ({inverse_inertia}) L x 3"),
+        },
+        "The component of L along 3 drops out, and the others are I1 times those of omega.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-07",
+    quote="(s+a).z=0 and its derivative ... v_A.z=0",
+    control={"rate_of_a": "R"},
+)
+def contact_constraint(rate_of_a: str = "R*alpha") -> Finding:
+    """The contact point stays on the table, and the derivative of that is v_A.z = 0."""
+    q, body = _at_any_azimuth(), f.chart().body
+    axis_rate = tuple(f.rate(component) for component in q.k)
+    a_dot = scaled(f.read(rate_of_a), axis_rate)
+    height = body.R * (1 - body.alpha * q.k[2])
+    return all_of(
+        {
+            "(s+a).z": f.equal(height + q.a[2], 0 * height, "(s + a).z = 0"),
+            "its derivative": f.equal(
+                q.s_dot[2] + a_dot[2], q.state.v[2] + 0 * height, "s_dot.z + a_dot.z = v_A.z = 0"
+            ),
+        },
+        "With s.z = R(1 - alpha cos theta). a_dot = R alpha 3_dot is not omega x a, but the two "
+        "differ by the horizontal R omega x z.",
+        proved=True,
+    )
+
+
+@cache
+def _at_any_azimuth() -> Motion:
+    symbols = f.chart()
+    vectors = vectors_from_euler(symbols.body, symbols.state, symbols, symbols.phi)
+    return Motion(symbols.body, vectors, symbols)
+
+
+@claim(
+    "NT-03",
+    quote="The axis 2 points behind the plane of the picture",
+    where="Sec. 1, Fig. 1",
+    definition="a picture of the plane of CM, O, A with z up and the top leaning to the right, so "
+    "that x points right and away from the viewer is z x x",
+    control={"behind": (0, -1, 0)},
+)
+def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
+    """The frames (x, y, z) and (1, 2, 3) are right-handed, lean as in Fig. 1, and 2 points back."""
+    q, symbols = f.motion(), f.chart()
+    one, two = (symbols.c, 0, -symbols.s), (0, 1, 0)
+    plane = cross(q.a, q.k)
+    return all_of(
+        {
+            "1 x 2 = 3": f.equal_vectors(cross(one, two), q.k, "1 x 2 = 3"),
+            "CM, O, A lie in the plane of x and z": f.equal(
+                dot(plane, (1, 0, 0)) + dot(plane, (0, 0, 1)), 0 * q.a[0], "a and 3 in the plane"
+            ),
+            "2 = z x x": statement(
+                cross((0, 0, 1), (1, 0, 0)) == behind,
+                "2 points behind the plane",
+                "2 = y = z x x, behind the plane if the top leans to the right",
+            ),
+        },
+        "The paper's figure was not at hand; its caption and text agree with each other. x, and "
+        "with it 1 and 2, is undefined while the axis is vertical.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-04",
+    quote="lambda=-L.a ... -L.(R alpha/I1 (L x 3))=0",
+    where="Sec. 1, after eq (1)",
+    control={"lever": "R*alpha/I3"},
+)
+def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
+    """-L.a is constant, because a_dot = (R alpha/I1) L x 3."""
+    q, rates, body = f.motion(), f.vector_rates(), f.chart().body
+    a_dot = scaled(body.R * body.alpha, (rates.kx, rates.ky, rates.kz))
+    printed = scaled(f.read(lever), cross(q.state.L, q.k))
+    lambda_dot = -dot((rates.Lx, rates.Ly, rates.Lz), q.a) - dot(q.state.L, a_dot)
+    return all_of(
+        {
+            "a_dot": f.equal_vectors(printed, a_dot, f"a_dot = {lever} L x 3"),
+            "lambda_dot": f.equal("0", lambda_dot, "lambda_dot = 0"),
+        },
+        "L_dot.a = (a x F).a vanishes whatever force acts at A, and L.a_dot is a triple product "
+        "with L twice.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-05",
+    quote="E_dot=v_A.F=-mu g_n |v_A|^2",
+    control={"loss": "-mu*g_n*(nu_x**2 + nu_y**2)/2"},
+)
+def energy_loss(loss: str = "-mu*g_n*(nu_x**2 + nu_y**2)") -> Finding:
+    """The energy falls at the rate v_A.F = -mu g_n |v_A|^2."""
+    q = f.motion()
+    return all_of(
+        {
+            "E_dot": f.equal(loss, f.rate_of("E"), f"E_dot = {loss}"),
+            "v_A.F": f.equal(loss, dot(q.state.v, q.force), f"v_A.F = {loss}"),
+        },
+        "E is differentiated along the equations of motion, with the g_n of the contact "
+        "constraint; v_A has no vertical component, so the normal force does no work.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-14",
+    quote="lambda=R I1 phi_dot sin^2 theta - I3 omega_3 (alpha - cos theta)",
+    where="Sec. 1, after eq (7)",
+    control={"printed": JELLETT_WITH_R},
+)
+def jellett_in_euler_angles(
+    printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
+) -> Finding:
+    """Jellett's integral in Euler angles."""
+    jellett = f.quantity("lambda")
+    return misprint(
+        f.equal(printed, jellett),
+        f.equal(JELLETT_WITH_R, jellett),
+        JELLETT_WITH_R,
+        "The second term lacks the factor R, without which the two terms have different "
+        "dimensions; sections 2.1 and 2.2 print it.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-06",
+    quote="The total energy ... is monotonically decreasing",
+    where="Sec. 1, Fig. 4, Sec. 3",
+    definition="the reference solution: the largest of all local maxima of E_dot, found as "
+    "events, and E at samples every millisecond",
+    control={"quantity": "E_tilde"},
+)
+def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
+    """The total energy decreases monotonically."""
+    fastest = float(run.extrema(f"{quantity}_dot")[1].max())
+    values = run.sampled((quantity,))[quantity]
+    steps = int((values.diff().iloc[1:] >= 0).sum())
+    known = proofs_of(run.scene)
+    holds = fastest <= 0 and steps == 0
+    proved = quantity == "E" and holds and known.energy_falls
+    return all_of(
+        {
+            f"{quantity}_dot": statement(
+                fastest <= 0,
+                "never positive",
+                f"at most {decimal(fastest, 3)} W",
+            ),
+            quantity: statement(steps == 0, "decreasing", f"{steps} of {len(values) - 1} steps up"),
+        },
+        "E_dot = -mu g_n v_A^2 (EQ-05) vanishes at instants only, such as the start; the claim "
+        "needs g_n >= 0 and a motion that glides."
+        + known.sentence(proved, f"g_n > 0 {known.span} in this solution, which glides"),
+        proved=proved,
+    )
+
+
+@claim(
+    "EQ-08",
+    quote="theta_ddot=...",
+    where="eq (2)",
+    control={"printed": THETA[:-1] + "/R)"},
+)
+def theta_equation(printed: str = THETA) -> Finding:
+    """The equation for theta_ddot."""
+    return _compared("theta_dot", printed)
+
+
+@claim(
+    "EQ-09",
+    quote="phi_ddot=...",
+    where="eq (3)",
+    control={"printed": PHI.replace("2*I1*theta_dot", "I1*theta_dot")},
+)
+def phi_equation(printed: str = PHI) -> Finding:
+    """The equation for phi_ddot."""
+    return _compared("phi_dot", printed)
+
+
+@claim("EQ-10", quote="omega_3_dot=...", where="eq (4)", control={"printed": OMEGA_3[1:]})
+def omega_3_equation(printed: str = OMEGA_3) -> Finding:
+    """The equation for omega_3_dot."""
+    return _compared("omega_3", printed)
+
+
+@claim(
+    "EQ-11",
+    quote="nu_x_dot=...",
+    where="eq (5)",
+    control={"printed": NU_X.replace("I1*alpha*(theta", "I1*(theta")},
+)
+def nu_x_equation(printed: str = NU_X) -> Finding:
+    """The equation for nu_x_dot."""
+    return _compared("nu_x", printed)
+
+
+@claim(
+    "EQ-12",
+    quote="nu_y_dot=...",
+    where="eq (6)",
+    control={"printed": NU_Y.replace("- phi_dot*nu_x", "+ phi_dot*nu_x")},
+)
+def nu_y_equation(printed: str = NU_Y) -> Finding:
+    """The equation for nu_y_dot."""
+    return _compared("nu_y", printed)
+
+
+@claim(
+    "EQ-13",
+    quote="g_n=...",
+    where="eq (7)",
+    control={"printed": NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y")},
+)
+def normal_force(printed: str = NORMAL_FORCE) -> Finding:
+    """The normal force."""
+    derived = newton.normal_force(f.chart().body, f.motion().state)
+    checks = {"g_n": f.equal(printed, derived, "g_n = " + printed)}
+    return all_of(checks, "From the vertical part of v_A_dot = 0, eq (1).", proved=True)
+
+
+def _compared(name: str, printed: str) -> Finding:
+    symbols = f.chart()
+    derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
+    left = f"{name[:-4]}_ddot" if name.endswith("_dot") else f"{name}_dot"
+    return all_of(
+        {"as printed": f.equal(printed, derived, f"{left} = {printed}"), FORMS: f.proved(FORMS)},
+        NOTE,
+        proved=True,
+    )

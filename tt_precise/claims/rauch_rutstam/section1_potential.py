@@ -1,0 +1,613 @@
+"""Section 1: the functions lambda, D and E~, the effective potential, and theta moving in it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import REFERENCE, Run, variant
+from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.motions import minima, minimum, swing
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.verdicts import (
+    Check,
+    Finding,
+    all_of,
+    decimal,
+    misprint,
+    readings,
+    statement,
+)
+from tt_precise.exact.arithmetic import own_context
+from tt_precise.mechanics import thresholds
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, d, effective_potential
+from tt_precise.mechanics.vectors import cross, dot, scaled
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import load_scene
+
+claim = claims_of(RAUCH_RUTSTAM, "1")
+MODIFIED_ENERGY = (
+    "(I1*phi_dot**2*sin(theta)**2 + I1*theta_dot**2 + I3*omega_3**2)/2"
+    " + m*g*R*(1 - alpha*cos(theta))"
+    " + m*R**2/2*((alpha - cos(theta))**2*(theta_dot**2 + phi_dot**2*sin(theta)**2)"
+    " + sin(theta)**2*(theta_dot**2 + omega_3**2 + 2*omega_3*phi_dot*(alpha - cos(theta))))"
+)
+ROUTH_SQUARED = "I1*I3 + m*R**2*I3*(alpha - cos(theta))**2 + m*R**2*I1*sin(theta)**2"
+D_OF_Z = "gamma + sigma*(alpha - cos(theta))**2 + sigma*gamma*(1 - cos(theta)**2)"
+ROUTH_RATE = "gamma*m/(alpha*sqrt(d(cos(theta))))"
+EFFECTIVE_MASS = "I3/2*(sigma*((alpha - cos(theta))**2 + 1 - cos(theta)**2) + gamma)"
+POTENTIAL = (
+    "m*g*R*(1 - alpha*z)"
+    " + (lambda_*sqrt(d(z)) + R*D*(alpha - z))**2/(2*I3*R**2*gamma**2*(1 - z**2))"
+    " + (R**2*D**2 - sigma*lambda_**2)/(2*R**2*I1)"
+)
+DETERMINANT = (
+    "I1**2*R*m**2*sin(theta)**2*theta_dot*(I1 + m*R**2*alpha**2*sin(theta)**2)/sqrt(d(cos(theta)))"
+)
+CONDITION = "(1 - alpha)/(gamma + alpha**2 - 1)"
+CORRECT_CONDITION = "(1 - gamma)/(gamma + alpha**2 - 1)"
+SQUARE_NOTE = (
+    "d(z) is a square exactly when its discriminant vanishes, which gives 1 - gamma where the "
+    "paper prints 1 - alpha."
+)
+ASYMPTOTIC = {
+    "lambda of the upright spin": "R*(1 - alpha)*L0",
+    "lambda of the inverted spin": "R*(1 + alpha)*L1",
+    "D0": "lambda_*sqrt(d(1))/(R*(1 - alpha))",
+    "D1": "-lambda_*sqrt(d(-1))/(R*(1 + alpha))",
+    "E~0": "lambda_**2/(2*R**2*I3*(1 - alpha)**2) + m*g*R*(1 - alpha)",
+    "E~1": "lambda_**2/(2*R**2*I3*(1 + alpha)**2) + m*g*R*(1 + alpha)",
+}
+QUANTITY = {"l": "lambda", "D": "D", "E": "E_tilde"}
+DIGITS = 70
+DIGITS = 70
+DELTAS = ("1e-3", "1e-5", "1e-7", "1e-9", "1e-11")
+MULTIPLES = ("1.0001", "1.5", "2", "5")
+POTENTIAL_STEPS = 400
+EVERY = "0.01"
+TOY = "the toy, whose potential is rational"
+
+
+@claim(
+    "EQ-15",
+    quote="E~=... (with s_dot=-omega x a)",
+    where="eq (8)",
+    control={"printed": MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3")},
+)
+def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
+    """The energy with s_dot = -omega x a is the printed expression in Euler angles."""
+    return all_of(
+        f.equal(printed, f.quantity("E_tilde")),
+        "Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-16",
+    quote="D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))",
+    where="eq (9)",
+    control={"under_root": ROUTH_SQUARED.replace("R**2*I1", "R**2*I3")},
+)
+def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Finding:
+    """The two printed forms of Routh's function agree, with d(cos theta) as printed."""
+    body = f.chart().body
+    return all_of(
+        f.equal(
+            f.read(under_root), body.I3**2 * f.read(d_of_z), f"{under_root} = I3**2*({d_of_z})"
+        ),
+        "Both forms are omega_3 times a positive root, so comparing what stands under it is "
+        "enough.",
+        proved=True,
+    )
+
+
+@claim("EQ-17", quote="d/dt lambda=0", where="eq (10)", control={"quantity": "L_z"})
+def jellett_rate(quantity: str = "lambda") -> Finding:
+    """lambda is constant along the gliding motion."""
+    return all_of(
+        f.equal("0", f.rate_of(quantity), f"d {quantity}/dt = 0"),
+        "Differentiated along the equations of motion.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-18",
+    quote="d/dt D=gamma m/(alpha sqrt(d)) (z x a).v_A_dot",
+    where="eq (11)",
+    control={"factor": ROUTH_RATE.replace("alpha", "R*alpha")},
+)
+def routh_rate(factor: str = ROUTH_RATE) -> Finding:
+    """Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot."""
+    rates = f.vector_rates()
+    projection = dot(cross((0, 0, 1), f.motion().a), (rates.vx, rates.vy, 0))
+    return all_of(
+        f.equal(
+            f.read(factor) * projection,
+            f.rate_of("D"),
+            f"dD/dt = {factor}*(z x a).v_A_dot",
+        ),
+        "v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-19",
+    quote="d/dt E~=m (omega x a).v_A_dot",
+    where="eq (12)",
+    control={"factor": "-m"},
+)
+def modified_energy_rate(factor: str = "m") -> Finding:
+    """E~ changes at the rate m (omega x a).v_A_dot."""
+    rates = f.vector_rates()
+    projection = dot(f.motion().omega_cross_a, (rates.vx, rates.vy, 0))
+    return all_of(
+        f.equal(
+            f.read(factor) * projection,
+            f.rate_of("E_tilde"),
+            f"dE~/dt = {factor} (omega x a).v_A_dot",
+        ),
+        "Differentiated along the equations of motion, with g_n from the contact constraint.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-20",
+    quote="d/dt m r_dot=-mu g_n v_A",
+    where="eq (13)",
+    control={"factor": "-mu*g_n*m"},
+)
+def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
+    """The horizontal momentum of the centre of mass changes by friction alone."""
+    q, symbols = f.motion(), f.chart()
+    phi_dot, m = symbols.state.phi_dot, symbols.body.m
+    # the frame turns with phi: the derivative of a vector has a term phi_dot z x (...)
+    along_x, along_y = q.s_dot[0], q.s_dot[1]
+    changed = (f.rate(along_x) - phi_dot * along_y, f.rate(along_y) + phi_dot * along_x)
+    return all_of(
+        f.equal_vectors(
+            scaled(f.read(factor), q.state.v)[:2],
+            [m * one for one in changed],
+            f"m r_ddot = {factor} v_A",
+        ),
+        "r is the horizontal part of s, so the normal force and the weight drop out.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-21",
+    quote="equations of motion (2)-(6) are equivalent to the following equations",
+    definition="both systems are linear in the five accelerations; they are equivalent where the "
+    "determinant of the integrated form does not vanish",
+    control={"factor": f"{DETERMINANT}/theta_dot"},
+    slow=True,
+)
+def equivalent_form(factor: str = DETERMINANT) -> Finding:
+    """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6)."""
+    symbols = f.chart()
+    determinant = symbols.field(_determinant())
+    known = f.equal(factor, determinant)
+    theta_dot = symbols.symbol["theta_dot"].numer
+    at_turns = symbols.field(determinant.numer.subs(theta_dot, 0))
+    regular = not symbols.remainder(at_turns).vanishes
+    return readings(
+        {
+            "where theta_dot is not zero": statement(
+                known.holds,
+                "equivalent",
+                f"determinant {factor}: {known.measured}",
+            ),
+            "at turning points, theta_dot = 0, too": statement(
+                regular,
+                "equivalent",
+                "determinant not zero" if regular else "determinant zero",
+            ),
+        },
+        "The rate of E~ contains theta_ddot only as theta_dot theta_ddot, so motions with constant "
+        "theta satisfy the integrated form whether eq (2) holds or not.",
+        proved=True,
+    )
+
+
+def _determinant() -> Scalar:
+    """Of the integrated form, with respect to the derivatives of the last five state entries."""
+    from sympy.polys.matrices import DomainMatrix
+
+    symbols, q = f.chart(), f.motion()
+    body, field = symbols.body, symbols.field
+    accelerating = symbols.state[1:]
+
+    def row(conserved: Scalar, pushed: tuple[Scalar, Scalar]) -> list[Scalar]:
+        # v_A_dot along x and y contains the derivatives of nu_x and nu_y with factor 1
+        entries = [field(conserved).diff(entry) for entry in accelerating]
+        return [*entries[:3], entries[3] - pushed[0], entries[4] - pushed[1]]
+
+    none = (field.zero, field.zero)
+    along_y = f.read(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
+    rows = [
+        row(f.quantity("lambda"), none),
+        row(f.quantity("D"), (field.zero, along_y)),
+        row(f.quantity("E_tilde"), (body.m * q.omega_cross_a[0], body.m * q.omega_cross_a[1])),
+        row(body.m * q.s_dot[0], none),
+        row(body.m * q.s_dot[1], none),
+    ]
+    return DomainMatrix(rows, (5, 5), field.to_domain()).det()
+
+
+@claim(
+    "EQ-22",
+    quote="E~(t)=g(cos theta) theta_dot^2+V(cos theta,D(t),lambda)",
+    where="Sec. 1, eq (17)",
+    control={"mass": EFFECTIVE_MASS.replace("+ gamma", "- gamma")},
+)
+def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Finding:
+    """E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation."""
+    turning = f.chart().state.theta_dot ** 2
+    printed = f.read(mass) * turning + _potential(potential)
+    return all_of(
+        f.equal(printed, f.quantity("E_tilde"), f"E~ = {mass}*theta_dot**2 + V"),
+        "phi_dot and omega_3 are eliminated with lambda and D.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-23",
+    quote="V(z,D(t),lambda)=...",
+    where="Sec. 1, eq (18)",
+    control={"printed": POTENTIAL.replace("- sigma*lambda_", "+ sigma*lambda_")},
+)
+def potential(printed: str = POTENTIAL) -> Finding:
+    """The effective potential with its three terms is E~ at theta_dot = 0."""
+    symbols = f.chart()
+    energy = f.quantity("E_tilde")
+    kinetic = f.read(EFFECTIVE_MASS) * symbols.state.theta_dot**2
+    return all_of(
+        {"V": f.equal(_potential(printed), energy - kinetic, f"V = {printed}")},
+        "The part of E~ without theta_dot, with phi_dot and omega_3 expressed by lambda and D.",
+        proved=True,
+    )
+
+
+def _potential(text: str) -> Scalar:
+    known = dict(f.names())
+    known |= {"z": f.chart().c, "D": f.quantity("D"), "lambda_": f.quantity("lambda")}
+    return f.read(text, known)
+
+
+@claim(
+    "EQ-26",
+    quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
+    where="Sec. 1 and Sec. 2.1",
+    definition="the condition under which d(z) is the square of a polynomial",
+    control={"printed": CORRECT_CONDITION},
+)
+def rationality_condition(printed: str = CONDITION) -> Finding:
+    """The printed relation of sigma, gamma and alpha makes d(z) a square."""
+    return misprint(
+        _square(printed),
+        _square(CORRECT_CONDITION),
+        f"sigma = {CORRECT_CONDITION}",
+        SQUARE_NOTE,
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-27",
+    quote="V(z,D(t),lambda) is a rational function of cos theta",
+    definition="for all lambda and D",
+    control={"printed": CORRECT_CONDITION},
+)
+def rational_potential(printed: str = CONDITION) -> Finding:
+    """V is a rational function of cos theta when the printed condition holds."""
+    return misprint(
+        _square(printed, f"V rational for sigma = {printed}"),
+        _square(CORRECT_CONDITION, f"V rational for sigma = {CORRECT_CONDITION}"),
+        f"V is rational for sigma = {CORRECT_CONDITION}",
+        "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only "
+        "if d is a square. " + SQUARE_NOTE,
+        proved=True,
+    )
+
+
+def _square(text: str, shown: str = "") -> Check:
+    """Whether d(z) is a square, that is, has a double root, when sigma is ``text``."""
+    import sympy
+
+    alpha, gamma, z = sympy.symbols("alpha gamma z", positive=True)
+    sigma = f.read(text, {"gamma": gamma, "alpha": alpha})
+    body: Any = SimpleNamespace(alpha=alpha, gamma=gamma, sigma=sigma)
+    discriminant = sympy.discriminant(d(body, z), z)
+    toy = load_scene("reference").body
+    at_toy = discriminant.subs({alpha: _rational(toy.alpha), gamma: _rational(toy.gamma)})
+    value = decimal(Fraction(str(at_toy)), 4)
+    return statement(
+        sympy.simplify(discriminant) == 0,
+        shown or f"sigma = {text}",
+        f"discriminant of d(z): {value} for the toy's alpha and gamma",
+    )
+
+
+def _rational(value: Fraction) -> Scalar:
+    import sympy
+
+    return sympy.Rational(value.numerator, value.denominator)
+
+
+@claim(
+    "EQ-24",
+    quote="lambda=R(1-alpha)L0=R(1+alpha)L1. So lim D(t)=D0=...",
+    control={"printed": {**ASYMPTOTIC, "D1": ASYMPTOTIC["D1"][1:]}},
+)
+def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> Finding:
+    """The formulas for lambda, D and E~ of the upright and the inverted spin."""
+    return all_of(
+        {name: _of_the_spin(name, text) for name, text in printed.items()},
+        "Compared with -L.a, D and E~ of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
+        "symbolic parameters.",
+        proved=True,
+    )
+
+
+def _of_the_spin(name: str, text: str) -> Check:
+    import sympy
+
+    body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
+    spin = sympy.Symbol("L", positive=True)
+    upright = name.endswith(("0", "upright spin"))
+    state = NewtonState(0, 0, 1 if upright else -1, 0, 0, spin, 0, 0)
+    q = Motion(body, state, sympy)
+    lambda_ = QUANTITIES["lambda"].evaluate(q)
+    value = f.evaluate(text, body, sympy, lambda_=lambda_, L0=spin, L1=spin)
+    difference = sympy.simplify(value - QUANTITIES[QUANTITY[name[0]]].evaluate(q))
+    return statement(
+        difference == 0,
+        text.replace("lambda_", "lambda"),
+        "equal, for every body" if difference == 0 else f"off by {difference}",
+    )
+
+
+@claim(
+    "EQ-25",
+    quote="E(t)->E1=lim V(z_min(t),D(t),lambda)",
+    definition="the toy with the reference lambda, D = D1 + e |D1| for e = 1e-4 ... 1e-12; E1 is "
+    "the energy of the inverted spin",
+    control={"limit": "E0"},
+)
+def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
+    """The minimum of V tends to the energy of the inverted spin as D tends to D1."""
+    fn = own_context(DIGITS)
+    body = run.body(fn)
+    lambda_ = fn.convert(run.lambda_)
+    D1 = thresholds.D1(body, lambda_, fn)
+    target = getattr(thresholds, limit)(body, lambda_)
+    off = []
+    for power in (4, 8, 12):
+        D = D1 + fn.mpf(10) ** -power * abs(D1)
+        z = minimum(body, D, lambda_, fn)
+        off.append(abs(effective_potential(body, z, D, lambda_, fn) / target - 1))
+    return all_of(
+        {
+            "V(z_min)": statement(
+                all(10**3 * later < earlier for earlier, later in pairwise(off)),
+                "lim V(z_min, D, lambda) = E1",
+                "V(z_min)/E1 - 1 = " + ", ".join(decimal(one, 2) for one in off),
+            )
+        },
+        "The distance falls in proportion to D - D1. In the limit z_min = -1, where V is of the "
+        "form 0/0 and only the joint limit exists.",
+    )
+
+
+@claim(
+    "TH-08",
+    quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
+    where="Proposition 1.1 i)",
+    definition=f"{TOY}; lambda/lambda_thres in {', '.join(MULTIPLES)}; delta/lambda in "
+    f"{', '.join(DELTAS)}",
+    control={"multiples": ("0.2",)},
+)
+def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Finding:
+    """For D slightly above D1 the potential has a minimum close to z = -1."""
+    return _beside(-1, multiples)
+
+
+@claim(
+    "TH-09",
+    quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
+    where="Proposition 1.1 ii)",
+    definition=f"{TOY}; lambda/lambda_thres in {', '.join(MULTIPLES)}; delta/lambda in "
+    f"{', '.join(DELTAS)}",
+    control={"beside": -1},
+    slow=True,
+)
+def minimum_beside_the_upright_pole(
+    multiples: tuple[str, ...] = MULTIPLES, beside: int = 1
+) -> Finding:
+    """For D slightly below D0 the potential has a minimum close to z = 1."""
+    return _beside(1, multiples, beside)
+
+
+def _beside(pole: int, multiples: tuple[str, ...], claimed: int = 0) -> Finding:
+    fn = own_context(DIGITS)
+    body = Run().body(fn)
+    root = fn.sqrt(body.gamma + body.alpha**2 - 1)
+    checks = {}
+    for multiple in multiples:
+        lambda_ = fn.mpf(multiple) * thresholds.lambda_thres(body, fn)
+        limit = thresholds.D0 if pole > 0 else thresholds.D1
+        away = []
+        for delta in DELTAS:
+            shift = fn.mpf(delta) * lambda_ / (body.R * (1 - pole * body.alpha) * root)
+            z = minimum(body, limit(body, lambda_, fn) - pole * shift, lambda_, fn)
+            away.append(abs(z - (claimed or pole)))
+        # delta falls by 100 from one to the next, and so should the distance from the pole
+        approaches = all(50 * later < earlier for earlier, later in pairwise(away))
+        checks[f"lambda = {multiple} lambda_thres"] = statement(
+            approaches,
+            f"z_min -> {claimed or pole}",
+            f"|z_min - ({claimed or pole})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}",
+        )
+    return all_of(
+        checks,
+        "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
+        "every eps. lambda > lambda_thres is more than is needed: 4ab <= (a+b)^2 shows that V "
+        "keeps the minimum at z = -1 below it, too, and at z = 1 for every lambda.",
+    )
+
+
+@claim(
+    "TH-10",
+    quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
+    where="Sec. 1, after Proposition 1.1",
+    definition=f"{TOY}, reference lambda; {POTENTIAL_STEPS} values of D between D0 and D1; "
+    "z = 1 and z = -1 count as reached within 0.1 rad",
+    control={"until": 0.5},
+)
+def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
+    """As D goes from D0 to D1 the minimum of V moves from z = 1 to z = -1."""
+    body, lambda_ = _double_body(REFERENCE)
+    begin, end = thresholds.D0(body, lambda_, math), thresholds.D1(body, lambda_, math)
+    shares = [until * (1e-4 + (1 - 2e-4) * i / POTENTIAL_STEPS) for i in range(POTENTIAL_STEPS + 1)]
+    found = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
+    alone = all(len(one) == 1 for one in found)
+    path = [one[0] for one in found]
+    rising = all(a < b for a, b in pairwise(path))
+    return all_of(
+        statement(
+            alone and rising and path[0] < 0.1 and path[-1] > math.pi - 0.1,
+            "from z = 1 to z = -1",
+            f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
+            f"{'one minimum' if alone else 'several minima'}, "
+            f"{'monotonously' if rising else 'not monotonously'}",
+        ),
+        "V has exactly one minimum for each D, and it moves one way.",
+    )
+
+
+@claim(
+    "TH-11",
+    quote="the time of passage for theta(t) between two turning points has a uniform bound T_upp",
+    definition="reference solution. T_upp at the most favourable D of each gap; the frozen motion "
+    f"has the D and E~ of the solution, every {EVERY} s",
+    control={"factor": 0.1},
+)
+def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> Finding:
+    """The time between two turning points of theta is at most T_upp."""
+    body, lambda_ = _double_body(run)
+    table = run.sampled(("theta", "D", "E_tilde"), EVERY)
+    bounds = [factor * thresholds.T_upp(body, lambda_, D, math) for D in table["D"]]
+    swings = [swing(body, *row, lambda_) for row in zip(table["D"], table["E_tilde"], strict=True)]
+    ratios = [one.time / bound for one, bound in zip(swings, bounds, strict=True) if one]
+    begin, end = _longest_gap(run)
+    rise = float(table["theta"][table["t"] <= end].iloc[-1]) - float(
+        table["theta"][table["t"] >= begin].iloc[0]
+    )
+    during = [b for t, b in zip(table["t"], bounds, strict=True) if begin <= t <= end]
+    return readings(
+        {
+            "motion of the solution": statement(
+                end - begin <= max(during),
+                "gap <= T_upp",
+                f"a gap of {decimal(end - begin, 6)} s from t = {decimal(begin, 6)} s, "
+                f"T_upp at most {decimal(max(during), 6)} s",
+            ),
+            "motion in the potential of one instant": statement(
+                max(ratios) <= 1,
+                "gap <= T_upp",
+                f"at most {decimal(max(ratios), 4)} T_upp",
+            ),
+        },
+        f"Between those two turning points theta rises without a stop by {decimal(rise, 2)} rad, "
+        "because the potential moves on while theta swings in it; no bound from a frozen potential "
+        "can hold for the solution.",
+    )
+
+
+@claim(
+    "TH-12",
+    quote="If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations",
+    definition="reference solution, T_inv in definition A, T_upp at its largest, D = D1; an "
+    "oscillation is a minimum of theta during the climb",
+    control={"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))},
+)
+def several_oscillations(run: Run = REFERENCE) -> Finding:
+    """T_inv is more than 10 T_upp, and theta oscillates several times during the climb."""
+    body, lambda_ = _double_body(run)
+    longest = thresholds.T_upp(body, lambda_, thresholds.D1(body, lambda_, math), math)
+    climb = run.inversion.A
+    turns = run.events("theta_min")["t"]
+    inside = sum(climb.t_init < t < climb.t_end for t in turns) if climb.duration else 0
+    ratio = (climb.duration or 0) / longest
+    return all_of(
+        {
+            "T_inv/T_upp": statement(ratio > 10, "> 10", decimal(ratio, 6)),
+            "oscillations": statement(inside > 1, "several", str(inside)),
+        },
+        "That the first implies the second rests on the bound of TH-11.",
+    )
+
+
+@claim(
+    "TH-13",
+    quote="due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)",
+    definition="distance: E~ above the minimum of V, on the reference solution continued to 10 s",
+    control={"end": "0.05"},
+)
+def theta_goes_to_the_minimum(end: str = "10") -> Finding:
+    """Dissipation brings theta towards the minimum of the moving potential."""
+    run = Run(variant(until=end))
+    body, lambda_ = _double_body(run)
+    table = run.sampled(("D", "E_tilde", "theta"), "0.05")
+    above = [_above(body, D, E, lambda_) for D, E in zip(table["D"], table["E_tilde"], strict=True)]
+    top = max(range(len(above)), key=above.__getitem__)
+    peak = float(table["t"].iloc[top])
+    return readings(
+        {
+            "all the time": statement(
+                top == 0,
+                "goes toward the minimum",
+                f"E~ - V_min from {decimal(above[0], 3)} J up to "
+                f"{decimal(above[top], 3)} J at {decimal(peak, 4)} s",
+            ),
+            "in the long run": statement(
+                100 * above[-1] < above[top],
+                "goes toward the minimum",
+                f"E~ - V_min down to {decimal(above[-1], 3)} J at {end} s",
+            ),
+        },
+        f"Until {decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
+        f"{decimal(above[top] / above[0], 2)}; only then dissipation wins.",
+    )
+
+
+def _above(body: Parameters, D: float, E_tilde: float, lambda_: float) -> float:
+    from tt_precise.mechanics.quantities import effective_potential
+
+    theta = minima(body, D, lambda_)[0]
+    return float(E_tilde - effective_potential(body, math.cos(theta), D, lambda_, math))
+
+
+def _longest_gap(run: Run) -> tuple[float, float]:
+    events = run.trajectory().events
+    turns = events["t"][events["name"].isin(["theta_min", "theta_max"])].astype(float)
+    return max(pairwise(turns), key=lambda gap: gap[1] - gap[0])
+
+
+def _double_body(run: Run) -> tuple[Parameters, float]:
+    """The body in SI in double, and lambda."""
+    loaded = run.loaded
+    lambda_: Scalar = Run(loaded).trajectory().frame("lambda", times=[0])["lambda"].iloc[0]
+    return loaded.body.numbers(float), float(lambda_)

@@ -1,0 +1,627 @@
+"""Section 1: Theorem 1.1, its remarks and corollary, limits, the setting."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from itertools import pairwise
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import MANY, REFERENCE, Run, rough, variant
+from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.formulas import evaluate
+from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
+from tt_precise.claims.evidence.proved import count, proofs_of
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.verdicts import (
+    Check,
+    Finding,
+    Settled,
+    agrees,
+    all_of,
+    approximate,
+    decimal,
+    measured_text,
+    misprint,
+    readings,
+    statement,
+    untestable,
+)
+from tt_precise.exact.arithmetic import own_context, rounding_to
+from tt_precise.exact.stability import INVERTED, UPRIGHT
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.mechanics import euler, newton, thresholds
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.scene.scene import Scene
+
+claim = claims_of(RAUCH_RUTSTAM, "1")
+COUNT = 40
+BODIES = f"{COUNT} random bodies with 1 - alpha < gamma < 1 + alpha and random mu, seeded; "
+LEAVES = "contact-lost"  # a golden scene of the toy above both thresholds, too
+ABOVE, BELOW = ("1.001", "3"), ("0.3", "0.999")
+_NAMES = {INVERTED: "the inverted spin", UPRIGHT: "the upright spin"}
+TIMES = ("8", "16", "32")  # s
+PRECESSIONS = ("-50", "0", "83", "150")  # rad/s
+SIMPLIFIED = "mu*g_n*R**2*(1 - alpha*cos(theta))**2*nu_y/lambda_"
+THRESHOLD = "sqrt(m*g*R**3*alpha*I3)*(1 + alpha)**2/sqrt(1 + alpha - gamma)"
+THRESHOLD_DIGITS = 40
+CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")
+
+
+@claim(
+    "TH-01",
+    quote="an inverted spinning solution is the only Lyapunov stable state",
+    where="Theorem 1.1",
+    definition=BODIES + "lambda is 1.001 to 3 times max(lambda_thres, lambda_up); eigenvalues of "
+    "the gliding top linearised about the upright and the inverted spin",
+    control={"multiples": BELOW},
+)
+def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Finding:
+    """Above both thresholds the inverted spin is stable and the upright spin is not."""
+    return all_of(
+        _spins(multiples),
+        "Linearly and transversally to the family of spins with other lambda. That no tumbling "
+        "motion competes is TH-03.",
+    )
+
+
+@claim(
+    "TH-03",
+    quote="only Lyapunov stable state in the asymptotic set of nongliding solutions M",
+    where="Theorem 1.1",
+    definition=BODIES + "tumbling: constant theta strictly between the poles without gliding",
+    control={"multiples": BELOW},
+)
+def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> Finding:
+    """Of all motions without gliding only the inverted spin is stable."""
+    none = sum(not tumbles(case) for case in cases(COUNT, multiples))
+    return all_of(
+        {
+            "v_A = 0 with constant theta": _tumbling_condition(),
+            **_spins(multiples),
+            "no tumbling motion": _all_bodies(none, "no tumbling motion has this lambda"),
+        },
+        "Without gliding eqs (2) and (5) leave the two spins and, for lambda^2 = N^2/P times a "
+        "constant, N' = -2P, one tumbling motion; N^2/P is largest at a pole, where it is one of "
+        "the thresholds squared.",
+    )
+
+
+def _spins(multiples: tuple[str, str]) -> dict[str, Check]:
+    drawn = cases(COUNT, multiples)
+    stable = sum(growth(case, INVERTED) < 0 for case in drawn)
+    unstable = sum(growth(case, UPRIGHT) > 0 for case in drawn)
+    return {
+        "inverted spin": _all_bodies(stable, "stable"),
+        "upright spin": _all_bodies(unstable, "unstable"),
+    }
+
+
+def _all_bodies(count: int, what: str) -> Check:
+    return statement(count == COUNT, what, f"{count} of {COUNT} bodies")
+
+
+def _tumbling_condition() -> Check:
+    """Eqs (2) and (5) at theta_dot = v = 0 combine to omega_3 = phi_dot (cos theta - alpha)."""
+    symbols = f.chart()
+    zero = symbols.field.zero
+    body, c, s = symbols.body, symbols.c, symbols.s
+    state = symbols.state._replace(theta_dot=zero, nu_x=zero, nu_y=zero)
+    rates = euler.rates(body, state, symbols)
+    height = 1 - body.alpha * c
+    combined = body.I1 * (height * rates.theta_dot + rates.nu_x / body.R) / s
+    wanted = body.I1 * state.phi_dot * (state.phi_dot * (c - body.alpha) - state.omega_3)
+    shown = "theta_ddot = nu_x_dot = 0 gives omega_3 = phi_dot (cos theta - alpha)"
+    return f.equal(combined, wanted, shown)
+
+
+@claim(
+    "TH-04",
+    quote="When 1-alpha<1-alpha^2<gamma<1+alpha, then lambda_thres>lambda_up",
+    where="Remark 1",
+    definition="every coefficient of a polynomial in positive variables is positive",
+    control={"lowest": "1 - alpha"},
+)
+def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
+    """For 1 - alpha^2 < gamma < 1 + alpha, lambda_thres is the larger threshold."""
+    import sympy
+
+    w, u = sympy.symbols("w u", positive=True)
+    alpha = 1 / (1 + w)  # w > 0 runs through 0 < alpha < 1, u > 0 through gamma > lowest
+    gamma = f.read(lowest, {"alpha": alpha}) + u
+    difference = (1 + alpha) ** 4 * (alpha + gamma - 1) - (1 - alpha) ** 4 * (1 + alpha - gamma)
+    numerator = sympy.Poly(sympy.numer(sympy.together(difference)), w, u)
+    chain = sympy.Poly(sympy.numer(sympy.together((1 - alpha**2) - (1 - alpha))), w)
+    signs = [bool(c > 0) for c in numerator.coeffs()]
+    positive = all(signs) and all(bool(c > 0) for c in chain.coeffs())
+    return all_of(
+        statement(
+            positive,
+            f"lambda_thres > lambda_up for gamma > {lowest}",
+            f"{sum(signs)} of {len(signs)} coefficients positive",
+        ),
+        "With alpha = 1/(1 + w) and gamma = 1 - alpha^2 + u, lambda_thres^2 - lambda_up^2 has the "
+        "sign of a polynomial in w, u > 0 without a negative coefficient.",
+        proved=True,
+    )
+
+
+@claim(
+    "TH-05",
+    quote="M contains only one solution and every solution with g_n(t)>0 is asymptotically "
+    "approaching the inverted spinning solution",
+    where="Corollary 1",
+    definition="M and solutions with the given lambda, here twice lambda_thres of the toy",
+    control={"candidates": (INVERTED,)},
+)
+def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding:
+    """M contains one solution only, and every solution with g_n > 0 approaches it."""
+    found = [_NAMES[side] for side in candidates if _stays(_spin(side))]
+    steady = "in M, with g_n = m g, for ever: " + " and ".join(found)
+    return all_of(
+        {
+            "one solution in M": statement(len(found) == 1, "only one", steady),
+            "every solution approaches it": statement(
+                "the upright spin" not in found, "every solution", steady
+            ),
+        },
+        "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
+        "every lambda; it is unstable, but it, and the motions on its stable manifold, do not "
+        "invert. Only one stable solution remains, which is what Theorem 1.1 says.",
+    )
+
+
+def _spin(side: int) -> Motion:
+    """The spin k = side z with twice the toy's lambda_thres."""
+    known = Run().thresholds
+    body = Run().body(known.context)
+    lambda_ = 2 * known.quantities["lambda_thres"].value
+    spin = lambda_ / (body.R * (1 - side * body.alpha))
+    zero = known.context.mpf(0)
+    state = NewtonState(zero, zero, zero + side, zero, zero, spin, zero, zero)
+    return Motion(body, state, known.context)
+
+
+def _stays(q: Motion) -> bool:
+    """Whether a state is steady and carried by the table."""
+    weight = q.body.m * q.body.g
+    carried = abs(QUANTITIES["g_n"].evaluate(q) / weight - 1) < q.fn.mpf(10) ** -30
+    return bool(carried and not any(newton.rates(q.body, q.state)))
+
+
+@claim(
+    "TH-06",
+    quote="(L,3,v_A)=(lambda/(R(1+alpha)) z, z, 0)",
+    where="Corollary 1 and, again, the end of Sec. 1",
+    definition="the state must have the lambda it is named after",
+    control={"axis": -1},
+)
+def inverted_state(axis: int = 1) -> Finding:
+    """The inverted spinning solution as printed."""
+    import sympy
+
+    R, alpha, lambda_ = sympy.symbols("R alpha lambda", positive=True)
+
+    def has_its_lambda(k: int) -> Check:
+        spin, arm = lambda_ / (R * (1 + alpha)), R * (alpha * k - 1)
+        ratio = sympy.factor(sympy.simplify(-spin * arm / lambda_))
+        sign = "z" if k > 0 else "-z"
+        return statement(ratio == 1, f"3 = {sign}", f"-L.a = {ratio}*lambda")
+
+    return misprint(
+        has_its_lambda(axis),
+        has_its_lambda(-1),
+        "(lambda/(R(1+alpha)) z, -z, 0)",
+        "With 3 = z the state is an upright spin with too small a lambda; inverted means 3 = -z, "
+        "at both places.",
+        proved=True,
+    )
+
+
+@claim(
+    "TH-07",
+    quote="does not exclude existence of solutions having negative g_n(t)<0",
+    where="Remark 2",
+    definition="the toy with theta = 0.1, omega_3 = 155 rad/s and the given phi_dot",
+    control={"phi_dot": "0"},
+)
+def negative_normal_force(phi_dot: str = "-300") -> Finding:
+    """Solutions exist on which g_n becomes negative."""
+    run = Run(variant(phi_dot=phi_dot, until="2"))
+    solution = integrate(run.loaded, "double")
+    end = solution.t_end
+    ahead = solution.frame("g_n", times=[end * 0.999, end])["g_n"]
+    falling = solution.status == "contact_lost" and float(ahead.iloc[0]) > 1e-6 > float(
+        ahead.iloc[1]
+    )
+    lambda_ = run.thresholds.quantities
+    ratio = lambda_["lambda"].value / lambda_["lambda_thres"].value
+    known = proofs_of(LEAVES)
+    lost = known.contact_lost
+    proved = falling and lost is not None
+    when = decimal(lost.low, 12) if lost else "no time"
+    return all_of(
+        statement(
+            falling,
+            "g_n < 0 is possible",
+            f"g_n {'falls through 0' if falling else 'stays positive to'} at t = "
+            f"{decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
+        ),
+        f"At lambda = {decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
+        "continue with g_n < 0, where a real top has left the table."
+        + known.sentence(proved, f"in scene {LEAVES} g_n falls through a simple zero at {when} s"),
+        proved=proved,
+    )
+
+
+@claim(
+    "TH-16",
+    quote="sufficient conditions (Sec. 1); necessary conditions (Sec. 3)",
+    where="Sec. 1, before Theorem 1.1, and Sec. 3",
+    definition="inverts: theta beyond 3.1 rad within the horizon. Sufficient: toy starts with "
+    "lambda above both thresholds and g_n > 0 throughout. Necessary: a body with gamma = 0.65 < "
+    "1 - alpha, started at theta = 0.8 rad, phi_dot = 120, omega_3 = 47.6 rad/s",
+    control={"starts": ("60", "155")},
+)
+def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200")) -> Finding:
+    """The conditions of Theorem 1.1 are sufficient, and necessary, for inversion."""
+    runs = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
+    outside = integrate(variant(I1="0.26", theta="0.8", phi_dot="120", omega_3="47.6", until="40"))
+    on_table = [run for run in runs if run.status != "contact_lost"]
+    both = "sufficient (Sec. 1), necessary (Sec. 3)"
+    return readings(
+        {
+            "sufficient, for solutions with g_n > 0": statement(
+                bool(on_table) and all(map(_inverts, on_table)),
+                both,
+                "theta(40 s) = "
+                + ", ".join(decimal(run.state.theta, 6) for run in on_table)
+                + f"; contact lost by {len(runs) - len(on_table)}",
+            ),
+            "necessary": statement(
+                not _inverts(outside),
+                both,
+                f"with gamma < 1 - alpha theta(40 s) = {decimal(outside.state.theta, 6)}",
+            ),
+        },
+        "Section 1 says sufficient, section 3 necessary. Sufficient is right but for the upright "
+        "spin and its stable manifold; a start with large theta can invert without them.",
+    )
+
+
+def _inverts(run: Trajectory) -> bool:
+    return run.status == "complete" and run.state.theta > 3.1
+
+
+@claim(
+    "TH-14",
+    quote="For inverting solutions lim_{t->-inf} theta(t)=0 ... L(t)=L0 z",
+    definition="the reference solution continued to negative times; it is counted as having the "
+    "limit if it glides on to -45 s with theta at most twice its value at the start",
+    control={"run": Run(variant(theta="1e-9", mu="1e-6"))},
+    slow=True,
+)
+def limits_in_the_past(run: Run = REFERENCE) -> Finding:
+    """Inverting solutions come from the upright spin as t goes to minus infinity."""
+    found, again = past(run.scene), past(run.scene, 1e-10)
+    start = float(run.loaded.start.theta.offset)
+    end = Settled.of(found.t, again.t)
+    how = "contact is made at" if found.contact_lost else "still gliding at"
+    return all_of(
+        statement(
+            not found.contact_lost and found.theta <= 2 * start,
+            "theta -> 0, L -> L0 z",
+            f"{how} t = {measured_text(end)} s with theta = "
+            f"{decimal(found.theta, 4)} rad and {decimal(found.energy_ratio, 3)} times the energy",
+        ),
+        "Backwards in time friction feeds the gliding, E grows and the solution ends where g_n = "
+        "0. Only motions on the unstable manifold of the upright spin have the stated limits.",
+    )
+
+
+@claim(
+    "TH-15",
+    quote="lim_{t->inf} theta(t)=pi ... L(t)=L1 z",
+    definition=f"the reference solution continued to {TIMES[-1]} s; it tends to a limit if the "
+    f"distance falls at least tenfold between {', '.join(TIMES)} s",
+    control={"run": Run(variant(omega_3="60"))},
+)
+def limits_in_the_future(run: Run = REFERENCE) -> Finding:
+    """The reference solution tends to theta = pi and L = L1 z."""
+    checks = {name: _falling(away) for name, away in _distances(run).items()}
+    if not checks:
+        lost = statement(False, "tends to its limit", "leaves the table before")
+        checks = {"theta": lost}
+    known = proofs_of(run.scene)
+    proved = known.inverts and all(check.holds for check in checks.values())
+    return all_of(
+        checks,
+        "The approach is exponential, and the inverted spin with this lambda attracts (TH-01)."
+        + known.sentence(proved, "theta -> pi, L -> L1 z, D -> D1, E~ -> E~1"),
+        proved=proved,
+    )
+
+
+@claim(
+    "SUM-03",
+    quote="all pairs D(t), E~(t) satisfy the same asymptotic conditions",
+    definition="solutions of the toy with the reference lambda: phi_dot(0) = "
+    f"{', '.join(PRECESSIONS)} rad/s with omega_3(0) to match, the inverting ones; forwards as in "
+    "TH-15, backwards as in TH-14",
+    control={"pasts": ()},
+    slow=True,
+)
+def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Finding:
+    """All inverting solutions with one lambda share the limits of (D, E~) at both ends of time."""
+    checks: dict[str, Check] = {}
+    for phi_dot in PRECESSIONS:
+        away = _distances(Run(_with_the_same_lambda(phi_dot)))
+        if away:
+            parts = [_falling(away[name]) for name in ("D", "E_tilde")]
+            checks[f"t -> inf, phi_dot(0) = {phi_dot}"] = statement(
+                all(part.holds for part in parts),
+                "D -> D1, E~ -> E~1",
+                ", ".join(part.measured for part in parts),
+            )
+    for phi_dot in pasts:
+        found = past(_with_the_same_lambda(phi_dot))
+        checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = statement(
+            not found.contact_lost,
+            "D -> D0, E~ -> E~0",
+            f"begins at t = {decimal(found.t, 6)} s, where g_n = 0",
+        )
+    return all_of(
+        checks,
+        "The values for t to plus infinity follow from lambda alone. Those for minus infinity "
+        "belong to motions on the unstable manifold of the upright spin only (TH-14).",
+    )
+
+
+def _distances(run: Run) -> dict[str, list[float]]:
+    """Relative distances from the inverted spin with the same lambda at ``TIMES``.
+
+    Empty where the top leaves the table before.
+    """
+    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(rough())
+    if solution.status != "complete":
+        return {}
+    fn = solution.precision.context
+    body = run.body(fn)
+    lambda_ = fn.convert(run.lambda_)
+    limits = {
+        "theta": fn.pi,
+        "Lz": thresholds.L1(body, lambda_),
+        "D": thresholds.D1(body, lambda_, fn),
+        "E_tilde": thresholds.E1(body, lambda_),
+    }
+    table = solution.frame(*limits, times=TIMES)
+    return {
+        name: [float(abs(value / limit - 1)) for value in table[name]]
+        for name, limit in limits.items()
+    }
+
+
+def _falling(away: list[float]) -> Check:
+    holds = all(10 * later < earlier for earlier, later in pairwise(away))
+    shown = ", ".join(decimal(one, 2) for one in away)
+    return statement(holds, "tends to its limit", f"distances {shown}")
+
+
+def _with_the_same_lambda(phi_dot: str) -> Scene:
+    """The reference start with another phi_dot and the omega_3 that keeps lambda."""
+    scene = REFERENCE.loaded
+    fn = own_context(40)
+    convert = rounding_to(fn)
+    sine, cosine = scene.start.theta.sine_cosine(fn, convert)
+    body = scene.body
+    shift = convert(body.gamma * Fraction(phi_dot)) * sine**2 / (convert(body.alpha) - cosine)
+    omega_3 = convert(scene.start.omega_3) + shift
+    return variant(phi_dot=phi_dot, omega_3=fn.nstr(omega_3, 30))
+
+
+@claim(
+    "EQ-39",
+    quote="theta_dot=mu g_n R^2 (1-alpha cos theta)^2 nu_y/lambda",
+    definition="xi = I3 omega_3 - I1 phi_dot cos theta and its rate both zero",
+    control={"printed": SIMPLIFIED.replace("**2*nu_y", "*nu_y")},
+)
+def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
+    """With xi = 0 throughout the motion, theta_dot is the printed expression."""
+    symbols = f.chart()
+    body, state = symbols.body, symbols.state
+    c, s = symbols.c, symbols.s
+    balanced = state._replace(omega_3=body.gamma * state.phi_dot * c)
+    rates = euler.rates(body, balanced, symbols)
+    xi_rate = (
+        body.I3 * rates.omega_3
+        - body.I1 * rates.phi_dot * c
+        + body.I1 * state.phi_dot * s * state.theta_dot
+    )
+    known = dict(f.names()) | {
+        "g_n": euler.normal_force(body, balanced, symbols),
+        "lambda_": euler.jellett(body, balanced, symbols),
+    }
+    claimed = body.I1 * state.phi_dot / s * (state.theta_dot - f.read(printed, known))
+    return all_of(
+        f.equal(claimed, xi_rate, f"theta_dot = {printed}"),
+        "Along eqs (3) and (4), xi_dot at xi = 0 is (I1 phi_dot/sin theta)(theta_dot - the printed "
+        "expression); eq (2) is not used and would be violated.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-40",
+    quote="providing a monotonously increasing theta(t) as a solution",
+    definition="theta_dot of the simplified equation with g_n and nu_y of the reference solution; "
+    "climb as in definition A",
+    control={"sign": -1},
+)
+def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
+    """The simplified equation makes theta increase monotonously."""
+    columns = ("theta_dot_simplified", "nu_y")
+    whole = run.sampled(columns)
+    tables = {
+        "wherever nu_y > 0": whole[whole["nu_y"] > 0],
+        "with the nu_y of the climb": run.during_the_climb(columns),
+        "with the nu_y of the whole solution": whole,
+    }
+    shares = {
+        name: float((sign * table["theta_dot_simplified"] > 0).mean())
+        for name, table in tables.items()
+    }
+    return readings(
+        {
+            name: statement(
+                share == 1,
+                "increasing",
+                f"theta_dot > 0 for {decimal(100 * share, 3)} % of the time",
+            )
+            for name, share in shares.items()
+        },
+        "theta_dot has the sign of nu_y, as g_n and lambda are positive; nu_y is negative in part "
+        "of the synchronisation phase and briefly at both ends of the climb.",
+    )
+
+
+@claim(
+    "TH-18",
+    quote="approximately satisfied in a certain neighborhood of the angle theta=pi/2",
+    definition="root mean square of xi against that of |L| while |theta - pi/2| < 0.3 rad, in the "
+    "reference solution",
+    control={"middle": 0.3},
+)
+def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Finding:
+    """xi = I3 omega_3 - I1 phi_dot cos theta is close to zero near theta = pi/2."""
+    table = run.sampled(("theta", "xi", "Lx", "Ly", "Lz"))
+    near = table[abs(table["theta"] - middle) < 0.3]
+    size = float((near["Lx"] ** 2 + near["Ly"] ** 2 + near["Lz"] ** 2).mean() ** 0.5)
+    xi = float((near["xi"] ** 2).mean() ** 0.5)
+    start = abs(table["xi"].iloc[0]) / abs(table["Lz"].iloc[0])
+    return all_of(
+        {"xi/|L|": approximate("xi approximately 0", xi, size, "xi/|L| =")},
+        f"At the start xi is {decimal(float(start), 3)} of |L|.",
+    )
+
+
+@claim(
+    "TH-02",
+    quote="lambda_thres = sqrt(m g R^3 alpha I3)(1+alpha)^2/sqrt(1+alpha-gamma)",
+    where="Theorem 1.1",
+    definition="the spin at which an eigenvalue of the gliding top, linearised numerically about "
+    "the inverted spin, crosses the imaginary axis",
+    control={"printed": THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3")},
+)
+def threshold_of_the_toy(printed: str = THRESHOLD, run: Run = REFERENCE) -> Finding:
+    """The formula for lambda_thres gives the spin at which inverted spin becomes stable."""
+    known = run.thresholds
+    independent = known.quantities["lambda_thres"].independent
+    value = evaluate(printed, run.body(known.context), known.context)
+    return all_of(
+        agrees(printed, value, independent, THRESHOLD_DIGITS),
+        "The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the "
+        "scene's friction, and again with another, which leaves the threshold where it is.",
+    )
+
+
+@claim(
+    "NT-02",
+    quote="comes to a standstill due to loss of energy caused by spinning friction",
+    control=None,
+)
+def slow_spin() -> Finding:
+    """A slowly spun top wobbles and stops, because of spinning friction."""
+    slow = Run(variant(omega_3="40", until="20")).trajectory()
+    energy = slow.frame("E_rot", times=[0, slow.t_end])["E_rot"]
+    left = decimal(100 * float(energy.iloc[1] / energy.iloc[0]), 3)
+    return all_of(
+        untestable("wobbles, comes to a standstill"),
+        "About the real toy. The paper's model has no spinning friction: lambda is constant, so no "
+        "motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, "
+        f"{left} % of the rotational energy is left after 20 s and theta is "
+        f"{decimal(float(slow.state.theta), 2)} rad: it does not invert.",
+    )
+
+
+@claim(
+    "NT-04",
+    quote="the Python 2.7 open source library SciPy",
+    where="Sec. 1, Figs 2 and 3",
+    control=None,
+)
+def software() -> Finding:
+    """The simulations were made with SciPy under Python 2.7."""
+    own = paper_odeint()
+    return all_of(
+        untestable("Python 2.7, SciPy"),
+        "Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA "
+        "as then, with default tolerances on eqs (2) to (7) keeps lambda to "
+        f"{decimal(own.jellett_drift, 2)} of its value, which fits the stated 1e-6 (NUM-03).",
+    )
+
+
+@claim(
+    "QUAL-01",
+    quote="theta(t) oscillates (meaning that theta_dot(t) changes sign many times)",
+    where="Abstract; Sec. 1; 2.1",
+    definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {MANY}",
+    control={"run": Run("smoothest")},
+)
+def oscillation(run: Run = REFERENCE) -> Finding:
+    """During the inversion theta oscillates: theta_dot changes sign many times."""
+    turns = run.turns
+    near, far = 0.2, math.pi - 0.2
+    inside = turns[(turns["theta"] > near) & (turns["theta"] < far)]
+    times = [0.0, *turns["t"]]
+    gap, begin = max((float(b - a), float(a)) for a, b in pairwise(times))
+    known = proofs_of(run.scene)
+    proved_turns = known.events("theta_min", "theta_max")
+    surely = (
+        None
+        if proved_turns is None
+        else count(proved_turns, "theta", Fraction(near), Fraction(far))
+    )
+    proved = surely is not None and all(number == len(inside) for number in surely)
+    return all_of(
+        statement(
+            len(inside) >= MANY,
+            "theta_dot changes sign many times",
+            f"{len(inside)} times during the inversion, {len(turns)} times in all",
+        ),
+        f"The longest time without a turning point is {decimal(gap, 3)} s, from "
+        f"{decimal(begin, 4)} s on."
+        + known.sentence(
+            proved, "there are exactly these turning points, all of them simple zeros"
+        ),
+        proved=proved,
+    )
+
+
+@claim(
+    "TH-17",
+    quote="dynamical system for 6 unknowns; dynamical system of 6 degrees of freedom",
+    where="Sec. 1; Sec. 3",
+    definition="degrees of freedom: coordinates of the configuration less contact constraints",
+    control={"printed": 7},
+)
+def number_of_unknowns(printed: int = 6) -> Finding:
+    """The equations are a system for 6 unknowns, or of 6 degrees of freedom."""
+    unknowns, freedoms = len(EulerState._fields), len(CONFIGURATION) - 1
+    return readings(
+        {
+            "unknown functions of time": statement(
+                unknowns == printed,
+                str(printed),
+                f"{unknowns}: {', '.join(EulerState._fields)}",
+            ),
+            "degrees of freedom of mechanics": statement(
+                freedoms == printed,
+                str(printed),
+                f"{freedoms}: 3 angles and 3 coordinates less the contact",
+            ),
+        },
+        "Section 1 counts first-order unknowns, section 3 calls the same number degrees of "
+        "freedom. That the system is not integrable is neither shown nor tested.",
+    )

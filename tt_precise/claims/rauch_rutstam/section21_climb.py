@@ -1,0 +1,625 @@
+"""Section 2.1: when the reference solution climbs, and how theta oscillates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from functools import partial
+from itertools import pairwise
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import (
+    DEFINITIONS,
+    FINE,
+    MANY,
+    REFERENCE,
+    Run,
+    Span,
+    rows_of,
+    variant,
+)
+from tt_precise.claims.evidence.motions import paper_odeint, state_errors
+from tt_precise.claims.evidence.proved import (
+    digits,
+    precession,
+    proofs_of,
+    reversal,
+    settles,
+)
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.verdicts import (
+    Check,
+    Finding,
+    Settled,
+    about,
+    all_of,
+    at_most_order,
+    decimal,
+    fraction_of,
+    measured_text,
+    misprint,
+    readings,
+    statement,
+)
+from tt_precise.golden.proofs import Interval
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.inversion import NEEDED
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.scene import Scene
+
+claim = claims_of(RAUCH_RUTSTAM, "2.1")
+DEFINITION = (
+    "A: zero of sign(phi_dot) times the distance from the pole, interpolated between the nearest "
+    "approaches to it. B: L.k = L.z before the climb, L.k = -L.z after it. C: the ends of the "
+    "interval around the climb in which phi_dot > 0."
+)
+START, END = "3.2", "7.87"
+TOP = "the maximum of theta nearest to pi"
+LARGE = 100  # rad/s
+ENDS = ("t_init", "t_end")
+BAND = (
+    "the band at a turning point of theta: the distance from it to the straight line between the "
+    "turning points before and after it"
+)
+EARLY = 20
+SINGULAR = 200  # rad/s, above omega_3(0)
+SCALES = {
+    "theta": "0.1",
+    "omega_3": "155",
+    "phi_dot": "200",
+    "theta_dot": "15",
+    "nu_x": "0.3",
+    "nu_y": "0.8",
+}
+PERTURBED_UNTIL = "10"  # s; 1 % of the range of phi_dot downwards puts the end off to 9.2 s
+
+
+@claim(
+    "NUM-04",
+    quote="initiation time t_{theta approx 0} approx 3.2 s",
+    definition=DEFINITION,
+    control={"printed": "3.4"},
+)
+def initiation_time(printed: str = START, run: Run = REFERENCE) -> Finding:
+    """The climb starts at about 3.2 s."""
+    times = _in_all_definitions("t_init", run)
+    values = [one.value for one in times.values()]
+    spread = decimal(max(values) - min(values), 2)
+    return _found(
+        printed,
+        times,
+        _proved("t_init", run),
+        f"The three definitions of the initiation time differ by {spread} s; the printed digit "
+        "resolves 0.1 s.",
+        run,
+    )
+
+
+@claim(
+    "NUM-05",
+    quote="ending time t_{theta approx pi} approx 7.87 s",
+    definition=f"{DEFINITION} And {TOP}, where the axis comes nearest to the pole.",
+    control={"printed": "7.88"},
+)
+def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
+    """The climb ends at about 7.87 s."""
+    times = _in_all_definitions("t_end", run)
+    times[TOP] = run.settled(_closest_to_the_pole)
+    off = min(abs(fraction_of(one) - Fraction(printed)) for one in times.values())
+    return _found(
+        printed,
+        times,
+        {**_proved("t_end", run), TOP: _highest(run)},
+        f"The nearest of them is off by {decimal(off, 2)} s. Section 2.1 itself says 7.86 s in two "
+        "other places.",
+        run,
+    )
+
+
+@claim(
+    "NUM-07",
+    quote="A climbing time is the quantity T_inv=t_{theta approx pi}-t_{theta approx 0}",
+    definition=f"T_inv = t_end - t_init; the printed times give {END} - {START}, which has the "
+    f"one decimal of {START}. {DEFINITION}",
+    control={"printed": "4.4"},
+)
+def climbing_time(printed: str = "4.7", run: Run = REFERENCE) -> Finding:
+    """The climbing time T_inv = t_end - t_init, from the first to the second reversal."""
+    return _found(
+        printed,
+        _in_all_definitions("duration", run),
+        _proved("duration", run),
+        f"The paper prints no number for T_inv; its two times give {END} - {START} = "
+        f"{decimal(Fraction(END) - Fraction(START), 3)} s.",
+        run,
+    )
+
+
+def _in_all_definitions(which: str, run: Run) -> dict[str, Settled]:
+    def timed(name: str) -> Settled:
+        return run.settled(lambda run: getattr(getattr(run.inversion, name), which))
+
+    return {reading: timed(name) for name, reading in DEFINITIONS.items()}
+
+
+def _proved(which: str, run: Run) -> dict[str, Interval | None]:
+    known = proofs_of(run.scene)
+    return {reading: known.moment(name, which) for name, reading in DEFINITIONS.items()}
+
+
+def _found(
+    printed: str,
+    times: dict[str, Settled],
+    intervals: dict[str, Interval | None],
+    note: str,
+    run: Run,
+) -> Finding:
+    def check(time: Scalar) -> Check:
+        return about(printed, time, "s")
+
+    checks = {reading: check(time) for reading, time in times.items()}
+    proved = all(settles(checks[one], check, intervals[one]) for one in checks)
+    shown = proofs_of(run.scene).sentence(
+        proved, f"each of these times {digits(intervals.values())}"
+    )
+    return readings(checks, note + shown, proved=proved)
+
+
+def _highest(run: Run) -> Interval | None:
+    """The proved time of the maximum of theta that is surely the highest."""
+    tops = proofs_of(run.scene).events("theta_max")
+    if not tops:
+        return None
+    highest = max(tops, key=lambda top: top["theta"])
+    others = (top["theta"].high for top in tops if top is not highest)
+    return highest["t"] if all(other < highest["theta"].low for other in others) else None
+
+
+def _closest_to_the_pole(run: Trajectory) -> Scalar:
+    tops = run.events[run.events["name"] == "theta_max"]
+    return max(zip(tops["theta"], tops["t"], strict=True))[1]
+
+
+@claim(
+    "NUM-06",
+    quote="during the climbing phase of TT between 3.2 and 7.86 seconds",
+    definition=f"both ends in each definition. {DEFINITION}",
+    control={"printed": ("3.2", "7.83")},
+)
+def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERENCE) -> Finding:
+    """The climbing phase lasts from 3.2 to 7.86 s."""
+    checks, known, proved = {}, proofs_of(run.scene), True
+    moments = {(name, which): known.moment(name, which) for name in DEFINITIONS for which in ENDS}
+    for name, reading in DEFINITIONS.items():
+        ends = [run.settled(partial(_moment, name, which)) for which in ENDS]
+        found = [about(one, end) for one, end in zip(printed, ends, strict=True)]
+        fits = [one.holds for one in found]
+        proved &= all(
+            settles(check, partial(about, one), moments[name, which])
+            for check, one, which in zip(found, printed, ENDS, strict=True)
+        )
+        checks[reading] = statement(
+            all(fits),
+            " to ".join(printed) + " s",
+            " to ".join(map(measured_text, ends)) + " s",
+        )
+    return readings(
+        checks,
+        "Each printed time counts as right within one unit of its last digit. The same section "
+        "gives the ending time as 7.87 s and as 7.86 s."
+        + known.sentence(proved, f"each of these times {digits(moments.values())}"),
+        proved=proved,
+    )
+
+
+@claim(
+    "NUM-08",
+    quote="the time required to accelerate phi_dot to about 80 rad/s needed for the climbing phase",
+    definition="phi_dot where L.k = L.z for the last time before the climb (initiation time B), "
+    "and at the maxima of theta before and after the initiation time A; at the minima of theta "
+    "between them phi_dot is singular",
+    control={"printed": "60"},
+)
+def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Finding:
+    """The climb starts when phi_dot has been accelerated to about 80 rad/s."""
+
+    def check(value: Scalar) -> Check:
+        return about(printed, value, "rad/s")
+
+    checks = {
+        name: check(run.settled(value))
+        for name, value in (
+            ("where L.k = L.z", _precession_where_aligned),
+            ("last maximum of theta before", lambda solution: _precession_at_top(solution, 0)),
+            ("first maximum of theta after", lambda solution: _precession_at_top(solution, 1)),
+        )
+    }
+    tops, climb = run.events("theta_max"), run.climb
+    courses = [
+        float(x) for x in tops["phi_dot"][(tops["t"] > climb.begin) & (tops["t"] < climb.end)]
+    ]
+    rises = sum(b > a for a, b in pairwise(courses))
+    intervals = precession(run.scene)
+    proved = all(
+        settles(found, check, interval)
+        for found, interval in zip(checks.values(), intervals, strict=True)
+    )
+    return readings(
+        checks,
+        f"At the maxima of theta in the climb phi_dot goes from {decimal(courses[0], 3)} to "
+        f"{decimal(courses[-1], 3)} rad/s, and rises in {rises} of {len(courses) - 1} steps."
+        + proofs_of(run.scene).sentence(proved, f"these three values {digits(intervals)}"),
+        proved=proved,
+    )
+
+
+@claim(
+    "QUAL-03",
+    quote="two moments of singular behaviour ... changes sign from large negative values to large "
+    "positive values",
+    where="Sec. 2.1; Summary c)",
+    definition="phi_dot at the turning point of theta next to the pole before and after the "
+    f"initiation and the ending time; large: its size is above {LARGE} rad/s",
+    control={"printed": (("-", "+"), ("+", "-"))},
+)
+def reversals(
+    printed: Sequence[tuple[str, str]] = (("-", "+"), ("-", "+")),
+    run: Run = REFERENCE,
+) -> Finding:
+    """At two moments phi_dot changes from large negative to large positive values."""
+    found = [_reversal(run, "theta_min", 0), _reversal(run, "theta_max", 1)]
+    signs = [tuple("+" if value > 0 else "-" for value in pair) for pair in found]
+    large = all(abs(value) > LARGE for pair in found for value in pair)
+    peaks = [*reversal(run.scene, "theta_min", "t_init"),
+             *reversal(run.scene, "theta_max", "t_end")]  # fmt: skip
+    proved = large and all(
+        peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
+        for peak, value in zip(peaks, (value for pair in found for value in pair), strict=True)
+    )
+    shown = "; ".join(f"from {decimal(a, 3)} to {decimal(b, 3)} rad/s" for a, b in found)
+
+    def says(wanted: Sequence[tuple[str, str]]) -> Check:
+        text = "; ".join(f"from {a} to {b}" for a, b in wanted)
+        same = [tuple(pair) for pair in wanted] == signs
+        return statement(large and same, text, shown)
+
+    return misprint(
+        says(printed),
+        says((("-", "+"), ("+", "-"))),
+        "from large negative to large positive values at the first moment, and from large "
+        "positive to large negative values at the second",
+        "The heights of these peaks are ill conditioned, their signs are not."
+        + proofs_of(run.scene).sentence(proved, f"the four peaks {digits(peaks)}"),
+        proved=proved,
+    )
+
+
+@claim(
+    "QUAL-04",
+    quote="theta takes locally minimal value close to 0 at t_init and locally maximal close to pi",
+    definition="the minimum of theta next to t_init and the maximum next to t_end, definition A; "
+    "close: within 0.01 rad; at the same moment: within half a nutation, 0.02 and 0.04 s",
+    control={"turns": ("theta_max", "theta_min")},
+)
+def nearest_to_the_poles(
+    turns: tuple[str, str] = ("theta_min", "theta_max"), run: Run = REFERENCE
+) -> Finding:
+    """theta is locally minimal and close to 0 at t_init, maximal and close to pi at t_end."""
+    checks = {}
+    for name, when, pole, half in (
+        (turns[0], "t_init", 0.0, 0.02),
+        (turns[1], "t_end", math.pi, 0.04),
+    ):
+        moment = float(getattr(run.inversion.A, when))
+        events = run.events(name)
+        nearest = min(range(len(events)), key=lambda i: abs(float(events["t"][i]) - moment))
+        t, theta = float(events["t"][nearest]), float(events["theta"][nearest])
+        checks[when] = statement(
+            abs(t - moment) < half and abs(theta - pole) < 0.01,
+            f"{name.replace('_', ' ')} close to {'pi' if pole else '0'} at {when}",
+            f"{decimal(abs(theta - pole), 3)} rad from the pole at {decimal(t, 6)} s",
+        )
+    return all_of(
+        checks, "How near it comes to the poles is a matter of chance: see the height of phi_dot."
+    )
+
+
+@claim(
+    "QUAL-05",
+    quote="sudden increase, by orders of magnitude, of oscillation amplitudes",
+    definition="half the distance of consecutive extrema of phi_dot (events), the largest within "
+    "0.1 s of the moment against the one a second earlier; orders of magnitude: at least 100 times",
+    control={"name": "omega_3"},
+)
+def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Finding:
+    """Near both moments the oscillation amplitudes grow suddenly by orders of magnitude."""
+    times, values = run.extrema(name)
+    swings = [(float(t), abs(b - a) / 2) for t, a, b in zip(times[1:], values, values[1:],
+                                                           strict=False)]  # fmt: skip
+    checks = {}
+    for when, moment in zip(("t_init", "t_end"), run.climb, strict=True):
+        near = max((swing for t, swing in swings if abs(t - moment) < 0.1), default=0.0)
+        earlier = [swing for t, swing in swings if abs(t - moment + 1) < 0.1]
+        before = max(earlier, default=near)
+        checks[when] = statement(
+            near > 100 * before,
+            "by orders of magnitude",
+            f"{decimal(before, 3)} a second before, {decimal(near, 3)} at {when}",
+        )
+    return all_of(
+        checks,
+        "The amplitude grows like the reciprocal of the nearest distance of the axis from the "
+        "pole; the largest value depends on how near it happens to come and is ill conditioned.",
+    )
+
+
+@claim(
+    "QUAL-25",
+    quote="three main phases separated by two moments",
+    definition="the middle of the nutation band: lower before t_init "
+    "than at the start, rising from t_init to t_end, within 0.05 rad of pi after t_end "
+    "(definition A)",
+    control={"run": Run("phi-dot-195")},
+)
+def three_phases(run: Run = REFERENCE) -> Finding:
+    """There are three phases, and theta climbs only after t_init."""
+    middles, climb = [(turn.t, turn.middle) for turn in run.band], run.climb
+    before = [middle for t, middle in middles if t < climb.begin]
+    during = [middle for t, middle in middles if climb.has(t)]
+    after = [middle for t, middle in middles if t > climb.end]
+    lowest = min(middles[: len(middles) // 2 + 1], key=lambda pair: pair[1])
+    furthest = max((math.pi - middle for middle in after), default=math.inf)
+    return all_of(
+        {
+            "synchronisation": statement(
+                len(before) >= MANY and before[-1] < before[0],
+                "theta does not climb before t_init",
+                f"{len(before)} turning points"
+                + (f", the middle falls from {decimal(before[0], 3)} to {decimal(before[-1], 3)} "
+                   "rad" if before else ""),
+            ),
+            "climb": statement(
+                all(b > a for a, b in pairwise(during)),
+                "theta climbs from t_init to t_end",
+                f"the middle rises from {decimal(during[0], 3)} to "
+                f"{decimal(during[-1], 4)} rad without a fall",
+            ),
+            "stabilisation": statement(
+                furthest < 0.05,
+                "theta near pi after t_end",
+                f"at most {decimal(furthest, 2)} rad away" if after else "not seen",
+            ),
+        },
+        f"The middle is lowest at {decimal(lowest[0], 6)} s, where the axis passes the pole.",
+    )  # fmt: skip
+
+
+def _moment(definition: str, which: str, run: Trajectory) -> Scalar:
+    return getattr(getattr(run.inversion, definition), which)
+
+
+def _precession_where_aligned(run: Trajectory) -> Scalar:
+    return run.at(run.inversion.B.t_init).phi_dot
+
+
+def _precession_at_top(run: Trajectory, place: int) -> Scalar:
+    events, moment = run.events, run.inversion.A.t_init
+    tops = events[events["name"] == "theta_max"]
+    before = tops["phi_dot"][tops["t"] < moment]
+    return before.iloc[-1] if place == 0 else tops["phi_dot"][tops["t"] > moment].iloc[0]
+
+
+def _reversal(run: Run, turn: str, which: int) -> tuple[float, float]:
+    """phi_dot at the turning points before and after the initiation or the ending time."""
+    moment = run.climb[which]
+    events = run.events(turn)
+    before, after = (events["phi_dot"][mask] for mask in (events["t"] < moment,
+                                                         events["t"] > moment))  # fmt: skip
+    return float(before.iloc[-1]), float(after.iloc[0])
+
+
+@claim(
+    "QUAL-02",
+    quote="a general form of a logistic type curve superposed with small amplitude oscillations",
+    definition="least-squares fit of pi/(1 + exp(-k (t - t0))) over the climb (definition A), "
+    "which shall leave at most 1 % of the variance; the middle of the band rises throughout; "
+    f"small: the band is narrower than pi/10; {BAND}",
+    control={"name": "omega_3"},
+)
+def logistic_curve(name: str = "theta", run: Run = REFERENCE) -> Finding:
+    """theta(t) has the form of a logistic curve with small oscillations about it."""
+    span = run.climb
+    rate, centre, left = _logistic_fit(name, run, span)
+    belts = [belt for belt in run.band if span.has(belt.t)]
+    falls = sum(b.middle < a.middle for a, b in pairwise(belts))
+    width = max(belt.width for belt in belts)
+    half = run.equator
+    return all_of(
+        {
+            "logistic": statement(
+                left <= 0.01,
+                "logistic type curve",
+                f"k = {rate:.2f} 1/s, t0 = {centre:.2f} s leave {100 * left:.2g} % of the variance",
+            ),
+            "middle of the band": statement(
+                falls == 0, "rises", f"falls {falls} of {len(belts) - 1} times"
+            ),
+            "oscillations": statement(
+                width < math.pi / 10,
+                "small amplitude",
+                f"the band is at most {decimal(width, 3)} rad wide",
+            ),
+        },
+        f"The curve is not symmetric: theta needs {decimal(half - span.begin, 3)} s to pi/2 and "
+        f"{decimal(span.end - half, 3)} s from there.",
+    )
+
+
+@claim(
+    "QUAL-08",
+    quote="widening of the nutational band when theta(t) is crossing pi/2",
+    definition=BAND + "; as in the text, large theta_dot stands for a wide band",
+    control={"widest": 0.78},
+)
+def nutation_band(widest: float = math.pi / 2, run: Run = REFERENCE) -> Finding:
+    """The nutation band widens when theta crosses pi/2 and narrows near the south pole."""
+    belts = run.band
+    at = min(belts, key=lambda belt: abs(belt.middle - widest))
+    start = min(belts, key=lambda belt: abs(belt.t - run.climb.begin))
+    last, widest_one = belts[-1], max(belts, key=lambda belt: belt.width)
+    fastest = run.extreme("theta_dot", largest=True)
+    times, speeds = run.extrema("theta_dot")
+    when, half = float(times[speeds.argmax()]), run.equator
+    return readings(
+        {
+            "wider than at t_init and at the end": statement(
+                at.width > max(start.width, last.width),
+                "widening, then narrowing",
+                f"{decimal(start.width, 3)} rad at t_init, {decimal(at.width, 3)} rad at "
+                f"theta = {decimal(at.middle, 3)}, {decimal(last.width, 2)} rad at the end",
+            ),
+            "widest there": statement(
+                abs(widest_one.middle - widest) < 0.1,
+                f"widest at theta = {decimal(widest, 3)}",
+                f"widest, {decimal(widest_one.width, 3)} rad, at theta = "
+                f"{decimal(widest_one.middle, 3)} ({decimal(widest_one.t, 4)} s)",
+            ),
+        },
+        f"The largest theta_dot, {decimal(fastest.value, 5)} rad/s, comes at "
+        f"{decimal(when, 4)} s, and theta first passes pi/2 at {decimal(half, 4)} s.",
+    )
+
+
+def _logistic_fit(name: str, run: Run, span: Span) -> tuple[float, float, float]:
+    """Rate (1/s), centre (s), and the share of the variance that the fitted curve leaves."""
+    import numpy
+    from scipy.optimize import least_squares
+
+    times = numpy.linspace(span.begin, span.end, 2000)
+    values = run.columns([name], list(times))[name]
+
+    def rest(parameters: Array) -> Array:
+        rate, centre = parameters
+        # the logistic curve as a tanh, which cannot overflow
+        return values - math.pi / 2 * (1 + numpy.tanh(rate * (times - centre) / 2))
+
+    found = least_squares(rest, (2.0, span.begin + span.length / 2))
+    rate, centre = (float(x) for x in found.x)
+    return rate, centre, float((found.fun**2).mean() / values.var())
+
+
+@claim(
+    "QUAL-06",
+    quote="the existence of singular behaviour is not affected by small perturbations of IC",
+    definition="each start value in turn changed by plus and minus 1 % of its value (theta, "
+    "omega_3) or of its range in section 2.2; singular behaviour: a reversal in definition A at "
+    f"both ends of the climb, with |phi_dot| above {SINGULAR} rad/s within 0.1 s of each",
+    control={"share": "1"},
+)
+def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Finding:
+    """The singular behaviour at both moments survives small changes of the start."""
+    starts = list(_perturbed(Fraction(share), run))
+    runs = [integrate(start, events=NEEDED) for _, start in starts]
+    peaks = [_peaks(run) for run in runs]
+    singular = [pair for pair in peaks if pair and all(one > SINGULAR for one in pair)]
+    least = min((min(pair) for pair in singular), default=0.0)
+    highest = max((max(pair) for pair in singular), default=0.0)
+    begins = [
+        (float(run.inversion.A.t_init), name)
+        for (name, _), run, pair in zip(starts, runs, peaks, strict=True)
+        if pair
+    ]
+    spread = f"{decimal(min(begins)[0], 3)} to {decimal(max(begins)[0], 3)} s" if begins else "none"
+    own = run.climb.begin
+    farthest = max(begins, key=lambda pair: abs(pair[0] - own))[1] if begins else "nothing"
+    return all_of(
+        statement(
+            len(singular) == len(starts),
+            "not affected",
+            f"{len(singular)} of {len(starts)} perturbed starts show both reversals, "
+            f"with |phi_dot| of at least {decimal(least, 3)} rad/s",
+        ),
+        f"The peaks go up to {decimal(highest, 3)} rad/s. t_init is {spread}, farthest from the "
+        f"reference's where {farthest}(0) is changed.",
+    )
+
+
+@claim(
+    "QUAL-07",
+    quote="values attained at t_init are taken as initial conditions, theta(t) climbs immediately",
+    definition="starts at the states of the reference solution (double-double) at t_init in "
+    "definitions A, B and C; immediately: no initiation time but 0 in definition A, and the middle "
+    f"of the nutation band rises over the first {EARLY} turning points",
+    control={"before": "1"},
+)
+def restart(before: str = "0", run: Run = REFERENCE) -> Finding:
+    """Started from its state at t_init the top climbs at once."""
+    whole = run.equator
+    checks = {}
+    for name, reading in DEFINITIONS.items():
+        again = Run(_restarted(run, name, Fraction(before)))
+        t_init = again.inversion.A.t_init
+        early = [turn.middle for turn in again.band[:EARLY]]
+        checks[reading] = statement(
+            t_init == 0 and all(b > a for a, b in pairwise(early)),
+            "climbs immediately",
+            f"t_init = {'none' if t_init is None else decimal(t_init, 4)} s, theta passes "
+            f"pi/2 after {decimal(again.equator, 5)} s",
+        )
+    return all_of(checks, f"The reference start itself needs {decimal(whole, 5)} s to pass pi/2.")
+
+
+def _perturbed(share: Fraction, run: Run) -> Iterator[tuple[str, Scene]]:
+    start = run.loaded.start
+    for name, scale in SCALES.items():
+        value = start.theta.offset if name == "theta" else getattr(start, name)
+        for sign in (1, -1):
+            changed = value + sign * share * Fraction(scale)
+            if name != "theta" or changed > 0:
+                yield name, variant(run.scene, **{name: str(changed), "until": PERTURBED_UNTIL})
+
+
+def _peaks(run: Trajectory) -> tuple[float, float] | None:
+    """The largest |phi_dot| at turning points near both reversals; None without the two."""
+    climb = run.inversion.A
+    if not climb.t_init or climb.t_end is None:
+        return None
+    turns = rows_of(run, "theta_min", "theta_max")
+    found = []
+    for moment in (climb.t_init, climb.t_end):
+        near = turns["phi_dot"][abs(turns["t"] - moment) < 0.1]
+        found.append(float(abs(near).max()))
+    return found[0], found[1]
+
+
+def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
+    solution = run.trajectory(FINE)
+    texts = solution.at(getattr(solution.inversion, definition).t_init - float(before)).as_text()
+    names = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+    values = {name: text for name in names if (text := texts[name]) is not None}
+    return variant(run.scene, **values, until="6")
+
+
+@claim(
+    "NUM-03",
+    quote="is constant with precision of order 1e-6 lambda",
+    definition="largest |lambda(t)/lambda(0) - 1| over 0..8 s, output every 0.01 s; the paper's "
+    "own way is SciPy's odeint with default tolerances on eqs (2) to (7) in SI",
+    control={"printed": "1e-9"},
+    slow=True,
+)
+def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Finding:
+    """The computed solution keeps Jellett's integral to about 1e-6 of its value."""
+    own, off = paper_odeint(run.scene), state_errors(run.scene)
+    checks = {"odeint": at_most_order(printed, own.jellett_drift)}
+    for precision in ("double", FINE):
+        solution = run.trajectory(precision)
+        checks[solution.precision.name] = at_most_order(printed, solution.drift["jellett"])
+    return all_of(
+        checks,
+        "For the state 1e-6 in lambda meant less: in the odeint run theta was off by up to "
+        f"{decimal(off['theta'], 1)} rad, theta_dot by {decimal(off['theta_dot'], 1)} rad/s, "
+        f"omega_3 by {decimal(off['omega_3'], 1)} rad/s, and phi_dot at one output time by "
+        f"{decimal(off['phi_dot'], 1)} rad/s.",
+    )

@@ -1,0 +1,428 @@
+"""Section 2.1: gliding of the reference solution, and the numbers of its start."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import (
+    REFERENCE,
+    Run,
+    Span,
+    variant,
+)
+from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
+from tt_precise.claims.verdicts import (
+    Check,
+    Finding,
+    Settled,
+    about,
+    all_of,
+    approximate,
+    decimal,
+    misprint,
+    readings,
+    rounds_to,
+    statement,
+    untestable,
+)
+from tt_precise.integration import Trajectory
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import load_scene
+
+claim = claims_of(RAUCH_RUTSTAM, "2.1")
+LATER = "10"  # s, to see enough nutations behind the climb
+PERIOD = "a nutation period is the time from one maximum of theta to the next"
+
+
+@claim(
+    "TH-19",
+    quote="1-alpha^2<gamma<1 ... They satisfy the rationality condition",
+    control={"printed": CORRECT_CONDITION},
+)
+def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) -> Finding:
+    """The toy has 1 - alpha^2 < gamma < 1 and satisfies the printed rationality condition."""
+    body = run.loaded.body
+    gamma, sigma, alpha = body.gamma, body.sigma, body.alpha
+    between = 1 - alpha**2 < gamma < 1
+
+    def satisfied(text: str) -> Check:
+        value = f.read(text, {"gamma": gamma, "alpha": alpha})
+        both = f"m R^2/I3 = {decimal(sigma, 6)}, {text} = {decimal(value, 6)}"
+        return statement(between and sigma == value, f"m R^2/I3 = {text}", both)
+
+    return misprint(
+        satisfied(printed),
+        satisfied(CORRECT_CONDITION),
+        f"m R^2/I3 = {CORRECT_CONDITION}",
+        f"Exact: gamma = {gamma} lies between 1 - alpha^2 = {1 - alpha**2} and 1.",
+        proved=True,
+    )
+
+
+@claim(
+    "NUM-01",
+    quote="initial conditions (IC) with lambda approx 2 lambda_thres",
+    control={"run": Run(variant(omega_3="200"))},
+)
+def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Finding:
+    """lambda of the reference start is about twice the threshold."""
+    found = run.thresholds.quantities
+    ratio = found["lambda"].value / found["lambda_thres"].value
+    check = found["lambda"].independent / found["lambda_thres"].independent
+    return all_of(
+        about(printed, Settled.of(ratio, check), "lambda_thres"),
+        f"lambda = {decimal(found['lambda'].value, 12)} kg m^3/s and lambda_thres = "
+        f"{decimal(found['lambda_thres'].value, 12)} kg m^3/s.",
+    )
+
+
+@claim(
+    "NT-01",
+    quote="realistic values ... close to the parameter values used ... by other authors",
+    control=None,
+)
+def realistic_values() -> Finding:
+    """The parameters are those of a typical toy, close to other authors' values."""
+    body = load_scene("reference").body
+    inertia = body.m * body.R**2
+    return all_of(
+        untestable("realistic, close to [Coh, Ued]"),
+        "The values of the authors cited are not in the paper, and close has no measure. The body "
+        f"itself is possible: I1 = {decimal(body.I1 / inertia, 4)}, I3 = "
+        f"{decimal(body.I3 / inertia, 4)} m R^2 with I3 < 2 I1, m = {decimal(1000 * body.m, 2)} g, "
+        f"R = {decimal(100 * body.R, 2)} cm. mu = 0.3 lacks its unit, s/m.",
+    )
+
+
+@claim(
+    "NUM-36",
+    quote="its values increase by about two orders of magnitude; by 1-2 orders of magnitude",
+    where="Sec. 2.1; Summary d)",
+    definition="decimal logarithm of the ratio of nu_y in the climb (initiation to ending time, "
+    "definition A) to nu_y before it: of the largest values of |nu_y|, of the means, and of the "
+    "largest value in the climb to the first local maximum; 1-2 orders: 1 to 2; about two: 1.5 to "
+    "2.5",
+    control={"orders": (3.5, 4.5), "summary": (3.5, 4.5)},
+)
+def growth_of_nu_y(
+    orders: tuple[float, float] = (1.5, 2.5),
+    summary: tuple[float, float] = (1, 2),
+    run: Run = REFERENCE,
+) -> Finding:
+    """In the climb nu_y is one to two (summary), or about two (section 2.1), orders larger."""
+    before, during = run.synchronisation, run.climb
+    first = next(value for value in run.extrema("nu_y")[1] if value > 0)
+    peak, earlier = (_largest_size("nu_y", run, span) for span in (during, before))
+    means = [run.mean("nu_y", span) for span in (during, before)]
+    ratios = {
+        "largest values": peak / earlier,
+        "means": means[0] / means[1],
+        "largest against the first maximum": peak / first,
+    }
+    checks = {}
+    for what, bounds in (("Summary", summary), ("section 2.1", orders)):
+        for name, ratio in ratios.items():
+            size = math.log10(ratio)
+            checks[f"{what}, {name}"] = statement(
+                bounds[0] <= size <= bounds[1],
+                f"{bounds[0]} to {bounds[1]} orders",
+                f"factor {decimal(ratio, 4)}, {size:.2f} orders",
+            )
+    return readings(checks, "The two sentences state different factors.")
+
+
+@claim(
+    "QUAL-19",
+    quote="initially nu_x is positive and has larger value than nu_y that oscillates close to 0",
+    definition="initially: until nu_x first vanishes; larger: no crossing of the two before; "
+    "close to 0: the mean of nu_y is below a fifth of that of nu_x and it changes sign",
+    control={"larger": "nu_y", "smaller": "nu_x"},
+)
+def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) -> Finding:
+    """At first nu_x is positive and above nu_y, which oscillates close to zero."""
+    until = float(run.events(f"{larger}_zero")["t"].iloc[0])
+    crossing = float(run.events("nu_crossing")["t"].iloc[0])
+    span = Span(0.0, until)
+    means = {name: run.mean(name, span) for name in (larger, smaller)}
+    changes = len(run.zeros(smaller, span))
+    at = decimal(until, 5)
+    size = _largest_size(smaller, run, run.synchronisation)
+    return all_of(
+        {
+            f"{larger} > 0": statement(means[larger] > 0, "positive", f"until {at} s"),
+            f"{larger} > {smaller}": statement(
+                crossing > until, "larger", f"until {decimal(crossing, 5)} s"
+            ),
+            f"{smaller} close to 0": statement(
+                changes > 1 and abs(means[smaller]) < means[larger] / 5,
+                "oscillates close to 0",
+                f"mean {decimal(means[smaller], 3)} against {decimal(means[larger], 3)} "
+                f"m/s until {at} s, {changes} changes of sign",
+            ),
+        },
+        f"The oscillation of {smaller} grows before the climb, to {decimal(size, 2)} m/s.",
+    )
+
+
+@claim(
+    "QUAL-20",
+    quote="the graph of nu_y(t) crosses the graph of nu_x(t) at about 3.2 s; from below",
+    where="Sec. 2.1; Summary d)",
+    definition="events nu_y = nu_x at which nu_y - nu_x rises, before mid-climb",
+    control={"printed": "3.5"},
+)
+def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
+    """nu_y crosses nu_x from below at the initiation time."""
+    crossings = _crossings(run, rising=True, early=True)
+    start = run.climb.begin
+    nearest = min(crossings, key=lambda t: abs(t - start))
+    every = _crossings(run, early=True)
+    return readings(
+        {
+            "the crossing nearest to t_init": about(printed, nearest, "s"),
+            "the last crossing": about(printed, crossings[-1], "s"),
+            "the first crossing": about(printed, crossings[0], "s"),
+        },
+        f"There is not one crossing but {len(every)}, both ways, between {decimal(every[0], 5)} "
+        f"and {decimal(every[-1], 5)} s; from the last one on nu_y stays above.",
+    )
+
+
+@claim(
+    "QUAL-21",
+    quote="from this moment the minimal of nu_y(t) are consistently higher than the minima of nu_x",
+    definition=f"{PERIOD}; the least values of nu_x and nu_y in each period of the climb",
+    control={"higher": "nu_x", "lower": "nu_y"},
+)
+def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = REFERENCE) -> Finding:
+    """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima)."""
+    spans = run.nutations(run.climb)
+    above = _count_above(higher, lower, spans, run)
+    return all_of(
+        {
+            "in every nutation": statement(
+                0 < above == len(spans),
+                f"minima of {higher} above those of {lower}",
+                f"in {above} of {len(spans)} nutations of the climb",
+            )
+        },
+        'The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".',
+    )
+
+
+@claim(
+    "QUAL-22",
+    quote="during the climbing phase the oscillatory function nu_y(t) is positive",
+    definition=f"climb: initiation to ending time, definition A; {PERIOD}",
+    control={"name": "nu_x"},
+)
+def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
+    """nu_y is positive during the climb."""
+    climb = run.climb
+    below = run.share_below_zero(name, climb)
+    zeros = run.zeros(name, climb)
+    least = min(run.least_in([climb], name))
+    spans = run.nutations(climb)
+    averages = [run.mean(name, span) for span in spans]
+    middle = climb.begin + climb.length / 2
+    early = [t for t in zeros if t < middle]
+    late = [t for t in zeros if t > middle]
+    between = f"between {decimal(max(early), 5)} and {decimal(min(late), 5)} s" if late else ""
+    return readings(
+        {
+            "at every instant": statement(
+                below == 0,
+                "positive",
+                f"negative for {100 * below:.3g} % of the climb, down to {decimal(least, 4)} m/s",
+            ),
+            "averaged over each nutation": statement(
+                min(averages) > 0,
+                "positive",
+                f"least average {decimal(min(averages), 3)} m/s",
+            ),
+        },
+        f"Positive at every instant only {between}." if between else "It changes sign throughout.",
+    )
+
+
+@claim(
+    "QUAL-23",
+    quote="oscillations of nu_x(t) also increase and the mean value becomes slightly negative",
+    definition="oscillation: largest distance between consecutive extrema; slightly: the mean over "
+    "the climb is below a fifth of the largest oscillation",
+    control={"name": "nu_y"},
+)
+def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
+    """In the climb the oscillations of nu_x grow, and their mean is slightly negative."""
+    before, during = run.synchronisation, run.climb
+    swings = [_largest_swing(name, run, span) for span in (before, during)]
+    average = run.mean(name, during)
+    return all_of(
+        {
+            "oscillations": statement(
+                swings[1] > swings[0],
+                "increase",
+                f"from {decimal(swings[0], 3)} to {decimal(swings[1], 3)} m/s",
+            ),
+            "mean": statement(
+                -swings[1] / 5 < average < 0,
+                "slightly negative",
+                f"{decimal(average, 4)} m/s",
+            ),
+        },
+        f"Before the climb the mean is {decimal(run.mean(name, before), 3)} m/s.",
+    )
+
+
+@claim(
+    "QUAL-24",
+    quote="at about 7.86 s nu_y again crosses nu_x from above and minima of nu_y become lower",
+    definition="the last event nu_y = nu_x at which nu_y - nu_x falls; least values in each "
+    f"nutation after it; {PERIOD}",
+    control={"printed": "7.84"},
+)
+def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
+    """At the end of the climb nu_y crosses nu_x from above, and its minima lie lower then."""
+    falling = _crossings(run, rising=False, early=False)
+    last = run.settled(_last_falling_crossing)
+    longer = Run(variant(run.scene, until=LATER))
+    spans = longer.nutations(Span(falling[-1], float(LATER)))
+    lower = _count_above("nu_x", "nu_y", spans, longer)
+    shown = ", ".join(decimal(t, 5) for t in falling)
+    return all_of(
+        {
+            "time": about(printed, last, "s"),
+            "minima of nu_y": statement(
+                0 < lower == len(spans),
+                "lower than those of nu_x",
+                f"in {lower} of {len(spans)} nutations from there to {LATER} s",
+            ),
+        },
+        f"nu_y crosses nu_x from above at {shown} s; the last one is final.",
+    )
+
+
+def _crossings(run: Run, *, early: bool, rising: bool | None = None) -> list[float]:
+    events = run.events("nu_crossing")
+    climb = run.climb
+    middle = climb.begin + climb.length / 2
+    return [
+        float(t)
+        for t, direction in zip(events["t"], events["direction"], strict=True)
+        if (t < middle) == early and (rising is None or (direction > 0) == rising)
+    ]
+
+
+def _last_falling_crossing(run: Trajectory) -> Scalar:
+    events = run.events
+    return events["t"][(events["name"] == "nu_crossing") & (events["direction"] < 0)].iloc[-1]
+
+
+def _count_above(higher: str, lower: str, spans: list[Span], run: Run) -> int:
+    highs, lows = (run.least_in(spans, name) for name in (higher, lower))
+    return sum(high > low for high, low in zip(highs, lows, strict=True))
+
+
+def _largest_size(name: str, run: Run, span: Span) -> float:
+    return float(abs(run.extrema(name, span)[1]).max())
+
+
+def _largest_swing(name: str, run: Run, span: Span) -> float:
+    values = run.extrema(name, span)[1]
+    return max(abs(b - a) for a, b in pairwise(values))
+
+
+@claim(
+    "NUM-02",
+    quote="inverting solutions with lambda about 2 lambda",
+    definition="the factor between lambda of the reference start and what stands behind the 2",
+    control={"behind": "lambda_thres"},
+)
+def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Finding:
+    """The universal behaviour belongs to solutions whose lambda is about twice something."""
+    known = run.thresholds.quantities
+    ours = known["lambda"]
+    factors = {
+        name: Settled.of(ours.value / one.value, ours.independent / one.independent)
+        for name, one in known.items()
+        if name in ("lambda", "lambda_thres")
+    }
+    return misprint(
+        rounds_to("2", factors[behind]),
+        rounds_to("2", factors["lambda_thres"]),
+        "lambda about 2 lambda_thres",
+        "No lambda is twice itself.",
+    )
+
+
+@claim(
+    "NUM-14",
+    quote="oscillates about mg = 0.2",
+    where="Fig. 3, caption",
+    definition="m g of the toy top, N",
+    control={"printed": "0.3"},
+)
+def weight(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
+    """The weight of the toy top is 0.2 (N)."""
+    return all_of(
+        rounds_to(printed, run.weight, "N"),
+        "m g = 0.02 kg times 9.82 m/s^2; the caption leaves the unit out.",
+    )
+
+
+@claim(
+    "NUM-35",
+    quote="initially started with strong spin (here psi_dot(0) = 155 rad/s)",
+    definition="psi_dot = omega_3 - phi_dot cos(theta)",
+    control={"printed": "154"},
+)
+def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Finding:
+    """The spin about the axis is 155 rad/s at the start."""
+    return all_of(
+        rounds_to(printed, run.at("psi_dot", "0"), "rad/s"),
+        "It equals omega_3(0), because phi_dot(0) = 0.",
+    )
+
+
+@claim(
+    "SUM-01",
+    quote="sychronisation, monotononous, They asks",
+    where="Sec. 2.1, 2.2, Sec. 3",
+    control=None,
+)
+def spelling() -> Finding:
+    """Wording and spelling of the text."""
+    return all_of(
+        untestable("as quoted"),
+        "Nothing to compute. To correct: sychronisation, synchronatisation (synchronisation), "
+        "monotononous, monotonously (monotonically), transfered (transferred), 'the minimal of "
+        "nu_y' (minima), 'lambda approx 2 lambda' (2 lambda_thres), 'features that does not', 'its "
+        "derivative satisfy', 'related to of', 'They asks', 'plot b show'.",
+    )
+
+
+@claim(
+    "SUM-02",
+    quote="omega_3(0) approx phi_dot(0)+psi_dot(0) since ... cos theta approx 1",
+    definition="for |phi_dot(0)| up to 200 rad/s, the range of section 2.2, relative to omega_3(0)",
+    control={"run": Run(variant(theta="1.2"))},
+)
+def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> Finding:
+    """At the start omega_3 is about phi_dot + psi_dot, because cos theta is about 1."""
+    import math
+
+    start = run.loaded.start
+    cosine = math.cos(float(start.theta.offset))
+    error = float(phi_dot) * (1 - cosine)
+    return all_of(
+        {
+            "omega_3": approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
+            "cos theta": approximate("cos theta = 1", 1 - cosine, 1),
+        },
+        "omega_3 = psi_dot + phi_dot cos theta; for the reference start itself phi_dot(0) = 0 and "
+        "the two are equal.",
+    )

@@ -1,0 +1,373 @@
+"""Section 2.2: ranges, and starts that climb at once, integrated one by one."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import DEFINITIONS, FINE, REFERENCE, Run, variant
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.verdicts import (
+    Finding,
+    Settled,
+    about,
+    all_of,
+    at_most_order,
+    decimal,
+    fraction_of,
+    in_range,
+    measured_text,
+    misprint,
+    readings,
+    rounds_to,
+    statement,
+)
+from tt_precise.integration import Trajectory
+from tt_precise.integration.precision import precision_named
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import load_scene
+
+if TYPE_CHECKING:
+    import pandas
+
+claim = claims_of(RAUCH_RUTSTAM, "2.2")
+RANGES = (
+    "least and largest value over 0..8 s: extrema found as events, values in double-double with "
+    "the digits that extended arithmetic confirms"
+)
+STEPS = tuple(str(195 + half / 2) for half in range(11))
+SMOOTH_STARTS = "phi_dot(0) from 195 to 200 rad/s in steps of 0.5"
+TO_THE_POLE = 0.2  # rad; nearer to pi the oscillation at the end of the climb sets in
+SECANTS = 6  # steps; each multiplies the digits by 1.6, and the function is nearly a straight line
+AT_ONCE = 0.05  # rad
+VISIBLE = 1e-3  # rad; a third of a promille of a graph's height
+
+
+@claim(
+    "NUM-11", quote="nu_x(t) in [-0.3, 0.3]", definition=RANGES,
+    control={"printed": "0.2"},
+)  # fmt: skip
+def range_of_nu_x(printed: str = "0.3", run: Run = REFERENCE) -> Finding:
+    """The reference solution's nu_x varies within -0.3 to 0.3 m/s."""
+    return _range("nu_x", printed, run, "m/s")
+
+
+@claim(
+    "NUM-12", quote="nu_y(t) in [-0.8, 0.8]", definition=RANGES,
+    control={"printed": "0.9"},
+)  # fmt: skip
+def range_of_nu_y(printed: str = "0.8", run: Run = REFERENCE) -> Finding:
+    """The reference solution's nu_y varies within -0.8 to 0.8 m/s."""
+    return _range("nu_y", printed, run, "m/s")
+
+
+@claim(
+    "NUM-13", quote="theta_dot(t) in [-15, 15]", definition=RANGES,
+    control={"printed": "9"},
+)  # fmt: skip
+def range_of_theta_dot(printed: str = "15", run: Run = REFERENCE) -> Finding:
+    """The reference solution's theta_dot varies within -15 to 15 rad/s."""
+    return _range("theta_dot", printed, run, "rad/s")
+
+
+def _range(name: str, printed: str, run: Run, unit: str) -> Finding:
+    low = run.extreme(name, largest=False)
+    high = run.extreme(name, largest=True)
+    larger = max(low, high, key=lambda one: abs(fraction_of(one)))
+    size = Settled(abs(larger.value), larger.digits)
+    found = f"{measured_text(low)} to {measured_text(high)} {unit}"
+    inside = (in_range(f"-{printed}", printed, one, unit).holds for one in (low, high))
+    shown = f"-{printed} to {printed} {unit}"
+    excess = 100 * (float(size.value) / float(printed) - 1)
+    return readings(
+        {
+            "an interval that contains all values": statement(all(inside), shown, found),
+            "the largest absolute value, as printed": about(printed, size, unit),
+        },
+        f"The largest absolute value is {abs(excess):.1f} % "
+        f"{'above' if excess > 0 else 'below'} the printed bound; the range is not symmetric.",
+    )
+
+
+@claim(
+    "NUM-15",
+    quote="cos(theta) = 0.995, about 1",
+    definition="theta(0) = 0.1",
+    control={"printed": "0.996"},
+)
+def cosine(printed: str = "0.995", theta: str = "0.1") -> Finding:
+    """The cosine of 0.1 rad is 0.995."""
+    return all_of(rounds_to(printed, math.cos(float(theta))), "Correctly rounded.")
+
+
+@claim(
+    "NUM-16",
+    quote="sin(theta) = 0.01, about 0",
+    definition="theta(0) = 0.1",
+    control={"printed": "0.10"},
+)
+def sine(printed: str = "0.01", theta: str = "0.1") -> Finding:
+    """The sine of 0.1 rad is 0.01."""
+    sine = math.sin(float(theta))
+    return misprint(
+        rounds_to(printed, sine),
+        rounds_to("0.10", sine),
+        "sin(theta) = 0.10",
+        f"0.01 is the square of it, sin^2 = {decimal(sine**2, 3)}, which is what lambda contains.",
+    )
+
+
+@claim(
+    "NUM-17",
+    quote="affects the value of lambda as little as 1%",
+    definition="the change of lambda between phi_dot(0) = 0 and 200 rad/s, relative to lambda; "
+    "theta(0) = 0.1 and omega_3(0) = 155 rad/s stay as they are",
+    control={"printed": "0.1"},
+)
+def share_of_the_precession(printed: str = "1", phi_dot: str = "200") -> Finding:
+    """A precession of 200 rad/s at the start changes lambda by as little as 1 %."""
+    body, start = load_scene("reference").body, load_scene("reference").start
+    theta = float(start.theta.offset)
+    share = float(100 * body.I1 * Fraction(phi_dot) / (body.I3 * start.omega_3))
+    share *= math.sin(theta) ** 2 / (math.cos(theta) - float(body.alpha))
+    kept = share / 100 + 1 + float(phi_dot) * math.cos(theta) / float(start.omega_3)
+    return readings(
+        {
+            "of the order of 1 %": at_most_order(printed, share, "%"),
+            "1 %, correctly rounded": rounds_to(printed, share, "%"),
+        },
+        "(I1/I3)(phi_dot/omega_3) sin^2(theta)/(cos(theta) - alpha). With psi_dot(0) kept instead "
+        f"of omega_3(0), lambda would be multiplied by {decimal(kept, 4)}.",
+    )
+
+
+@claim(
+    "NUM-18",
+    quote="t_init goes to zero when phi_dot(0) is about 83.1",
+    definition="the phi_dot(0) with which the axis passes exactly through the pole at the first "
+    "minimum of theta: root of sign(phi_dot) theta there, which is smooth in phi_dot(0); beyond it "
+    "t_init = 0 in definitions A, B and C",
+    control={"printed": "83.2"},
+)
+def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> Finding:
+    """The initiation time vanishes when phi_dot(0) is about 83.1 rad/s."""
+    root = threshold(theta)
+    below, above = (initiations(theta, root.value, side) for side in (-1, 1))
+    shown = ", ".join(f"{name} {decimal(value, 3)}" for name, value in below.items())
+    return all_of(
+        {
+            "where t_init vanishes": rounds_to(printed, root, "rad/s"),
+            "t_init beyond": statement(
+                not any(above.values()), "0 s", "0 s in A, B and C"
+                if not any(above.values()) else str(above),
+            ),
+        },
+        "t_init does not go to zero but to the time of the first minimum of theta (just below the "
+        f"threshold: {shown} s), and jumps to zero from there.",
+    )  # fmt: skip
+
+
+@claim(
+    "NUM-31",
+    quote="the increase of theta(t) becomes monotonous starting from theta = 0.8",
+    definition=f"{SMOOTH_STARTS}, theta(0) = 0.1; the last turning point of theta below pi - "
+    f"{TO_THE_POLE}; monotony begins there: within {AT_ONCE} rad",
+    control={"printed": "0.3"},
+)
+def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
+    """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonously from 0.8 on."""
+    angles = [last_turn(theta, phi_dot)[1] for phi_dot in STEPS]
+    low, high = (decimal(angle, 4) for angle in (min(angles), max(angles)))
+    measured = f"theta turns for the last time at {low} to {high} rad"
+    return readings(
+        {
+            f"monotonous beyond {printed}": statement(
+                max(angles) <= float(printed), f"from theta = {printed}", measured
+            ),
+            f"monotony begins at {printed}": statement(
+                abs(max(angles) - float(printed)) < AT_ONCE,
+                f"begins at theta = {printed}",
+                measured,
+            ),
+        },
+        f"The last turning point lies {decimal(float(printed) - max(angles), 2)} rad below the "
+        "printed angle.",
+    )
+
+
+@claim(
+    "NUM-32",
+    quote="the increase of theta(t) is monotonous starting from time 0.3 s and angle 0.02",
+    definition=f"{SMOOTH_STARTS}, theta(0) = 0.01; turning points and falls of theta (from a "
+    f"maximum to the next minimum) after the printed time and below pi - {TO_THE_POLE}; a graph "
+    f"shows falls of {VISIBLE} rad at best",
+    control={"time": "0.9", "angle": "0.04"},
+)
+def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") -> Finding:
+    """With theta(0) = 0.01, theta grows monotonously from 0.3 s, 0.02 rad on."""
+    turns = [last_turn(theta, phi_dot) for phi_dot in STEPS]
+    times, angles = zip(*turns, strict=True)
+    falls = [_largest_fall(theta, phi_dot, float(time)) for phi_dot in STEPS]
+    return readings(
+        {
+            "no turning point after that": statement(
+                max(times) <= float(time) and max(angles) <= float(angle),
+                f"monotonous from {time} s, {angle} rad on",
+                f"turns for the last time at {decimal(min(times), 3)} to "
+                f"{decimal(max(times), 3)} s, {decimal(min(angles), 3)} to "
+                f"{decimal(max(angles), 3)} rad",
+            ),
+            "no fall that a graph shows": statement(
+                max(falls) < VISIBLE,
+                f"monotonous from {time} s on",
+                f"falls by at most {decimal(max(falls), 2)} rad",
+            ),
+        },
+        f"A fall of {decimal(max(falls), 1)} rad is {decimal(max(falls) / math.pi, 1)} of the "
+        "height of a graph of theta.",
+    )
+
+
+@claim(
+    "NUM-33",
+    quote="their ending time is about t_end = 7.77",
+    definition=f"{SMOOTH_STARTS}, theta(0) = 0.01; t_end in each definition, from the least to the "
+    "largest of these starts",
+    control={"printed": "7.9"},
+)
+def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> Finding:
+    """With theta(0) = 0.01 and phi_dot(0) in [195, 200] the climb ends at about 7.77 s."""
+    checks = {}
+    for name, reading in DEFINITIONS.items():
+        ends = [float(getattr(_run(theta, p).inversion, name).t_end) for p in STEPS]
+        checks[reading] = statement(
+            min(ends) <= float(printed) <= max(ends),
+            f"about {printed} s",
+            f"{decimal(min(ends), 4)} to {decimal(max(ends), 4)} s",
+        )
+    return readings(checks, "It varies that much with phi_dot(0).")
+
+
+@claim(
+    "NUM-34",
+    quote="their initiation time is zero",
+    definition=f"{SMOOTH_STARTS}, theta(0) = 0.1 and 0.01; t_init in definitions A, B and C",
+    control={"starts": ("82.5", "83")},
+)
+def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
+    """With phi_dot(0) in [195, 200] the initiation time is zero."""
+    found = {
+        (theta, phi_dot, name): getattr(_run(theta, phi_dot).inversion, name).t_init
+        for theta in ("0.1", "0.01")
+        for phi_dot in starts
+        for name in DEFINITIONS
+    }
+    zero = sum(t_init == 0 for t_init in found.values())
+    firsts = [
+        _first_minimum(_run(theta, one).trajectory()) for theta in ("0.1", "0.01") for one in starts
+    ]
+    positive = sum(one["phi_dot"] > 0 for one in firsts)
+    return all_of(
+        statement(
+            zero == len(found),
+            "t_init = 0",
+            f"0 in {zero} of {len(found)} cases (start and definition)",
+        ),
+        f"phi_dot > 0 at the first minimum of theta in {positive} of {len(firsts)} starts.",
+    )
+
+
+@claim(
+    "FIG-15",
+    quote="the behaviour of the dynamical variables is exceptionally smooth",
+    where="Fig. 8, caption",
+    definition="total variation (sum of all rises and falls between extrema found as events) of "
+    "theta_dot, nu_x, nu_y and g_n over 8 s, against starts with phi_dot(0) = 0, 50, 100 and 150; "
+    "exceptionally smooth: below a third of the least of theirs",
+    control={"phi_dot": "180"},
+    slow=True,
+)
+def exceptionally_smooth(phi_dot: str = "195") -> Finding:
+    """The solution with phi_dot(0) = 195 is exceptionally smooth."""
+    checks = {}
+    for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
+        here = _variation(name, phi_dot)
+        others = [_variation(name, other) for other in ("0", "50", "100", "150")]
+        checks[name] = statement(
+            3 * here < min(others),
+            "exceptionally smooth",
+            f"{decimal(here, 3)} against {decimal(min(others), 3)} to {decimal(max(others), 3)}",
+        )
+    return all_of(
+        checks,
+        "With phi_dot(0) = 200 the total variation of theta_dot is "
+        f"{decimal(_variation('theta_dot', '200'), 3)} rad/s.",
+    )
+
+
+def _run(theta: str, phi_dot: str) -> Run:
+    return Run(variant(theta=theta, phi_dot=phi_dot, until="9"))
+
+
+@cache
+def threshold(theta: str) -> Settled:
+    """Root in phi_dot(0) of the signed first perigee, fine, with double's confirmation."""
+    fine, rough = (_root(theta, precision) for precision in (FINE, "double"))
+    return Settled.of(fine, rough)
+
+
+def _root(theta: str, precision: str) -> Scalar:
+    fn = precision_named(precision).context
+    left, right = fn.mpf(83), fn.mpf("83.2")
+    height = _signed_perigee(theta, left, precision)
+    for _ in range(SECANTS):
+        height, before = _signed_perigee(theta, right, precision), height
+        if height == before:
+            break
+        left, right = right, right - height * (right - left) / (height - before)
+    return right
+
+
+def _signed_perigee(theta: str, phi_dot: Scalar, precision: str) -> Scalar:
+    """sign(phi_dot) theta at the first minimum of theta."""
+    text = precision_named(precision).text(phi_dot)
+    run = Run(variant(theta=theta, phi_dot=text, until="0.05"))
+    first = _first_minimum(run.trajectory(precision))
+    return first["theta"] if first["phi_dot"] > 0 else -first["theta"]
+
+
+def _first_minimum(run: Trajectory) -> pandas.Series:
+    return run.events[run.events["name"] == "theta_min"].iloc[0]
+
+
+def initiations(theta: str, phi_dot: Scalar, side: int) -> dict[str, float]:
+    """t_init in A, B and C at ``phi_dot`` (moved by a millionth to one side)."""
+    moved = repr(float(phi_dot) * (1 + side * 1e-6))
+    inversion = _run(theta, moved).inversion
+    return {name: float(getattr(inversion, name).t_init) for name in DEFINITIONS}
+
+
+def _climbing_turns(theta: str, phi_dot: str) -> pandas.DataFrame:
+    turns = _run(theta, phi_dot).turns
+    ending = turns["theta"] > math.pi - TO_THE_POLE
+    return turns[: int(ending.argmax())] if ending.any() else turns
+
+
+def last_turn(theta: str, phi_dot: str) -> tuple[float, float]:
+    """Time (s) and angle of the last turning point of theta in the climb."""
+    last = _climbing_turns(theta, phi_dot).iloc[-1]
+    return float(last["t"]), float(last["theta"])
+
+
+def _largest_fall(theta: str, phi_dot: str, after: float) -> float:
+    turns = _climbing_turns(theta, phi_dot)
+    angles = [float(x) for x in turns["theta"][turns["t"] > after]]
+    return max((a - b for a, b in pairwise(angles)), default=0.0)
+
+
+def _variation(name: str, phi_dot: str) -> float:
+    return sum(Run(variant(phi_dot=phi_dot)).rises_and_falls(name))

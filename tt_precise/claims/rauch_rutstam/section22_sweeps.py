@@ -1,0 +1,627 @@
+"""Section 2.2: how the solutions change with their start."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import variant
+from tt_precise.claims.evidence.sweeps import (
+    ALONE,
+    AMPLITUDES,
+    CONTACTS,
+    HORIZON,
+    both_ways,
+    climbed,
+    counted,
+    greatest,
+    losing_contact,
+    number,
+    reference,
+    share,
+    starts,
+    width,
+)
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.rauch_rutstam.section22_starts import last_turn
+from tt_precise.claims.verdicts import Check, Finding, about, all_of, readings, statement
+from tt_precise.mechanics.conversion import vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.quantities import E, Motion, jellett
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
+
+if TYPE_CHECKING:
+    import pandas
+
+claim = claims_of(RAUCH_RUTSTAM, "2.2")
+ABC = ("A", "B", "C")
+T_INIT = (
+    "t_init in the definitions A (signed perigee), B (L.k = L.z) and C (phi_dot > 0), 0 where the "
+    "climb is under way from the start."
+)
+VANISHES = "83.1"
+TREND = (
+    "Ranges of nu_x, nu_y and theta_dot along the trajectory, and the climbing time in definition "
+    f"A, from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s. {HORIZON}"
+)
+LIMITS = {"nu_x": "0.3", "nu_y": "0.8", "theta_dot": "15"}
+EVERY = (*ALONE, "box")
+TESTED = (
+    "nu_x(0) in [-0.3, 0.3], nu_y(0) in [-0.8, 0.8] and theta_dot(0) in [-15, 15] one at a time, "
+    "and 2,048 starts of the box of the three and phi_dot(0) in [-200, 200]."
+)
+INVERTS = '"Inverts": the climb ends, in definition A, within the horizon.'
+SMOOTH = "phi_dot, smooth"
+ENDS = ("195", "197.5", "200")
+CLOSE = "0.1"
+AMONG = (
+    f'"Close": at most {CLOSE} of it above the minimum. The minimum is taken among all starts with '
+    "the reference's theta(0) and lambda (over phi_dot, theta_dot, nu_x, nu_y; omega_3 follows "
+    "from lambda), and among all states with that lambda."
+)
+
+
+@claim(
+    "SWP-01", definition=T_INIT, control={"printed": "80.1"},
+    quote="An increase of phi_dot(0) from 0 to 83.1 shortens the length of the initial "
+    "synchronisation phase so that t_init goes to zero when phi_dot(0) = 83.1",
+)  # fmt: skip
+def shortened_to_zero(printed: str = VANISHES) -> Finding:
+    """From phi_dot(0) = 0 on t_init falls, and reaches zero at phi_dot(0) = 83.1 rad/s."""
+    coarse, fine = starts("phi_dot", "held"), starts("phi_dot near the end", "held")
+    last = fine[fine["t_init_A"] > 0].iloc[-1]
+    after = fine[fine["phi_dot"] > last["phi_dot"]].iloc[0]
+    lost = lost_between("0", str(fine["phi_dot"].max()))
+    rising = coarse[(coarse["phi_dot"] >= 0) & (coarse["phi_dot"] <= float(printed))]
+    checks = {}
+    for one in ABC:
+        steps = rising[f"t_init_{one}"].diff().iloc[1:]
+        checks[f"t_init_{one} falls"] = statement(
+            bool((steps < 0).all()),
+            "falls",
+            f"in {(steps < 0).sum()} of {len(steps)} steps of 0.5 rad/s",
+        )
+        zero = fine["phi_dot"][fine[f"t_init_{one}"] == 0].min()
+        checks[f"t_init_{one} is zero from"] = about(printed, zero, "rad/s")
+    return all_of(
+        checks,
+        f"At {number(last['phi_dot'])} rad/s t_init_A is {number(last['t_init_A'], 2)} s, and "
+        f"{number(after['t_init_A'], 2)} s at the next start, "
+        f"{number(after['phi_dot'] - last['phi_dot'], 3)} rad/s on. {lost} of these starts lose "
+        "contact.",
+    )
+
+
+@claim(
+    "SWP-02", definition=T_INIT, control={"beyond": "70"},
+    quote="With further increase of phi_dot(0) the synchronisation phase disappears",
+)  # fmt: skip
+def gone_beyond(beyond: str = VANISHES) -> Finding:
+    """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start."""
+
+    def check(one: str) -> Check:
+        rows = starts(("phi_dot", "phi_dot near the end"), "held")
+        rows = rows[rows["phi_dot"] > float(beyond)]
+        none = int((rows[f"t_init_{one}"] == 0).sum())
+        return statement(
+            0 < none == len(rows),
+            "no synchronisation",
+            f"{none} of {len(rows)} starts",
+        )
+
+    return readings(
+        {f"definition {one}": check(one) for one in ABC},
+        f"{lost_between(beyond, '200')} starts up to 200 rad/s lose contact.",
+    )
+
+
+@claim(
+    "SWP-03", control={"near": "200"},
+    definition="Climbing time in definition A.",
+    quote="With further increase of phi_dot(0) ... the climbing time is shortened",
+)  # fmt: skip
+def climb_shortened(near: str = "150", far: str = "200") -> Finding:
+    """Beyond phi_dot(0) = 83.1 rad/s the climbing time falls with phi_dot(0)."""
+    rows = starts("phi_dot", "held")
+    rows = rows[rows["phi_dot"] > float(VANISHES)]
+    least = rows.sort_values("climb_A").iloc[0]
+    quickest = {one: rows.sort_values(f"climb_{one}").iloc[0]["phi_dot"] for one in ABC}
+
+    def check(end: str) -> Check:
+        some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
+        return statement(
+            bool((some.diff().iloc[1:] < 0).all()),
+            "falls",
+            f"from {number(some.iloc[0])} s to {number(some.iloc[-1])} s at {end} rad/s",
+        )
+
+    return readings(
+        {f"up to {near} rad/s": check(near), f"up to {far} rad/s": check(far)},
+        f"The climbing time has a minimum, {number(least['climb_A'])} s at "
+        f"{number(least['phi_dot'])} rad/s, from where on it grows; in "
+        f"definition B it is at {number(quickest['B'])} rad/s, in C at {number(quickest['C'])}.",
+    )
+
+
+@claim(
+    "SWP-04", definition=f"t_init in definition A. {HORIZON}",
+    control={"peak": "0"},
+    quote="The initiation time also decreases as phi_dot(0) becomes negative",
+)  # fmt: skip
+def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
+    """t_init falls from phi_dot(0) = 0 towards negative phi_dot(0)."""
+    top = greatest(starts("phi_dot near the peak", "held"), "t_init_A")
+    every = starts("phi_dot", "unilateral")
+    lost = every[every["outcome"] == "contact_lost"]["phi_dot"].max()
+
+    def check(start: str, contact: str) -> Check:
+        rows = starts("phi_dot", contact)
+        rows = rows[rows["phi_dot"] <= float(start)].iloc[::-1]
+        steps = rows["t_init_A"].diff().iloc[1:]
+        return statement(
+            bool((steps < 0).all()),
+            "falls",
+            f"in {(steps < 0).sum()} of {len(steps)} steps, from "
+            f"{number(rows['t_init_A'].iloc[0])} s at {start} rad/s to "
+            f"{number(rows['t_init_A'].iloc[-1])} s at {number(rows['phi_dot'].iloc[-1])} rad/s",
+        )
+
+    return readings(
+        {
+            f"from {start} rad/s on, {reading}": check(start, contact)
+            for start in (first, peak)
+            for contact, reading in CONTACTS.items()
+        },
+        f"Left of zero t_init first rises, to {number(top['t_init_A'])} s at "
+        f"{number(top['phi_dot'])} rad/s. Starts with phi_dot(0) of {number(lost)} rad/s and less "
+        "lose contact.",
+    )
+
+
+@claim(
+    "SWP-05", control={"zero": "40"},
+    definition='"phi_dot(0) = 0" is read as the start itself, and as within 5 rad/s of it, a '
+    f"fortieth of the half range. {T_INIT}",
+    quote="Remarkably the IC with phi_dot(0) = 0 have the longest synchronisation phase for the "
+    "whole range [-200,200]",
+)  # fmt: skip
+def longest_at_zero(zero: str = "0") -> Finding:
+    """The longest initiation time of the range belongs to phi_dot(0) of about 0."""
+    rows = starts(("phi_dot", "phi_dot near the peak"), "through")
+    checks = {}
+    for one in ABC:
+        peak = greatest(rows, f"t_init_{one}")
+        shown = f"{number(peak[f't_init_{one}'])} s at {number(peak['phi_dot'])} rad/s"
+        distance = abs(peak["phi_dot"] - float(zero))
+        checks[f"near zero, {one}"] = statement(distance <= 5, "at about 0", shown)
+        checks[f"at zero itself, {one}"] = statement(distance == 0, "at about 0", shown)
+    return readings(
+        checks,
+        "The peak is sharp and lies beside zero, where t_init_A is "
+        f"{number(reference()['t_init_A'])} s.",
+    )
+
+
+@claim(
+    "SWP-07", where="Sec. 2.2, Summary", control={"series": "box"},
+    definition=f'"Inverts": the climb ends, in definition A, within the horizon. {HORIZON}',
+    quote="Numerical simulations confirm that all such sample solutions invert",
+)  # fmt: skip
+def all_invert(series: str = "phi_dot") -> Finding:
+    """Every start with phi_dot(0) in [-200, 200] inverts."""
+    return readings(
+        both_ways(series, inverting),
+        f"But {losing_contact(series)} lose contact on the way, and the theorem that the "
+        "paper appeals to says nothing about them.",
+    )
+
+
+def lost_between(low: str, high: str) -> str:
+    """How many starts with phi_dot(0) in a range lose contact: "0 of 201"."""
+    rows = starts(("phi_dot", "phi_dot near the end"), "unilateral")
+    inside = (rows["phi_dot"] >= float(low)) & (rows["phi_dot"] <= float(high))
+    return counted(rows[inside], "contact_lost")
+
+
+def inverting(rows: pandas.DataFrame) -> Check:
+    """Whether the climb of all rows ends, in definition A."""
+    count = int(rows["t_end_A"].notna().sum())
+    return statement(0 < count == len(rows), "all invert", f"{count} of {len(rows)} invert")
+
+
+@claim(
+    "SWP-15", definition=TREND, control={"upper": "0.4"},
+    quote="decreasing theta(0) below 0.1 reduces oscillations, smooths out solution curves and "
+    "increases the climbing time",
+)  # fmt: skip
+def flatter_is_calmer(upper: str = "0.1") -> Finding:
+    """Below theta(0) = 0.1 oscillations grow and the climbing time falls with theta(0)."""
+    rows, every = starts("theta", "through"), starts("theta", "unilateral")
+    return all_of(
+        _trend(rows[rows["theta"] <= float(upper)]),
+        f"{counted(every[every['theta'] <= float(upper)], 'contact_lost')} of these starts lose "
+        "contact.",
+    )
+
+
+@claim(
+    "SWP-16", definition=TREND, control={"upper": "0.13"},
+    quote="Increase of theta(0) makes amplitudes of oscillations larger and decreases the "
+    "climbing time",
+)  # fmt: skip
+def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
+    """From theta(0) = 0.1 up, oscillations grow and the climbing time falls with theta(0)."""
+    every = starts("theta", "unilateral")
+    lost = every[every["outcome"] == "contact_lost"]["theta"].min()
+    through = starts("theta", "through")
+    quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
+
+    def check(contact: str) -> Check:
+        rows = starts("theta", contact)
+        rows = rows[(rows["theta"] >= float(lower)) & (rows["theta"] <= float(upper))]
+        parts = _trend(rows)
+        return statement(
+            all(part.holds for part in parts.values()),
+            "larger amplitudes, shorter climb",
+            f"to {number(rows['theta'].max())} rad: "
+            + "; ".join(f"{name} {part.measured}" for name, part in parts.items()),
+        )
+
+    return readings(
+        {reading: check(contact) for contact, reading in CONTACTS.items()},
+        "Up to 0.3 rad, where the paper's remark on omega_3(0) begins. Starts from "
+        f"{number(lost)} rad on lose contact; integrated on, the climb is quickest from "
+        f"{number(quick['theta'])} rad, in {number(quick['climb_A'])} s.",
+    )
+
+
+@claim(
+    "SWP-17", control={"beyond": "0.02"},
+    definition="omega_3(0) with which the other start values at rest give the reference's lambda.",
+    quote="Beyond the angle theta(0)=0.3 the term alpha - cos theta starts to play a role and "
+    "omega_3(0) has to be increased to keep lambda = 2 lambda_thres",
+)  # fmt: skip
+def more_spin_needed(beyond: str = "0.3") -> Finding:
+    """Beyond theta(0) = 0.3 more spin is needed for the same lambda."""
+    fixed, free = starts("theta at lambda", "unilateral"), starts("theta", "unilateral")
+    spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
+    ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
+    spin = float(reference()["omega_3"])
+    return all_of(
+        {
+            "omega_3(0) kept": statement(
+                bool((ratio < reference()["lambda_ratio"]).all()),
+                "lambda too small",
+                f"{number(ratio.iloc[0])} lambda_thres, {number(ratio.iloc[-1])} at 1 rad",
+            ),
+            "lambda kept": statement(
+                bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all()),
+                "omega_3(0) increased",
+                f"{number(spins.iloc[0])} rad/s, {number(spins.iloc[-1])} at 1 rad",
+            ),
+        },
+        f"At {beyond} rad omega_3(0) has to be {share(spins.iloc[0] / spin - 1)} higher.",
+    )
+
+
+def _trend(rows: pandas.DataFrame) -> dict[str, Check]:
+    checks = {}
+    for name in AMPLITUDES:
+        steps = width(rows, name).diff().iloc[1:]
+        checks[f"range of {name}"] = statement(
+            bool((steps > 0).all()),
+            "grows",
+            f"grows in {(steps > 0).sum()} of {len(steps)} steps",
+        )
+    steps = rows["climb_A"].diff().dropna()
+    checks["climbing time"] = statement(
+        bool((steps < 0).all()) and not rows["climb_A"].isna().any(),
+        "falls",
+        f"falls in {(steps < 0).sum()} of {len(steps)} steps, from "
+        f"{number(rows['climb_A'].iloc[0])} s to {number(rows['climb_A'].iloc[-1])} s",
+    )
+    return checks
+
+
+@claim(
+    "SWP-10", control={"series": "phi_dot"},
+    definition="Definition A: starts of the box with phi_dot(0) > 83.13 rad/s, which without "
+    "gliding and nodding have none, and t_init > 0.",
+    quote="with adding large nonzero nu_x(0), nu_y(0) or theta_dot(0) the synchronisation phase "
+    "may reappear",
+)  # fmt: skip
+def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Finding:
+    """Some starts that would climb at once need a synchronisation phase when they glide or nod."""
+
+    def check(rows: pandas.DataFrame) -> Check:
+        some = rows[rows["phi_dot"] > float(beyond)]
+        count = int((some["t_init_A"] > 0).sum())
+        return statement(count > 0, "may reappear", f"in {count} of {len(some)} starts")
+
+    every = starts(series, "unilateral")
+    through = starts(series, "through")
+    waiting = through[(through["phi_dot"] > float(beyond)) & (through["t_init_A"] > 0)]
+    again = every[every["index"].isin(waiting["index"])]
+    return readings(
+        both_ways(series, check),
+        f"{counted(again, 'contact_lost')} starts in which it reappears lose contact.",
+    )
+
+
+@claim(
+    "SWP-11", control={"limit": "6"},
+    definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}",
+    quote="the climbing time remains below 7-8 s",
+)  # fmt: skip
+def climb_stays_short(limit: str = "8") -> Finding:
+    """The climb takes less than 7 to 8 s."""
+
+    def check(rows: pandas.DataFrame) -> Check:
+        longest = greatest(rows, "climb_A")
+        return statement(
+            longest["climb_A"] < float(limit),
+            f"below {limit} s",
+            f"up to {number(longest['climb_A'])} s",
+        )
+
+    longest = greatest(starts(EVERY, "through"), "climb_A")
+    return readings(
+        both_ways(EVERY, check),
+        f"The longest climb starts with {_start_of(longest)}.",
+    )
+
+
+@claim(
+    "SWP-12", where="Sec. 2.2, Summary", control={"series": ("theta",)},
+    definition=f"{INVERTS} {TESTED} {HORIZON}",
+    quote="the main qualitative features of inverting remain intact",
+)  # fmt: skip
+def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
+    """All these starts invert."""
+
+    def check(rows: pandas.DataFrame) -> Check:
+        count = int(rows["t_end_A"].notna().sum())
+        return statement(0 < count == len(rows), "all invert", f"{count} of {len(rows)}")
+
+    return readings(
+        both_ways(series, check),
+        f"{losing_contact(series)} lose contact; without these "
+        f"{climbed(starts(series, 'held'))} invert. The paper's theorem says nothing "
+        "about a start that loses contact.",
+    )
+
+
+@claim(
+    "SWP-13", control={"factor": "5"}, definition=f"{TESTED} {HORIZON}",
+    quote="oscillate strongly with amplitudes staying within the same maximal range variability "
+    "nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]",
+)  # fmt: skip
+def stays_in_the_range(factor: str = "1") -> Finding:
+    """nu_x, nu_y and theta_dot stay within the ranges named for the reference solution."""
+
+    def check(rows: pandas.DataFrame) -> Check:
+        inside = 0 * rows["index"] == 0
+        largest = []
+        for name, limit in LIMITS.items():
+            size = rows[[f"min_{name}", f"max_{name}"]].abs().max(axis=1)
+            inside &= size <= float(limit) * float(factor)
+            largest.append(f"{name} up to {number(size.max(), 3)}")
+        return statement(
+            bool(inside.all()),
+            "within the range",
+            f"{inside.sum()} of {len(rows)} starts; {', '.join(largest)}",
+        )
+
+    known = reference()
+    return readings(
+        both_ways(EVERY, check),
+        f"The reference solution itself has nu_y up to {number(known['max_nu_y'], 3)} m/s, nu_x "
+        f"within [{number(known['min_nu_x'], 3)}, {number(known['max_nu_x'], 3)}] m/s and "
+        f"theta_dot within [{number(known['min_theta_dot'], 3)}, "
+        f"{number(known['max_theta_dot'], 3)}] rad/s.",
+    )
+
+
+@claim(
+    "SWP-14", control={"tolerance": "0.01"},
+    definition='"Not much": at most 10 %, as much as was perturbed. 512 starts within a tenth of '
+    f"the three ranges, phi_dot(0) = 0; definition A. {HORIZON}",
+    quote="Small perturbations not exceeding 10 % of the range of variability ... do not change "
+    "much the parameters and behaviour of inverting solutions",
+)  # fmt: skip
+def small_changes(tolerance: str = "0.1") -> Finding:
+    """Perturbations of a tenth of the ranges change the inverting solution little."""
+    known = reference()
+    checks = {}
+    for contact, reading in CONTACTS.items():
+        rows = starts("tenth", contact)
+        for name, what in (("climb_A", "climbing time"), ("t_init_A", "initiation time")):
+            # NaN, and so no small change, where a start has no such time
+            change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
+            checks[f"{what}, {reading}"] = statement(
+                change <= float(tolerance),
+                "not much",
+                f"by up to {share(change)}",
+            )
+    return readings(
+        checks,
+        f"{climbed(starts('tenth', 'through'))} starts invert. The initiation time has "
+        "a sharp peak beside the reference start (SWP-05).",
+    )
+
+
+def _start_of(row: pandas.Series) -> str:
+    """The start values of a row that the section varies, in words."""
+    return ", ".join(f"{name}(0) = {number(row[name], 3)}" for name in ("phi_dot", *ALONE))
+
+
+@claim(
+    "SWP-08", control={"monotonous_from": "0.2"},
+    definition="Very small: the range of nu_x and of theta_dot along the trajectory is less than "
+    "half the reference's. Monotonous: no turning point of theta beyond that angle before 3 rad.",
+    quote="phi_dot(0) in [195,200] ... gives rise to solutions with very small amplitude "
+    "oscillations ... The increase of theta becomes monotonous starting from theta = 0.8",
+)  # fmt: skip
+def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
+    """With phi_dot(0) in [195, 200] oscillations are very small, and theta rises from 0.8 on."""
+    rows = _smooth_rows(theta)
+    known = reference()
+    checks: dict[str, Check] = {}
+    for name in ("nu_x", "theta_dot"):
+        share = float((width(rows, name) / width(known, name)).max())
+        checks[f"range of {name}"] = statement(
+            share < 0.5,
+            "very small",
+            f"at most {number(share, 2)} of the reference's",
+        )
+    turns = {phi_dot: last_turn(theta, phi_dot)[1] for phi_dot in ENDS}
+    turn = max(turns.values())
+    shown = ", ".join(f"{number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
+    checks["theta monotonous"] = statement(
+        turn <= float(monotonous_from),
+        f"from {monotonous_from} rad",
+        f"from {number(turn)} rad",
+    )
+    return all_of(
+        checks,
+        f"The last turning points lie at {shown}.",
+    )
+
+
+@claim(
+    "SWP-09", control={"theta": "0.1"},
+    definition="Smoother: the ranges of nu_x, nu_y and theta_dot along the trajectory are smaller "
+    "than those with theta(0) = 0.1 and the same phi_dot(0).",
+    quote="Solutions with phi_dot(0) in [195,200] become even more smooth when theta(0)=0.01",
+)  # fmt: skip
+def even_smoother(theta: str = "0.01") -> Finding:
+    """With theta(0) = 0.01 these solutions are smoother still."""
+    rows, others = _smooth_rows(theta), _smooth_rows("0.1")
+    checks = {}
+    for name in AMPLITUDES:
+        shares = width(rows, name).to_numpy() / width(others, name).to_numpy()
+        checks[f"range of {name}"] = statement(
+            bool((shares < 1).all()),
+            "smaller",
+            f"{number(shares.min(), 3)} to {number(shares.max(), 3)} of that at 0.1 rad",
+        )
+    lost = starts(SMOOTH, "unilateral")
+    lost = lost[lost["theta"] == float(theta)]
+    return all_of(checks, f"{counted(lost, 'contact_lost')} starts lose contact.")
+
+
+def _smooth_rows(theta: str) -> pandas.DataFrame:
+    rows = starts(SMOOTH, "held")
+    return rows[rows["theta"] == float(theta)].reset_index(drop=True)
+
+
+@claim(
+    "SWP-06", where="Sec. 2.2, Summary", definition=AMONG, control={"close": "0.01"},
+    quote="It may be related to the fact that the total energy is close to its minimal value when "
+    "lambda = 2 lambda_thres is kept fixed",
+)  # fmt: skip
+def longest_where_energy_is_least(close: str = CLOSE) -> Finding:
+    """Where the synchronisation phase is longest, the energy is close to its minimum."""
+    least = least_energy()
+    peak = starts("phi_dot near the peak", "held")
+    longest = float(greatest(peak, "t_init_A")["phi_dot"])
+    return readings(
+        {
+            "the energy is close to its minimum": closeness(close, least["E"]),
+            "the energy is least there": statement(
+                abs(least["phi_dot"] - longest) <= 5,
+                "related",
+                f"t_init is longest at {number(longest)} rad/s, the energy least at "
+                f"{number(least['phi_dot'])} rad/s",
+            ),
+        },
+        f"At fixed lambda it is {number(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
+        f"{number(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no synchronisation "
+        "phase: nearness to the minimum is not what makes it long.",
+    )
+
+
+@claim(
+    "SWP-18", control={"names": ("theta_dot", "nu_x", "nu_y", "phi_dot")},
+    definition="Derivatives of -L.a by the start values, with symbols for all of them.",
+    quote="lambda ... does not depend on theta_dot, nu_x or nu_y",
+)  # fmt: skip
+def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -> Finding:
+    """lambda does not depend on theta_dot, nu_x and nu_y."""
+    import sympy
+
+    from tt_precise.scene.body import Parameters
+
+    body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
+    state = EulerState(*sympy.symbols(" ".join(EulerState._fields), real=True))
+    lambda_ = jellett(Motion(body, vectors_from_euler(body, state, sympy), sympy))
+
+    def check(name: str) -> Check:
+        slope = sympy.simplify(sympy.diff(lambda_, getattr(state, name)))
+        return statement(slope == 0, "0", str(slope))
+
+    return all_of(
+        {f"d lambda/d {name}": check(name) for name in names},
+        "Differentiated symbolically; it depends on theta, phi_dot and omega_3 only.",
+        proved=True,
+    )
+
+
+def closeness(close: str, least: float) -> Check:
+    """Whether the reference's energy is at most the share ``close`` above ``least``."""
+    energy = _energy({"phi_dot": 0.0})
+    above = energy / least - 1
+    return statement(
+        above <= float(close),
+        "close to minimal",
+        f"{number(energy)} J, {share(above)} above {number(least)} J",
+    )
+
+
+def reference_body() -> Parameters:
+    """The toy in double, in SI."""
+    return variant("reference").body.numbers(float)
+
+
+def _motion(start: dict[str, float]) -> Motion:
+    import math
+
+    known = variant("reference").start
+    values = {name: float(getattr(known, name)) for name in EulerState._fields if name != "theta"}
+    values |= {"theta": known.theta.radians(math, float), **start}
+    body = reference_body()
+    return Motion(body, vectors_from_euler(body, EulerState(**values), math), math)
+
+
+@cache
+def reference_lambda() -> float:
+    """lambda of the reference start in double."""
+    return float(jellett(_motion({})))
+
+
+def _energy(start: dict[str, float]) -> float:
+    """The energy of a start whose omega_3 gives it the reference's lambda."""
+    # lambda is linear in omega_3
+    without = float(jellett(_motion({**start, "omega_3": 0.0})))
+    each = float(jellett(_motion({**start, "omega_3": 1.0}))) - without
+    return float(E(_motion({**start, "omega_3": (reference_lambda() - without) / each})))
+
+
+@cache
+def least_energy() -> dict[str, float]:
+    """The least energy among starts with the reference's theta(0) and lambda, and where it is."""
+    from scipy.optimize import minimize
+
+    names, scales = ("phi_dot", "theta_dot", "nu_x", "nu_y"), (100.0, 1.0, 0.1, 0.1)
+
+    def energy(x: Scalar) -> float:
+        return 100 * _energy({n: s * v for n, s, v in zip(names, scales, x.tolist(), strict=True)})
+
+    # a quadratic form in four variables, so any start leads to its one minimum
+    found = minimize(energy, [0.0] * 4, tol=1e-12)
+    return {
+        "E": float(found.fun) / 100,
+        **{name: s * float(v) for name, s, v in zip(names, scales, found.x, strict=True)},
+    }

@@ -1,0 +1,558 @@
+"""Section 2.3: the curve (D, E~), its ends, and its distance from the energy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import MANY, REFERENCE, Run, Span
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.verdicts import (
+    Check,
+    Finding,
+    all_of,
+    decimal,
+    fraction_of,
+    misprint,
+    readings,
+    rounds_to,
+    statement,
+    untestable,
+)
+from tt_precise.exact.arithmetic import rounding_to
+from tt_precise.mechanics import newton
+from tt_precise.mechanics import thresholds as formulas
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.scene.body import Parameters
+
+claim = claims_of(RAUCH_RUTSTAM, "2.3")
+COMPONENTS = ("tau_x", "tau_y", "tau_z")
+WHICH_LAMBDA = "lambda is that of the reference start, or exactly 2 lambda_thres"
+PRINTED = {"D0": "9.381e-4", "D1": "-6.667e-4", "E0": "4.912e-2", "E1": "1.734e-2"}
+VECTORS = NewtonState._fields
+EXCESS = ("E", "E_tilde")
+# what each panel shows, after the captions; the text refers to it by figure number and letter
+PANELS = {
+    "2a": {"theta", "theta_dot"},
+    "2b": {"phi_dot", "psi_dot"},
+    "3a": {"nu_x", "nu_y"},
+    "3b": {"omega_3", "omega_3_dot"},
+    "3c": {"g_n"},
+    "4": {"E", "E_rot", "E_pot", "E_trans"},
+    "5": {"E_dot", "E_trans_dot", "E_pot_dot"},
+    "6": {"tau_x", "tau_y", "tau_z"},
+    "7a": {"D", "E_tilde"},
+    "7b": {"D"},
+    "7c": {"E", "E_tilde"},
+}
+NEEDED = {
+    "sizes of the terms in nu_x, nu_y": {"nu_x", "nu_y"},
+    "difference E~ - E": {"E", "E_tilde"},
+}
+REFERRED = {"sizes of the terms in nu_x, nu_y": "3b", "difference E~ - E": "3c"}
+CORRECT_REFERENCE = {"sizes of the terms in nu_x, nu_y": "3a", "difference E~ - E": "7c"}
+
+
+@claim(
+    "FIG-09",
+    quote="all components are negative almost all the time; predominantly negative",
+    where="Fig. 6, caption; Sec. 2.3",
+    definition="part of the time from 0 to 8 s in which each component in the frame (x, y, z) is "
+    "negative, zeros between extrema found as events; almost all: 95 %; predominantly: two thirds",
+    control={"sign": "positive"},
+)
+def torque_is_negative(sign: str = "negative", run: Run = REFERENCE) -> Finding:
+    """The components of the torque are negative almost all the time."""
+    shares = {name: run.share_below_zero(name) for name in COMPONENTS}
+    climb = {name: run.share_below_zero(name, run.climb) for name in COMPONENTS}
+    if sign == "positive":
+        shares = {name: 1 - share for name, share in shares.items()}
+    shown = ", ".join(f"{name} {100 * share:.2f} %" for name, share in shares.items())
+    in_climb = ", ".join(f"{name} {100 * share:.2f} %" for name, share in climb.items())
+    return readings(
+        {
+            "almost all the time": statement(
+                min(shares.values()) > 0.95,
+                f"{sign} almost all the time",
+                f"{sign} for {shown} of the time",
+            ),
+            "predominantly": statement(
+                min(shares.values()) > 2 / 3,
+                f"predominantly {sign}",
+                f"{sign} for {shown} of the time",
+            ),
+        },
+        f"In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z "
+        "have the sign of -nu_y.",
+    )
+
+
+@claim(
+    "NUM-26",
+    quote="D0 approx lambda sqrt(d(1))/(R(1-alpha))=9.381*10^-4",
+    definition=WHICH_LAMBDA,
+    control={"printed": "7.239e-4"},
+)
+def D0(printed: str = "9.381e-4", run: Run = REFERENCE) -> Finding:
+    """Routh's function of the upright spin with the reference lambda is 9.381e-4 kg m^2/s."""
+    return _asymptotic("D0", printed, run, "D", "0", "kg m^2/s")
+
+
+@claim(
+    "NUM-27",
+    quote="D1 approx -lambda sqrt(d(-1))/(R(1+alpha))=-6.667*10^-4",
+    definition=WHICH_LAMBDA,
+    control={"printed": "-6.024e-4"},
+)
+def D1(printed: str = "-6.667e-4", run: Run = REFERENCE) -> Finding:
+    """Routh's function of the inverted spin with the reference lambda is -6.667e-4 kg m^2/s."""
+    return _asymptotic("D1", printed, run, "D", "8", "kg m^2/s")
+
+
+@claim(
+    "NUM-28",
+    quote="E~0 approx 4.912*10^-2",
+    definition=WHICH_LAMBDA,
+    control={"printed": "4.064e-2"},
+)
+def E0(printed: str = "4.912e-2", run: Run = REFERENCE) -> Finding:
+    """The modified energy of the upright spin with the reference lambda is 4.912e-2 J."""
+    return _asymptotic("E0", printed, run, "E_tilde", "0", "J")
+
+
+@claim(
+    "NUM-29",
+    quote="E~1 approx 1.734*10^-2",
+    definition=WHICH_LAMBDA,
+    control={"printed": "1.609e-2"},
+)
+def E1(printed: str = "1.734e-2", run: Run = REFERENCE) -> Finding:
+    """The modified energy of the inverted spin with the reference lambda is 1.734e-2 J."""
+    return _asymptotic("E1", printed, run, "E_tilde", "8", "J")
+
+
+def _asymptotic(name: str, printed: str, run: Run, quantity: str, time: str, unit: str) -> Finding:
+    known = run.thresholds
+    found, fn = known.quantities, known.context
+    body = run.loaded.body.numbers(rounding_to(fn))
+    formula = _of_lambda(name, body, fn)
+    double = formula(2 * found["lambda_thres"].value)
+    implied = _lambda_of(formula, fn.mpf(printed), found["lambda"].value, fn)
+    return readings(
+        {
+            "lambda of the reference start": rounds_to(printed, found[name].value, unit),
+            "lambda = 2 lambda_thres": rounds_to(printed, double, unit),
+            f"the value at {time} s itself": rounds_to(printed, run.at(quantity, time), unit),
+        },
+        f"The printed value belongs to lambda = {decimal(implied, 4)}, not to the reference "
+        f"start's {decimal(found['lambda'].value, 4)} kg m^3/s. The four printed boundary values "
+        f"belong to {_all_implied(body, found['lambda'].value, fn)}: no one lambda has them all.",
+    )
+
+
+def _of_lambda(name: str, body: Parameters, fn: Functions) -> Callable[[Scalar], Scalar]:
+    if name.startswith("D"):
+        return lambda lambda_: getattr(formulas, name)(body, lambda_, fn)
+    return lambda lambda_: getattr(formulas, name)(body, lambda_)
+
+
+def _lambda_of(
+    formula: Callable[[Scalar], Scalar], value: Scalar, guess: Scalar, fn: Functions
+) -> Scalar:
+    """The lambda at which an asymptotic value would be ``value``."""
+    return fn.findroot(lambda ratio: formula(ratio * guess) / value - 1, 1) * guess
+
+
+def _all_implied(body: Parameters, guess: Scalar, fn: Functions) -> str:
+    implied = (
+        _lambda_of(_of_lambda(name, body, fn), fn.mpf(value), guess, fn)
+        for name, value in PRINTED.items()
+    )
+    return ", ".join(decimal(fraction_of(one), 3) for one in implied)
+
+
+@claim(
+    "NUM-30",
+    quote="goes from the initial boundary value (9.381e-4, 4.912e-2) to the final boundary value "
+    "(-6.667e-4, 1.734e-2)",
+    where="Sec. 2.3, Fig. 7a",
+    definition="(D, E~) of the reference solution at 0 and 8 s, and the limits for its lambda",
+    control={
+        "initial": ("7.301e-4", "4.215e-2"),
+        "final": ("-6.024e-4", "1.609e-2"),
+    },
+)
+def ends_of_the_curve(
+    initial: tuple[str, str] = ("9.381e-4", "4.912e-2"),
+    final: tuple[str, str] = ("-6.667e-4", "1.734e-2"),
+    run: Run = REFERENCE,
+) -> Finding:
+    """The curve (D(t), E~(t)) goes from the printed initial to the printed final point."""
+    printed = (*initial, *final)
+    own = [run.at(name, t) for t in ("0", "8") for name in ("D", "E_tilde")]
+    known = run.thresholds.quantities
+    limits = [known[name].value for name in ("D0", "E0", "D1", "E1")]
+    checks = {}
+    for reading, found in (("the curve's own ends", own), ("the limits", limits)):
+        parts = [rounds_to(text, value) for text, value in zip(printed, found, strict=True)]
+        checks[reading] = statement(
+            all(part.holds for part in parts),
+            f"({printed[0]}, {printed[1]}) to ({printed[2]}, {printed[3]})",
+            "({}, {}) to ({}, {})".format(*(part.measured for part in parts)),
+        )
+    off = abs(own[0].value / limits[0] - 1), abs(own[1].value / limits[1] - 1)
+    return readings(
+        checks,
+        "The start at theta(0) = 0.1 is no limit t to -infinity: there D is "
+        f"{100 * float(off[0]):.1f} % and E~ {100 * float(off[1]):.1f} % off its limit. For the "
+        "printed limits see NUM-26 to NUM-29.",
+    )
+
+
+@claim(
+    "FIG-10",
+    quote="D(t) (in Fig. 7b) is almost monotonously decreasing",
+    where="Sec. 2.3, Fig. 7b",
+    definition="rises between extrema found as events, relative to the whole fall of D: the "
+    "largest single one (what a graph shows), and all of them together; almost: below 1 %",
+    control={"name": "E_tilde"},
+)
+def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
+    """D(t) decreases almost monotonously."""
+    values = run.extrema(name)[1]
+    fall = float(values[0] - values[-1])
+    rises = [float(b - a) for a, b in pairwise(values) if b > a]
+    largest = max(rises, default=0.0)
+    return readings(
+        {
+            "no rise that a graph shows": statement(
+                largest < 0.01 * fall,
+                "almost monotonously decreasing",
+                f"largest rise {100 * largest / fall:.2f} % of the fall",
+            ),
+            "all rises together": statement(
+                sum(rises) < 0.01 * fall,
+                "almost monotonously decreasing",
+                f"{len(rises)} rises, in sum {100 * sum(rises) / fall:.1f} % of the fall",
+            ),
+        },
+        "The reason given, D = I3 omega_3 sqrt(d(cos theta)), leaves the oscillation of "
+        "d(cos theta), which is larger than that of omega_3.",
+    )
+
+
+@claim(
+    "FIG-11",
+    quote="oscillatory behaviour of E~(t) in relation to the green curve E(t)",
+    where="Sec. 2.3, Fig. 7a, c",
+    definition=f"changes of sign of E~ - E and local extrema of E~ (events); many: {MANY}",
+    control={"pair": ("E_pot", "E")},
+)
+def oscillation_of_the_modified_energy(
+    pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
+) -> Finding:
+    """E~ oscillates relative to E."""
+    changes = len(_sign_changes(pair, run))
+    turns = len(run.extrema(pair[0])[0]) - 2
+    return all_of(
+        statement(
+            min(changes, turns) >= MANY,
+            f"{pair[0]} oscillates relative to {pair[1]}",
+            f"{turns} local extrema, {changes} changes of sign of the difference",
+        ),
+        f"E itself has {len(run.extrema('E')[0]) - 2} local extrema.",
+    )
+
+
+@claim(
+    "FIG-12",
+    quote="E~(t) is consistently larger than E(t) during inversion",
+    definition="E~ - E at every instant of the climb (definition A; zeros bracketed by the turning "
+    "points of theta and of E~), and averaged over each nutation (from one maximum of theta to the "
+    "next) and over the climb",
+    control={"pair": ("E", "E_tilde")},
+    slow=True,
+)
+def modified_energy_is_larger(
+    pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
+) -> Finding:
+    """During the inversion E~ is larger than E."""
+    climb = run.climb
+    changes = [t for t in _sign_changes(pair, run) if climb.has(t)]
+    edges = [climb.begin, *changes, climb.end]
+    middles = [(a + b) / 2 for a, b in pairwise(edges)]
+    values = _difference(pair, middles, run)
+    below = sum(b - a for (a, b), v in zip(pairwise(edges), values, strict=True) if v < 0)
+    depth, height = (
+        run.extreme_of(lambda c: c[pair[0]] - c[pair[1]], EXCESS, largest=largest, span=climb)
+        for largest in (False, True)
+    )
+    spans = run.nutations(climb)
+    averages = [run.mean(pair[0], s) - run.mean(pair[1], s) for s in spans]
+    late = [t for t in changes if t < height[0]]
+    return readings(
+        {
+            "at every instant": statement(
+                below == 0,
+                f"{pair[0]} > {pair[1]}",
+                f"not for {100 * below / climb.length:.1f} % of the climb",
+            ),
+            "averaged over each nutation": statement(
+                min(averages) > 0,
+                f"{pair[0]} > {pair[1]}",
+                f"average difference from {decimal(min(averages), 2)} to "
+                f"{decimal(max(averages), 2)} J",
+            ),
+        },
+        f"The difference goes from {decimal(depth[1], 3)} to {decimal(height[1], 3)} J"
+        + (f"; it is positive at every instant from {decimal(late[-1], 4)} s until the end of the "
+           "climb comes near." if late else "."),
+    )  # fmt: skip
+
+
+@claim(
+    "FIG-13",
+    quote="the difference E~ - E becomes largest in the middle of inversion when theta = pi/2",
+    definition="the largest E~ - E, closed in on in the dense output; middle: the middle third of "
+    "the climb (definition A); theta about pi/2: within 0.2 rad",
+    control={"angle": "1"},
+)
+def largest_difference(angle: str = "", run: Run = REFERENCE) -> Finding:
+    """E~ - E is largest in the middle of the inversion, at theta about pi/2."""
+    climb = run.climb
+    when, value = run.extreme_of(lambda c: c["E_tilde"] - c["E"], EXCESS, largest=True)
+    theta = run.value("theta", when)
+    wanted = float(angle or math.pi / 2)
+    third = climb.length / 3
+    return all_of(
+        {
+            "angle": statement(
+                abs(theta - wanted) < 0.2,
+                f"theta about {angle or 'pi/2'}",
+                f"theta = {decimal(theta, 4)}",
+            ),
+            "time": statement(
+                climb.begin + third < when < climb.end - third,
+                "in the middle of inversion",
+                f"at {decimal(when, 5)} s",
+            ),
+        },
+        f"There E~ exceeds E by {decimal(value, 4)} J.",
+    )
+
+
+@claim(
+    "QUAL-27",
+    quote="the product omega x a points behind the plane of the picture",
+    definition="(omega x a).y-hat = R sin(theta)(omega_3 + phi_dot (alpha - cos(theta))), where "
+    "y-hat points behind the plane: its sign at every instant, and averaged over each nutation "
+    "(from one maximum of theta to the next) and over the climb (definition A)",
+    control={"side": -1},
+)
+def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Finding:
+    """omega x a points to y-hat, behind the plane of Fig. 1."""
+    body = run.loaded.body.numbers(float)
+
+    def along_y(columns: dict[str, Array]) -> Array:
+        import numpy
+
+        product = _omega_cross_a(body, columns)
+        horizontal = numpy.hypot(columns["kx"], columns["ky"])
+        return side * (product[1] * columns["kx"] - product[0] * columns["ky"]) / horizontal
+
+    return _at_every_instant_or_on_average(
+        along_y,
+        run,
+        "points behind the plane",
+        "m/s",
+        "It is R alpha omega_z sin(theta) > 0 where omega is exactly vertical; near the pole the "
+        "small horizontal part of omega decides.",
+    )
+
+
+@claim(
+    "QUAL-28",
+    quote="|a| is growing during inversion, |omega| is decreasing and sin(theta) is growing until "
+    "theta = pi/2",
+    definition="values at t_init and t_end (definition A), sin(theta) until theta first passes "
+    "pi/2; at every instant: no rise or fall the other way",
+    control={"spin": 1},
+)
+def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
+    """In the climb |a| grows, |omega| decreases, and sin(theta) grows until pi/2."""
+    body = run.loaded.body.numbers(float)
+    climb = run.climb
+    half = run.equator
+    ends = run.columns(VECTORS, [climb.begin, half, climb.end])
+    arms = _length(newton.arm(body, _state(ends).k))
+    spins = _length(newton.angular_velocity(body, _state(ends)))
+    kz = ends["kz"]
+    _, back = run.rises_and_falls("theta", climb)
+    return readings(
+        {
+            "from one end to the other": statement(
+                arms[2] > arms[0] and spin * (spins[2] - spins[0]) > 0 and kz[1] < kz[0],
+                f"|a| grows, |omega| {'decreases' if spin < 0 else 'grows'}, sin(theta) "
+                "grows until pi/2",
+                f"|a| from {decimal(arms[0], 3)} to {decimal(arms[2], 3)} m, |omega| from "
+                f"{decimal(spins[0], 4)} to {decimal(spins[2], 4)} rad/s, sin(theta) from "
+                f"{decimal(math.sqrt(1 - kz[0] ** 2), 2)} to 1",
+            ),
+            "at every instant": statement(
+                back == 0,
+                "monotonous",
+                f"theta, and with it |a|, falls back by {decimal(back, 3)} rad in sum",
+            ),
+        },
+        "|a| and sin(theta) follow theta, which oscillates.",
+    )
+
+
+@claim(
+    "QUAL-29",
+    quote="keep the term (2|omega x a| - nu_y) positive and sufficiently large to make (E~ - E) "
+    "positive",
+    definition="2|omega x a| - nu_y in the climb (definition A): its sign at every instant, "
+    "and averaged over each nutation (from one maximum of theta to the next) and over the climb",
+    control={"factor": -2},
+)
+def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Finding:
+    """2|omega x a| - nu_y stays positive in the climb."""
+    body = run.loaded.body.numbers(float)
+
+    def term(columns: dict[str, Array]) -> Array:
+        import numpy
+
+        nu_y = (columns["vy"] * columns["kx"] - columns["vx"] * columns["ky"]) / numpy.hypot(
+            columns["kx"], columns["ky"]
+        )
+        return factor * _length(_omega_cross_a(body, columns)) - nu_y
+
+    return _at_every_instant_or_on_average(
+        term,
+        run,
+        "positive",
+        "m/s",
+        "The paper says no more than that this may be so.",
+    )
+
+
+def _at_every_instant_or_on_average(
+    function: Callable[[dict[str, Array]], Array],
+    run: Run,
+    printed: str,
+    unit: str,
+    note: str,
+) -> Finding:
+    """Readings of "is positive during the climb", for a function of the vector columns."""
+    import numpy
+
+    climb = run.climb
+    when, least = run.extreme_of(function, VECTORS, largest=False, span=climb)
+
+    def average(span: Span) -> float:
+        times = numpy.linspace(span.begin, span.end, max(201, int(span.length / 2e-4)))
+        values = function(run.columns(VECTORS, list(times)))
+        return float(numpy.trapezoid(values, times)) / span.length
+
+    averages = [average(span) for span in run.nutations(climb)]
+    over_all = average(climb)
+    return readings(
+        {
+            "at every instant": statement(
+                least > 0,
+                printed,
+                f"least value {decimal(least, 4)} {unit} at {decimal(when, 5)} s",
+            ),
+            "averaged over each nutation": statement(
+                min(averages) > 0,
+                printed,
+                f"averages from {decimal(min(averages), 2)} to {decimal(max(averages), 2)} {unit}",
+            ),
+            "averaged over the climb": statement(
+                over_all > 0, printed, f"average {decimal(over_all, 3)} {unit}"
+            ),
+        },
+        note,
+    )
+
+
+def _difference(pair: Sequence[str], times: Sequence[float], run: Run) -> Array:
+    columns = run.columns(pair, times)
+    return columns[pair[0]] - columns[pair[1]]
+
+
+def _sign_changes(pair: Sequence[str], run: Run) -> list[float]:
+    """Zeros of a difference, between its values every 0.5 ms and at all turning points."""
+    import numpy
+
+    span = run.whole
+    times = numpy.arange(span.begin, span.end, 5e-4)
+    times = numpy.union1d(times, [*run.turns["t"].astype(float), *run.extrema(pair[0])[0]])
+    values = _difference(pair, list(times), run)
+    at = numpy.flatnonzero(values[:-1] * values[1:] < 0)
+    return [float(t) for t in (times[at] + times[at + 1]) / 2]
+
+
+def _state(columns: dict[str, Array]) -> NewtonState:
+    return NewtonState(*(columns[name] for name in VECTORS))
+
+
+def _omega_cross_a(body: Parameters, columns: dict[str, Array]) -> Vector:
+    state = _state(columns)
+    return cross(newton.angular_velocity(body, state), newton.arm(body, state.k))
+
+
+def _length(vector: Vector) -> Array:
+    import numpy
+
+    return numpy.sqrt(dot(vector, vector))
+
+
+@claim(
+    "FIG-14",
+    quote="In Fig. 3b we cannot estimate the size of each term; the graph 3c where the difference "
+    "E~ - E becomes largest",
+    where="Sec. 2.3, end",
+    definition="the panel named must show, by its caption, what the sentence speaks about; labels "
+    "total_plots2 b and c are panels b and c of Figure 3",
+    control={"references": CORRECT_REFERENCE},
+)
+def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
+    """The last two references to figures name the panels that show what is spoken about."""
+
+    def says(named: Mapping[str, str]) -> Check:
+        return statement(
+            all(NEEDED[what] <= PANELS[panel] for what, panel in named.items()),
+            "; ".join(f"{what}: Fig. {panel}" for what, panel in named.items()),
+            "; ".join(
+                f"Fig. {panel} shows {', '.join(sorted(PANELS[panel]))}" for panel in named.values()
+            ),
+        )
+
+    return misprint(
+        says(references),
+        says(CORRECT_REFERENCE),
+        "Fig. 3a and Fig. 7c",
+        "Fig. 3b shows the spin and Fig. 3c the normal force.",
+    )
+
+
+@claim(
+    "FIG-16",
+    quote="(blue), (yellow), (grey), (green), (red); light blue line",
+    where="captions of Figs 2 to 7; Sec. 2.3",
+    definition="",
+    control=None,
+)
+def colours() -> Finding:
+    """The figures show the curves in the colours that captions and text name."""
+    return all_of(
+        untestable("colours of curves"),
+        "The source at hand comes without the pictures, so their colours cannot be seen; the "
+        "captions of Figs 4 and 6 name none, and Fig. 7 names only that of E.",
+    )

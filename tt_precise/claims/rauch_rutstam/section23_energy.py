@@ -1,0 +1,693 @@
+"""Section 2.3: the energy, its parts and their rates, and the torque."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import MANY, REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.proved import digits, proofs_of, settles
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.verdicts import (
+    Check,
+    Finding,
+    about,
+    all_of,
+    approximate,
+    decimal,
+    measured_text,
+    misprint,
+    readings,
+    rounds_to,
+    statement,
+)
+from tt_precise.golden.proofs import Interval
+from tt_precise.integration import Trajectory
+from tt_precise.mechanics.vectors import cross, dot
+from tt_precise.runtime.arithmetic import Scalar
+
+if TYPE_CHECKING:
+    pass
+
+claim = claims_of(RAUCH_RUTSTAM, "2.3")
+START = "closed form in the start values"
+AT_8_S, AT_0_S, THEORY = "0.005106", "0.002755", "1.8571"
+TRANSLATIONAL = (
+    "m/2*((nu_x*cos(theta) - R*theta_dot*(alpha - cos(theta)))**2"
+    " + (nu_y - R*sin(theta)*(omega_3 + phi_dot*(alpha - cos(theta))))**2"
+    " + (nu_x*sin(theta) + R*theta_dot*sin(theta))**2)"
+)
+ROTATIONAL = "(I1*(theta_dot**2 + phi_dot**2*sin(theta)**2) + I3*omega_3**2)/2"
+POTENTIAL = "m*g*R*(1 - alpha*cos(theta))"
+CHAIN = (
+    "dot(s_dot, F) - m*g*dot(s_dot, z_hat) + dot(omega, cross(a, F)) + m*g*dot(s_dot, z_hat)",
+    "dot(v_A, F) - dot(cross(omega, a), F) - m*g*dot(s_dot, z_hat) + dot(omega, cross(a, F))"
+    " + m*g*dot(s_dot, z_hat)",
+    "dot(v_A, F_f) - dot(cross(omega, a), F) + dot(omega, cross(a, F))",
+    "dot(v_A, F_f)",
+    "-mu*g_n*dot(v_A, v_A)",
+)
+TORQUE = (
+    "-R*(1 - alpha*cos(theta))*mu*g_n*nu_y",
+    "-R*alpha*g_n*sin(theta) + R*mu*g_n*nu_x*(1 - alpha*cos(theta))",
+    "-R*alpha*mu*g_n*nu_y*sin(theta)",
+)
+DIFFERENCE = "m*dot(v_A, cross(omega, a)) - m*dot(v_A, v_A)/2"
+PARTS = ("E_trans", "E_rot", "E_pot")
+
+
+@claim(
+    "NUM-25",
+    quote="initially small, about 0.34 E_pot(t=0)",
+    definition=f"E_trans(0)/E_pot(0) of the reference solution: {START}",
+    control={"printed": "0.31"},
+)
+def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> Finding:
+    """The translational energy at the start is about 0.34 of the potential energy there."""
+    ratio = run.settled(_translational_share)
+    return readings(
+        {
+            "about, within a unit of the last digit": about(printed, ratio),
+            "correctly rounded": rounds_to(printed, ratio),
+        },
+        "m (R sin(0.1) omega_3)^2/2 over m g R (1 - alpha cos(0.1)): "
+        f"{decimal(ratio.value, 2)}, when rounded.",
+    )
+
+
+def _translational_share(run: Trajectory) -> object:
+    begin = run.frame("E_trans", "E_pot", times=["0"])
+    return begin["E_trans"].iloc[0] / begin["E_pot"].iloc[0]
+
+
+@claim("NUM-20", quote="0.005106", control={"printed": "0.005107"})
+def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> Finding:
+    """E_pot of the reference solution at 8 s."""
+    return _energy(
+        printed,
+        "8",
+        "m g R (1 - alpha cos theta) at the state that double-double and extended agree on.",
+        run,
+    )
+
+
+@claim("NUM-21", quote="0.002755", control={"printed": "0.002756"})
+def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -> Finding:
+    """E_pot of the reference solution at the start."""
+    return _energy(printed, "0", "m g R (1 - alpha cos 0.1): closed form in the start values.", run)
+
+
+@claim(
+    "NUM-22",
+    quote="0.005106/0.002755=1.8534",
+    control={"printed": "1.8544"},
+)
+def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -> Finding:
+    """E_pot(8 s)/E_pot(0) of the reference solution."""
+    check = rounds_to(printed, run.settled(_ratio))
+    proved = settles(check, lambda ratio: rounds_to(printed, ratio), _proved_ratio(run))
+    return readings(
+        {
+            "ratio of the energies": check,
+            "quotient of the two rounded numbers": rounds_to(
+                printed, Fraction(AT_8_S) / Fraction(AT_0_S)
+            ),
+        },
+        "The division of the printed, already rounded energies is right, but the fourth decimal "
+        "is theirs, not the solution's." + _told_ratio(proved, run),
+        proved=proved,
+    )
+
+
+@claim("NUM-23", quote="1.3/0.7=1.8571", control={"printed": "1.8572"})
+def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> Finding:
+    """In theory E_pot grows by the factor (1 + alpha)/(1 - alpha)."""
+    exact = (1 + Fraction(alpha)) / (1 - Fraction(alpha))
+    return all_of(
+        rounds_to(printed, exact), "(1 + alpha)/(1 - alpha) = 13/7 at alpha = 3/10: m, g, R cancel."
+    )
+
+
+@claim("NUM-24", quote="differs ... only by 0.2%", control={"printed": "0.1"})
+def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
+    """The ratio of potential energies at 8 s and 0 differs by 0.2 % from the theoretical one."""
+    theory = Fraction(13, 7)
+
+    def off(ratio: Scalar) -> Scalar:
+        return 100 * (1 - ratio * 7 / 13)
+
+    check = rounds_to(printed, run.settled(lambda solution: off(_ratio(solution))), "%")
+    proved = settles(check, lambda ratio: rounds_to(printed, off(ratio), "%"), _proved_ratio(run))
+    rounded = 100 * (1 - Fraction(AT_8_S) / Fraction(AT_0_S) / theory)
+    return readings(
+        {
+            "difference of the solution's ratio": check,
+            "difference of the printed ratio": rounds_to(printed, rounded, "%"),
+        },
+        "Relative to the theoretical ratio 13/7; what is missing is mostly the start at theta = "
+        "0.1 instead of 0." + _told_ratio(proved, run),
+        proved=proved,
+    )
+
+
+def _energy(printed: str, t: str, note: str, run: Run) -> Finding:
+    def check(energy: Scalar) -> Check:
+        return rounds_to(printed, energy, "J")
+
+    found, known = check(run.at("E_pot", t)), proofs_of(run.scene)
+    proved = settles(found, check, known.potential_energy(t))
+    shown = known.sentence(proved, f"this energy {digits([known.potential_energy(t)])}")
+    return all_of(found, note + shown, proved=proved)
+
+
+def _proved_ratio(run: Run) -> Interval | None:
+    first, last = (proofs_of(run.scene).potential_energy(t) for t in ("0", "8"))
+    return Interval(last.low / first.high, last.high / first.low) if first and last else None
+
+
+def _told_ratio(proved: bool, run: Run) -> str:
+    theorem = f"the ratio of the solution's energies {digits([_proved_ratio(run)])}"
+    return proofs_of(run.scene).sentence(proved, theorem)
+
+
+def _ratio(run: Trajectory) -> Scalar:
+    first, last = run.frame("E_pot", times=["0", "8"])["E_pot"]
+    return last / first
+
+
+@claim(
+    "EQ-31",
+    quote="E=E_trans+E_rot+E_pot=...",
+    where="Sec. 2.3, eq (22)",
+    control={"translational": TRANSLATIONAL.replace("nu_x*sin(theta) +", "nu_x*sin(theta) -")},
+)
+def energy_split(
+    translational: str = TRANSLATIONAL, rotational: str = ROTATIONAL, potential: str = POTENTIAL
+) -> Finding:
+    """The three parts of the energy in Euler angles."""
+    printed = {"E_trans": translational, "E_rot": rotational, "E_pot": potential}
+    return all_of(
+        {name: f.equal(text, f.quantity(name)) for name, text in printed.items()},
+        "The bracket of E_trans holds the components of s_dot = v_A - omega x a along 1, y, 3.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-32",
+    quote="E_dot=... (four lines)",
+    where="Sec. 2.3, eq (23)",
+    control={"lines": (CHAIN[0].replace("+ m*g", "- m*g"), *CHAIN[1:])},
+    slow=True,
+)
+def chain_for_the_energy(lines: tuple[str, ...] = CHAIN) -> Finding:
+    """Every step of the derivation of E_dot = -mu g_n v_A^2 is right."""
+    derived, known = f.rate_of("E"), _vectors()
+    return all_of(
+        {
+            f"step {n}": f.equal(f.read(line, known), derived, line)
+            for n, line in enumerate(lines, start=1)
+        },
+        "Each expression of the chain equals E differentiated along the equations of motion.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-33",
+    quote="the equality omega_dot.L=omega.L_dot valid due to axial symmetry",
+    definition="for the second reading: any rigid body, three different moments of inertia",
+    control={"factor": 2},
+)
+def symmetry_of_inertia(factor: int = 1) -> Finding:
+    """omega_dot.L = omega.L_dot, and axial symmetry is why."""
+    q, rates = f.motion(), f.vector_rates()
+    L_dot = (rates.Lx, rates.Ly, rates.Lz)
+    # (omega.L)_dot = 2 (E_rot)_dot, so omega_dot.L is what L_dot leaves of it
+    omega_dot_L = 2 * f.rate_of("E_rot") - dot(q.omega, L_dot)
+    top = f.equal(factor * omega_dot_L, dot(q.omega, L_dot), "omega_dot.L = omega.L_dot")
+    needs_symmetry = top.holds and not _holds_for_any_body(factor)
+    return readings(
+        {
+            "that the two are equal": top,
+            "that it takes axial symmetry": statement(
+                needs_symmetry,
+                "valid due to axial symmetry",
+                "needs axial symmetry" if needs_symmetry else "holds for every rigid body",
+            ),
+        },
+        "The inertia tensor is a symmetric matrix in every rigid body, which is all that is used.",
+        proved=True,
+    )
+
+
+def _holds_for_any_body(factor: int) -> bool:
+    import sympy
+
+    moments = sympy.symbols("A B C", positive=True)
+    omega = sympy.Matrix(sympy.symbols("p q r"))
+    omega_dot = sympy.Matrix(sympy.symbols("p_dot q_dot r_dot"))
+    inertia = sympy.diag(*moments)
+    L = inertia * omega
+    L_dot = inertia * omega_dot + omega.cross(L)
+    return bool(sympy.expand(omega_dot.dot(L) - factor * omega.dot(L_dot)) == 0)
+
+
+@claim(
+    "EQ-34",
+    quote="m g s_dot.z is the rate of energy transfer ... into E_pot",
+    control={"weight": "m*g*dot(v_A, z_hat)"},
+    slow=True,
+)
+def transfers(
+    weight: str = "m*g*dot(s_dot, z_hat)", torque: str = "dot(omega, cross(a, F))"
+) -> Finding:
+    """m g s_dot.z passes from E_trans to E_pot, and omega.(a x F) between E_trans and E_rot."""
+    known = _vectors()
+    to_potential, to_rotation = f.read(weight, known), f.read(torque, known)
+    loss = f.read("dot(v_A, F_f)", known)
+    return all_of(
+        {
+            "E_pot gains": f.equal(to_potential, f.rate_of("E_pot"), weight),
+            "E_rot gains": f.equal(to_rotation, f.rate_of("E_rot"), torque),
+            "E_trans loses both, and what friction takes": f.equal(
+                loss - to_potential - to_rotation,
+                f.rate_of("E_trans"),
+                f"dot(v_A, F_f) - {weight} - {torque}",
+            ),
+        },
+        "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f, so both terms pass through it.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-35",
+    quote="tau_x=..., tau_z=..., tau_y=...",
+    control={"printed": (TORQUE[0][1:], *TORQUE[1:])},
+)
+def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
+    """The components of the torque a x F in the frame (x, y, z)."""
+    parts = zip("xyz", printed, f.motion().torque, strict=True)
+    return all_of(
+        {f"tau_{axis}": f.equal(text, value) for axis, text, value in parts},
+        "a x F with a = R(alpha 3 - z) and F = g_n(z - mu v_A).",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-36",
+    quote="E~=E-m v_A^2/2+m v_A.(omega x a)",
+    control={"printed": DIFFERENCE.replace("/2", "")},
+)
+def modified_energy_from_energy(printed: str = DIFFERENCE) -> Finding:
+    """E~ is E - m v_A^2/2 + m v_A.(omega x a)."""
+    return all_of(
+        f.equal(
+            f.read(printed, _vectors()),
+            f.quantity("E_tilde") - f.quantity("E"),
+            f"E~ - E = {printed}",
+        ),
+        "From m (v_A - omega x a)^2/2 with and without v_A.",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-37",
+    quote="... approx -m nu_x^2/2 + m nu_y(2|omega x a| - nu_y)/2",
+    where="Sec. 2.3, eq (25)",
+    definition="root mean square over the climb (definition A) of the reference solution, every "
+    "millisecond",
+    control={"factor": 4},
+)
+def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Finding:
+    """E~ - E is approximately -m nu_x^2/2 + m nu_y (2 |omega x a| - nu_y)/2."""
+    climb = run.during_the_climb(("nu_x", "nu_y", "E", "E_tilde", "E_pot", "E_rot"))
+    mass = float(run.loaded.body.m)
+    # E~ is the energy with s_dot = -omega x a
+    length = (2 / mass * (climb["E_tilde"] - climb["E_pot"] - climb["E_rot"])) ** 0.5
+    truth = climb["E_tilde"] - climb["E"]
+    estimate = mass / 2 * (climb["nu_y"] * (factor * length - climb["nu_y"]) - climb["nu_x"] ** 2)
+    error = float(((estimate - truth) ** 2).mean() ** 0.5)
+    scale = float((truth**2).mean() ** 0.5)
+    return all_of(
+        approximate("approximately equal", error, scale, "relative error"),
+        "omega x a is taken to point along y. The line before it multiplies the vector omega x a "
+        "by the vector y; |omega x a| y is meant.",
+    )
+
+
+@claim(
+    "EQ-38",
+    quote="2|omega x a|-nu_y=2|omega||a| sin theta-nu_y>0",
+    where="Sec. 2.3, after eq (25)",
+    definition="for omega parallel to z, which the paper assumes there",
+    control={"printed": "R*alpha*sin(theta)"},
+)
+def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
+    """|omega x a| is |omega||a| sin theta."""
+    symbols, q = f.chart(), f.motion()
+    spin = (0, 0, symbols.state.phi_dot)
+    truth = dot(cross(spin, q.a), cross(spin, q.a)) / symbols.state.phi_dot**2
+    correct = "R*alpha*sin(theta)"
+
+    def squared(text: str) -> Check:
+        # |a| is a root that is no rational function of the symbols: |a|^2 stands for it twice
+        factor = f.read(text.replace("absolute_a*", ""))
+        times = dot(q.a, q.a) if "absolute_a" in text else 1
+        shown = f"|omega x a| = |omega|*{text.replace('absolute_a', '|a|')}"
+        return f.equal(factor**2 * times, truth, shown)
+
+    return misprint(
+        squared(printed),
+        squared(correct),
+        f"|omega| {correct}",
+        "theta is the angle between z and 3, not between omega and a. With a = R(alpha 3 - z) the "
+        "part along omega drops out; |a| is between R(1 - alpha) and R(1 + alpha).",
+        proved=True,
+    )
+
+
+@claim(
+    "EQ-41",
+    quote="negative whenever nu_y>0 ... whenever nu_x<0 or nu_x is sufficiently small",
+    definition="where g_n > 0 and 0 < theta < pi",
+    control={"printed": (TORQUE[0], TORQUE[1].replace("-R*alpha", "R*alpha"), TORQUE[2])},
+)
+def signs_of_the_torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
+    """tau_x, tau_z < 0 where nu_y > 0, and tau_y < 0 where nu_x is negative or small."""
+    factors = {
+        "tau_x per nu_y": ("-mu*R*g_n*(1 - alpha*cos(theta))", printed[0], "nu_y"),
+        "tau_z per nu_y": ("-mu*R*g_n*alpha*sin(theta)", printed[2], "nu_y"),
+    }
+    known = f.names()
+    checks = {
+        name: f.equal(f.read(f"({text})/{velocity}", known), f.read(negative, known), text)
+        for name, (negative, text, velocity) in factors.items()
+    }
+    bound = "alpha*sin(theta)/(mu*(1 - alpha*cos(theta)))"
+    slope = f.read("R*mu*g_n*(1 - alpha*cos(theta))")
+    checks["tau_y < 0 below a bound on nu_x"] = f.equal(
+        f.read(printed[1]), slope * (f.read("nu_x") - f.read(bound)), printed[1]
+    )
+    return all_of(
+        checks,
+        f"tau_y is a positive factor times nu_x - {bound}: negative for nu_x below that positive "
+        "bound, which is what sufficiently small means.",
+        proved=True,
+    )
+
+
+def _vectors() -> Mapping[str, Scalar]:
+    q = f.motion()
+    F = q.force
+    return dict(f.names()) | {
+        "dot": dot, "cross": cross, "s_dot": q.s_dot, "v_A": q.state.v, "omega": q.omega,
+        "a": q.a, "F": F, "F_f": (F[0], F[1], 0), "z_hat": (0, 0, 1),
+    }  # fmt: skip
+
+
+@claim(
+    "FIG-01",
+    quote="E_trans, E_rot and E_pot add up to the total energy E(t), monotonically decreasing",
+    where="Sec. 2.3, Fig. 4",
+    definition="E at 8 s from the sum of its parts there, against E(0) minus the work of friction "
+    "(the integral of mu g_n v_A^2, Gauss's rule between extrema); monotonous: no event where E "
+    "turns, and its rate has no zero",
+    control={"parts": ("E_trans", "E_rot")},
+)
+def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> Finding:
+    """The three parts add up to the energy, which decreases monotonously."""
+    span = run.whole
+    first, last = (
+        sum(column)
+        for column in zip(*(run.columns([name], list(span))[name] for name in parts), strict=True)
+    )
+    whole = run.columns(["E"], list(span))["E"]
+    work = run.mean("E_dot", span) * span.length
+    off = abs(last - (whole[0] + work)) / whole[0] + abs(first / whole[0] - 1)
+    rise, fall = run.rises_and_falls("E")
+    turns = len(run.zeros("E_dot"))
+    return all_of(
+        {
+            "sum": statement(
+                off < 1e-9,
+                "parts add up to E",
+                f"off by {decimal(off, 1)} E(0) from E(0) minus the work of friction",
+            ),
+            "monotony": statement(
+                rise == 0 and turns == 0,
+                "monotonically decreasing",
+                f"falls by {decimal(fall, 12)} J, and "
+                + (f"rises by {decimal(rise, 3)} J" if rise else "never rises"),
+            ),
+        },
+        "The work of friction comes from the contact force alone, so that it does not know the "
+        "parts.",
+    )  # fmt: skip
+
+
+@claim(
+    "FIG-02",
+    quote="the potential energy E_pot (light blue line) increases",
+    definition="between 0 and 8 s; and at every instant, or averaged over each nutation (from one "
+    "maximum of theta to the next)",
+    control={"name": "E_rot"},
+)
+def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Finding:
+    """E_pot increases."""
+    span, climb = run.whole, run.climb
+    first, last = (float(x) for x in run.columns([name], list(span))[name])
+    _, fall = run.rises_and_falls(name)
+    averages = [run.mean(name, one) for one in run.nutations(climb)]
+    falling = sum(b < a for a, b in pairwise(averages))
+    return readings(
+        {
+            "from start to end": statement(
+                last > first,
+                "increases",
+                f"from {decimal(first, 6)} to {decimal(last, 6)} J",
+            ),
+            "in the climb, averaged over each nutation": statement(
+                falling == 0 and len(averages) > 1,
+                "increases",
+                f"falls {falling} of {len(averages) - 1} times",
+            ),
+            "at every instant": statement(
+                fall == 0, "increases", f"all falls sum up to {decimal(fall, 4)} J"
+            ),
+        },
+        "It oscillates with theta.",
+    )
+
+
+@claim(
+    "FIG-03",
+    quote="these oscillations are not directly seen in the main graph",
+    definition="the main graph shows 0 to E(0); the largest change of each part between "
+    "consecutive extrema (events) against its course, that is the smaller of two neighbouring "
+    "ones; not seen: below 1 % of the graph's height",
+    control={"name": "E_tilde"},
+)
+def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
+    """The oscillations of the parts are too small to be seen in the main graph."""
+    height = run.value("E", 0.0)
+    checks = {}
+    for part in (name,) if name else PARTS:
+        values = run.extrema(part)[1]
+        swings = [abs(b - a) for a, b in pairwise(values)]
+        largest = max(min(a, b) for a, b in pairwise(swings))
+        checks[part] = statement(
+            largest < 0.01 * height,
+            "not seen",
+            f"swings of at most {100 * largest / height:.2f} % of the height",
+        )
+    return all_of(checks, "They are largest in the middle of the climb.")
+
+
+@claim(
+    "FIG-04",
+    quote="E_trans ... goes to zero as TT inverts",
+    definition="E_trans at 8 s against E_trans(0); goes to zero: below 1 % of it",
+    control={"name": "E_pot"},
+)
+def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -> Finding:
+    """E_trans tends to zero as the top inverts."""
+    found = run.at(name, "8")
+    first = run.at(name, "0")
+    share = float(found.value / first.value)
+    return all_of(
+        statement(
+            share < 0.01,
+            "goes to zero",
+            f"{measured_text(found)} J at 8 s, {decimal(share, 2)} of its first value",
+        ),
+        "It does not fall all the way: in the climb it oscillates up to "
+        f"{decimal(float(run.extrema(name, run.climb)[1].max()), 3)} J.",
+    )
+
+
+@claim(
+    "FIG-05",
+    quote="the greatest part of the energy is contained in the rotational energy mode",
+    definition="E_rot against E_pot and E_trans at every instant: least E_rot minus the largest "
+    "values of both others (events); so that it is more than half of E",
+    control={"name": "E_pot"},
+)
+def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE) -> Finding:
+    """Most of the energy is rotational all the time."""
+    others = [part for part in PARTS if part != name]
+    least = run.extreme(name, largest=False)
+    largest = [run.extreme(part, largest=True) for part in others]
+    lost = 1 - float(least.value) / run.value(name, 0.0)
+    return all_of(
+        statement(
+            float(least.value) > sum(float(one.value) for one in largest),
+            f"{name} is the greatest part",
+            f"least {name} {measured_text(least)} J; largest "
+            + ", ".join(f"{part} {measured_text(one)} J"
+                        for part, one in zip(others, largest, strict=True)),
+        ),
+        f"Until then it has lost {100 * lost:.0f} % of its first value.",
+    )  # fmt: skip
+
+
+@claim(
+    "FIG-06",
+    quote="E_dot becomes close to zero ... when both nu_x and nu_y are close to zero in a "
+    "neighborhood of t_init = 3.2 s",
+    where="Sec. 2.3, Fig. 5",
+    definition="the smallest maximum of |v_A| and the largest of E_dot (events) within 0.2 s of "
+    "t_init, definition A; close to zero: 1 % of the peaks between them",
+    control={"moment": "5.5"},
+)
+def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Finding:
+    """Near t_init E_dot comes close to zero where nu_x and nu_y both do."""
+    centre = float(moment) if moment else run.climb.begin
+    span = Span(centre - 0.2, centre + 0.2)
+    times, rates = run.extrema("E_dot", span)
+    best = int(rates.argmax())
+    there = run.columns(["nu_x", "nu_y", "gliding_speed"], [times[best]])
+    fastest = float(run.extrema("gliding_speed", span)[1].max())
+    speed = float(there["gliding_speed"][0])
+    peak = float(rates.min())
+    return all_of(
+        {
+            "E_dot": statement(
+                abs(rates[best]) < 0.01 * abs(peak),
+                "close to zero",
+                f"{decimal(float(rates[best]), 3)} W at {decimal(float(times[best]), 5)} "
+                f"s, against peaks of {decimal(peak, 3)} W",
+            ),
+            "gliding velocity": statement(
+                speed < 0.01 * fastest,
+                "both close to zero",
+                f"nu_x = {decimal(float(there['nu_x'][0]), 2)}, "
+                f"nu_y = {decimal(float(there['nu_y'][0]), 2)} m/s there, against speeds up to "
+                f"{decimal(fastest, 3)} m/s",
+            ),
+        },
+        "|v_A| has a minimum in each nutation; the deepest of them comes "
+        f"{decimal(float(times[best]) - centre, 2)} s after t_init.",
+    )
+
+
+@claim(
+    "FIG-07",
+    quote="the graph of E_trans_dot is predominantly negative and has general shape similar to "
+    "E_dot",
+    where="Sec. 2.3, Fig. 5",
+    definition="part of the time with a negative value (zeros between extrema found as events): "
+    "predominantly means two thirds of the climb at least; similar shape: correlation over 0..8 s "
+    "above 0.7",
+    control={"name": "E_rot_dot"},
+)
+def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERENCE) -> Finding:
+    """E_trans_dot is mostly negative and shaped like E_dot."""
+    climb = run.climb
+    shares = [run.share_below_zero(name, one) for one in (run.whole, climb)]
+    alike = _correlation(name, run)
+    return all_of(
+        {
+            "sign": statement(
+                shares[1] > 2 / 3,
+                "predominantly negative",
+                f"negative for {100 * shares[0]:.1f} % of the time, "
+                f"{100 * shares[1]:.1f} % of the climb",
+            ),
+            "shape": statement(
+                alike > 0.7,
+                "similar to E_dot",
+                f"correlation {alike:.2f}",
+            ),
+        },
+        "What fits both descriptions is E_rot_dot: negative for "
+        f"{100 * run.share_below_zero('E_rot_dot', climb):.1f} % of the climb, "
+        f"correlation {_correlation('E_rot_dot', run):.2f}.",
+    )
+
+
+@claim(
+    "FIG-08",
+    quote="most of the energy lost to friction comes from the rotational and the translational "
+    "components",
+    definition="differences between 8 s and 0, relative to the loss of E",
+    control={"from_": ("E_trans", "E_pot")},
+)
+def where_the_energy_comes_from(
+    from_: tuple[str, str] = ("E_rot", "E_trans"), run: Run = REFERENCE
+) -> Finding:
+    """The energy lost to friction comes mostly from rotation and translation."""
+    ends = run.columns(("E", *PARTS), list(run.whole))
+    loss = float(ends["E"][0] - ends["E"][1])
+    share = {name: float(ends[name][0] - ends[name][1]) / loss for name in PARTS}
+    shown = ", ".join(f"{name} {100 * value:.1f} %" for name, value in share.items())
+    return all_of(
+        statement(
+            sum(share[name] for name in from_) > 0.5,
+            f"most of it from {' and '.join(from_)}",
+            f"of {decimal(loss, 5)} J lost: {shown}",
+        ),
+        "Nearly all of it is rotational; E_pot gains.",
+    )
+
+
+def _correlation(name: str, run: Run) -> float:
+    import numpy
+
+    times = list(numpy.arange(0.0, run.whole.end, 5e-4))
+    columns = run.columns([name, "E_dot"], times)
+    return float(numpy.corrcoef(columns[name], columns["E_dot"])[0, 1])
+
+
+@claim(
+    "SUM-05",
+    quote="The graphs ... of energy transfer between modes, are oscillatory",
+    where="Sec. 2.3, Fig. 5",
+    definition="reference solution; extrema found as events; oscillatory: more than "
+    f"{MANY}, and as many changes of sign in the rates of the parts; E_dot cannot change sign",
+    control={"run": Run(variant(until="0.05"))},
+)
+def rates_oscillate(run: Run = REFERENCE) -> Finding:
+    """E_dot, E_pot_dot and E_trans_dot oscillate."""
+    checks: dict[str, Check] = {}
+    for name in ("E_dot", "E_pot_dot", "E_trans_dot"):
+        values = run.extrema(name)[1]
+        extrema = len(values) - 2
+        changes = int((values[1:] * values[:-1] < 0).sum())
+        checks[name] = statement(
+            extrema > MANY and (changes > MANY or name == "E_dot"),
+            "oscillates",
+            f"{extrema} extrema, {changes} changes of sign",
+        )
+    highest = float(run.extrema("E_dot")[1].max())
+    return all_of(
+        checks,
+        f"E_dot is at most {decimal(highest, 3)} W, so it oscillates without changing sign.",
+    )

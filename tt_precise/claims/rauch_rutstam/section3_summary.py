@@ -1,0 +1,313 @@
+"""Section 3, the summary: what it says beyond the sections before."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import REFERENCE, Run, variant
+from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.sweeps import (
+    AMPLITUDES,
+    CONTACTS,
+    HORIZON,
+    both_ways,
+    number,
+    reference,
+    share,
+    starts,
+    width,
+)
+from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.rauch_rutstam.section1_equations import FORMS
+from tt_precise.claims.rauch_rutstam.section22_starts import initiations, threshold
+from tt_precise.claims.rauch_rutstam.section22_sweeps import (
+    ABC,
+    AMONG,
+    CLOSE,
+    EVERY,
+    T_INIT,
+    TESTED,
+    closeness,
+    least_energy,
+    reference_body,
+    reference_lambda,
+)
+from tt_precise.claims.verdicts import (
+    Check,
+    Finding,
+    all_of,
+    decimal,
+    measured_text,
+    readings,
+    rounds_to,
+    statement,
+)
+from tt_precise.mechanics import euler, thresholds
+from tt_precise.mechanics.vectors import cross, dot
+
+if TYPE_CHECKING:
+    import pandas
+
+claim = claims_of(RAUCH_RUTSTAM, "3")
+FACTOR = 10  # "large"
+STARTS = ("0", "50", "83", "100", "150", "180", "195", "200")
+
+
+@claim(
+    "EQ-42",
+    quote="the dynamical equations (2)-(6)",
+    where="Sec. 3; captions of Figs 2 and 7",
+    definition="numbers counted in the order of the printed equations",
+    control={"last": 5},
+)
+def cross_reference(first: int = 2, last: int = 6) -> Finding:
+    """The dynamical equations are (2) to (6)."""
+    cited = RAUCH_RUTSTAM.equations[first - 1 : last]
+    moving = {"theta_dot": "ddth", "phi_dot": "ddph", "omega_3": "dot_om"}
+    needed = [moving.get(name, name) for name in euler.EulerState._fields[1:]]
+    begin, end = (RAUCH_RUTSTAM.equations.index(name) + 1 for name in (needed[0], needed[-1]))
+    return all_of(
+        {
+            "the numbers": statement(
+                list(cited) == needed, f"({first})-({last})", f"({begin})-({end})"
+            ),
+            FORMS: f.proved(FORMS),
+        },
+        "Five equations for the rates of theta_dot, phi_dot, omega_3, nu_x, nu_y; the system is "
+        "closed by eq (7) for g_n, which the captions name too.",
+    )
+
+
+@claim(
+    "QUAL-26",
+    quote="from large negative values to large positive values of phi_dot",
+    where="Summary c)",
+    definition="the least phi_dot before the initiation time A (extremum event), against the "
+    f"largest phi_dot at the maxima of theta before it; large: {FACTOR} times as large",
+    control={"phase": "climb"},
+)
+def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) -> Finding:
+    """Before t_init phi_dot reaches large negative values."""
+    span = getattr(run, phase)
+    lowest = run.extreme("phi_dot", largest=False, span=span)
+    tops = run.turns
+    tops = tops[(tops["name"] == "theta_max") & (tops["t"] < span.end) & (tops["t"] > span.begin)]
+    usual = float(abs(tops["phi_dot"]).max())
+    return all_of(
+        statement(
+            float(lowest.value) < -FACTOR * usual,
+            "large negative values",
+            f"{measured_text(lowest)} rad/s, against {decimal(usual, 3)} rad/s at the "
+            "maxima of theta",
+        ),
+        "How deep it goes hangs on how near the axis happens to pass the pole, and with it on the "
+        "last digits of the parameters: no value to aim at.",
+    )
+
+
+@claim(
+    "NUM-19",
+    quote="phi_dot(0) > 83 rad/s start to invert directly, phi_dot(0) <= 83 require a "
+    "synchronisation time-interval",
+    where="Summary",
+    definition="t_init = 0 or not, in definition A; threshold as for NUM-18",
+    control={"printed": "84"},
+)
+def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding:
+    """Starts with phi_dot(0) above 83 rad/s climb at once, the others do not."""
+    root = threshold(theta)
+    between = str((float(printed) + float(root.value)) / 2)
+    at = {value: initiations(theta, value, 0)["A"] for value in (printed, between)}
+    shown = ", ".join(f"{decimal(float(k), 5)}: {decimal(v, 3)} s" for k, v in at.items())
+    return readings(
+        {
+            "as a threshold of two digits": rounds_to(printed, root, "rad/s"),
+            "as it stands": statement(
+                bool(at[printed]) and not at[between],
+                f"direct above {printed}, not at {printed}",
+                f"t_init by phi_dot(0) in rad/s: {shown}",
+            ),
+        },
+        f"Section 2.2 has 83.1, which is the better value; up to {decimal(root.value, 7)} rad/s "
+        "there is still a synchronisation phase.",
+    )
+
+
+@claim(
+    "SWP-22", where="Summary", definition=T_INIT, control={"limit": "90"},
+    quote="solutions with phi_dot(0) <= 83 require a synchronisation time-interval before theta "
+    "starts to climb",
+)  # fmt: skip
+def needed_up_to(limit: str = "83") -> Finding:
+    """Up to phi_dot(0) = 83 rad/s a synchronisation phase comes before the climb."""
+
+    def check(rows: pandas.DataFrame) -> Check:
+        some = rows[rows["phi_dot"] <= float(limit)]
+        waiting = int(some[[f"t_init_{one}" for one in ABC]].gt(0).all(axis=1).sum())
+        return statement(
+            0 < waiting == len(some),
+            "t_init > 0",
+            f"{waiting} of {len(some)} starts",
+        )
+
+    return readings(both_ways("phi_dot", check), "In all three definitions.")
+
+
+@claim(
+    "SWP-19", where="Summary", control={"tolerance": "0.01"},
+    definition="The first time after theta = pi/2 at which nu_y falls through nu_x, and its "
+    f"distance from t_end in definition A, at most 0.1 s. {TESTED} {HORIZON}",
+    quote="For all tested IC the climbing time-interval ends at the ending time ... the graph of "
+    "nu_y crosses the graph of nu_x from above",
+)  # fmt: skip
+def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
+    """Every climb ends with a reversal of phi_dot, at which nu_y falls below nu_x."""
+
+    def check(rows: pandas.DataFrame) -> Check:
+        apart = (rows["nu_crossing_end"] - rows["t_end_A"]).abs()
+        count = int((apart <= float(tolerance)).sum())
+        return statement(
+            0 < count == len(rows),
+            "for all tested IC",
+            f"{count} of {len(rows)}, at most {number(apart.max(), 2)} s apart",
+        )
+
+    held = starts(("phi_dot", *EVERY), "held")
+    held = held[held["t_end_A"].notna()]
+    near = int(((held["nu_crossing_end"] - held["t_end_A"]).abs() <= float(tolerance)).sum())
+    return readings(
+        both_ways(("phi_dot", *EVERY), check),
+        f"Of the starts that invert and keep contact, {near} of {len(held)} have both "
+        "within that time.",
+    )
+
+
+@claim(
+    "SWP-20", where="Summary", control={"usually": "0.1"},
+    definition="Range of the quantity along the trajectory, against the reference's; "
+    f'"usually": for more than half of the starts, in each of nu_x, nu_y, theta_dot. {TESTED}',
+    quote="amplitudes of oscillations for all dynamical variables usually increases",
+)  # fmt: skip
+def amplitudes_increase(usually: str = "0.5") -> Finding:
+    """Starts that glide or nod usually oscillate more than the reference solution."""
+    known = reference()
+    ahead = starts("nu_y", "through")
+    ahead = ahead[ahead["nu_y"] > 0]
+    calm = float((width(ahead, "theta_dot") > width(known, "theta_dot")).mean())
+
+    def check(series: str, contact: str) -> Check:
+        rows = starts(series, contact)
+        larger = {
+            name: float((width(rows, name) > width(known, name)).mean()) for name in AMPLITUDES
+        }
+        shown = ", ".join(f"{name} {share(part)}" for name, part in larger.items())
+        return statement(
+            all(part > float(usually) for part in larger.values()),
+            "usually increase",
+            shown,
+        )
+
+    return readings(
+        {
+            f"{series}, {reading}": check(series, contact)
+            for series in EVERY
+            for contact, reading in CONTACTS.items()
+        },
+        f"With nu_y(0) > 0 alone, theta_dot ranges wider for {share(calm)} of the starts.",
+    )
+
+
+@claim(
+    "SWP-21", where="Summary", definition=AMONG, control={"close": "0.01"},
+    quote="the total energy for the reference solution is close to the minimal value of total "
+    "energy among solutions having lambda = 2 lambda_thres",
+)  # fmt: skip
+def energy_close_toleast_energy(close: str = CLOSE) -> Finding:
+    """The reference solution's energy is close to the least one with its lambda."""
+    body = reference_body()
+    inverted = float(thresholds.E1(body, reference_lambda()))
+    return readings(
+        {
+            "among starts with theta(0) = 0.1": closeness(close, least_energy()["E"]),
+            "among all states": closeness(close, inverted),
+        },
+        "The least energy of all belongs to the inverted spin, which is where the top ends.",
+    )
+
+
+@claim(
+    "SUM-04",
+    quote="This transfer is due to the torque that changes the components of angular velocity",
+    definition="the power of the torque is omega.(a x F)",
+    control={"torque": "dot(omega, cross(F, a))"},
+)
+def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
+    """The torque changes omega and transfers the energy between the three modes."""
+    q = f.motion()
+    known = dict(f.names()) | {
+        "omega": q.omega, "a": q.a, "F": q.force, "dot": dot, "cross": cross,
+    }  # fmt: skip
+    power = f.read(torque, known)
+    rotation = f.equal(power, f.rate_of("E_rot"), "E_rot_dot = omega.(a x F)")
+    potential = f.equal("0", f.rate_of("E_pot"), "E_pot_dot without a torque = 0")
+    work = "" if potential.holds else ": m g s_dot.z is the work of the weight"
+    return readings(
+        {
+            "between translation and rotation": rotation,
+            "between all three modes": statement(
+                rotation.holds and potential.holds,
+                "due to the torque",
+                f"E_pot changes without a torque{work}",
+            ),
+        },
+        "E_trans and E_rot exchange omega.(a x F), E_trans and E_pot exchange m g s_dot.z, in "
+        "which the torque has no part (EQ-34).",
+        proved=True,
+    )
+
+
+@claim(
+    "SUM-06",
+    quote="These oscillations are well visible in all graphs of a fully inverting Tippe Top",
+    definition=f"phi_dot(0) = {', '.join(STARTS)} rad/s, otherwise the reference start, 12 s; "
+    "those that invert. Peak: largest |phi_dot| at turning points of theta within 0.3 s of the "
+    "ending time (definition A), against those from the equator to 0.3 s before it",
+    control={"around": 0.001},
+)
+def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> Finding:
+    """phi_dot oscillates with high amplitude at the ending time of every inverting solution."""
+    peaks = [_peak(phi_dot, around) for phi_dot in starts]
+    found = [peak for peak in peaks if peak is not None]
+    smooth = _peak("195", around) or (0.0, 0.0)
+    solutions = f"; {len(found)} of {len(starts)} solutions"
+
+    def visible(ratios: list[float], limit: int) -> Check:
+        return statement(
+            min(ratios) >= limit,
+            "well visible in all graphs",
+            f"at least {decimal(min(ratios), 3)} times{solutions}",
+        )
+
+    return readings(
+        {
+            "twice as high as anything before": visible([largest for largest, _ in found], 2),
+            "ten times as high as usual (median)": visible([usual for _, usual in found], 10),
+        },
+        "The peaks are taken at events, so none is missed. For the start of Fig. 8, called "
+        f"exceptionally smooth, the peak is {decimal(smooth[0], 3)} times as high.",
+    )
+
+
+def _peak(phi_dot: str, around: float) -> tuple[float, float] | None:
+    """The peak at the ending time over the largest, and over the median, |phi_dot| before."""
+    run = Run(variant(phi_dot=phi_dot, until="12")).trajectory()
+    end = run.inversion.A.t_end
+    if end is None:
+        return None
+    turns = run.events[run.events["name"].isin(["theta_min", "theta_max"])]
+    speed = turns["phi_dot"].astype(float).abs()
+    before = speed[(turns["t"] > run.inversion.equator) & (turns["t"] < end - 0.3)]
+    near = speed[abs(turns["t"] - end) < around]
+    peak = float(near.max()) if len(near) else 0.0
+    return peak / float(before.max()), peak / float(before.median())

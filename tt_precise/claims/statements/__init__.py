@@ -1,1 +1,0 @@
-"""The claims themselves: each module is found by its being here."""
