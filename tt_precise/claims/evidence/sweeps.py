@@ -22,6 +22,7 @@ from tt_precise.claims.verdicts import Check
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import NAMES
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import sweep_pool
 from tt_precise.sweeps.samples import blocks
@@ -138,8 +139,9 @@ def definition() -> dict[str, Json]:
     scene = _scene()
     return {
         "version": VERSION,
-        "body": repr(scene.body),
-        "start": repr(scene.start),
+        "body": {name: str(getattr(scene.body, name)) for name in NAMES},
+        "law": scene.body.friction.name,
+        "start": {name: str(getattr(scene.start, name)) for name in STARTS},
         "until": UNTIL,
         "series": [repr(one) for one in SERIES],
         "record": RECORD,
