@@ -10,8 +10,14 @@ from typing import Any
 import pytest
 
 from tt_precise.exact import identities
-from tt_precise.exact.identities import IDENTITIES, prove
-from tt_precise.exact.proof import POINTS, RATIONAL_POINTS, SYMBOLIC, Identity
+from tt_precise.exact.identities import (
+    IDENTITIES,
+    POINTS,
+    RATIONAL_POINTS,
+    SYMBOLIC,
+    Identity,
+    prove,
+)
 from tt_precise.mechanics import conversion, euler, friction, newton, polar, rolling
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.errors import InputError

@@ -1,45 +1,161 @@
 """Proofs that the equations of ``mechanics`` say the same, and conserve what the paper says.
 
-Each identity is one entry: a function that yields residuals, made by calling the functions of
-``mechanics`` on the symbols of a chart. All parameters and the whole state are symbols, so a proof
+Each identity is one entry: a function that yields residuals. Symbolic ones call the functions of
+``mechanics`` on the symbols of a chart: all parameters and the whole state are symbols, so a proof
 holds for every body and every state where nothing is divided by zero. Euler and vector form are
 compared through ``mechanics.conversion``. A chart at azimuth 0 proves there, which the identities
 "equations turn with the frame" and "Euler angles turn with the frame" extend to every azimuth.
+Others are exact evaluations at random rational points.
+
+Two are about a force of three free symbols at the contact point of a sphere whose contact may even
+move vertically: they cover every friction law and every compliant contact. Those of the dry laws
+are evaluated at points where the roots of the laws are rational.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TypeVar
+from math import isqrt
+from typing import Any, TypeVar
 
-from tt_precise.exact import friction as friction  # registers its identities
 from tt_precise.exact.chart import (
+    Chart,
     EulerChart,
     EulerChartAtAzimuth0,
+    ForceChart,
     VectorChart,
     VectorChartAtAzimuth0,
 )
-from tt_precise.exact.proof import (
-    IDENTITIES,
-    RATIONAL_POINTS,
-    IdentityProof,
-    circle,
-    identity,
-    positive,
-    signed,
-)
-from tt_precise.mechanics import conversion, euler, newton, quantities, rolling
+from tt_precise.mechanics import conversion, euler, friction, newton, polar, quantities, rolling
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.polar import PolarState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
-from tt_precise.mechanics.vectors import Vector
+from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
 from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.docstrings import docstring
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.body import Parameters
+from tt_precise.scene.laws import COULOMB, LAWS
+
+SYMBOLIC = "symbolic"  # a polynomial reduction: for all parameters and states at once
+RATIONAL_POINTS = "rational points"  # exact evaluation at random points
+POINTS = 20
+SEED = 2012
+LARGEST = 10**6  # numerators: a false identity of degree n survives a point with odds n/LARGEST
+
+CHARTS: dict[str, Callable[[Parameters | None], Chart]] = {
+    chart.__name__: chart
+    for chart in (
+        EulerChart,
+        VectorChart,
+        EulerChartAtAzimuth0,
+        VectorChartAtAzimuth0,
+        ForceChart,
+    )
+}
+
+
+@dataclass(frozen=True)
+class IdentityProof:
+    """Whether an identity holds, and how that was decided.
+
+    ``residuals`` is how many expressions have to vanish, ``failed`` lists those that do not
+    (counted from 0). A symbolic proof reduced numerators of ``terms`` terms in a ``chart``; one at
+    rational points evaluated ``points`` of them.
+    """
+
+    name: str
+    equation: str
+    statement: str
+    holds: bool
+    kind: str
+    residuals: int
+    failed: tuple[int, ...]
+    chart: str = ""
+    terms: int = 0
+    points: int = 0
+
+
+@dataclass(frozen=True)
+class Identity:
+    """A statement, where the paper makes it, and a function giving what must vanish.
+
+    Symbolic: ``residuals`` takes a chart of the type named in its annotation. At rational points:
+    it takes a ``random.Random`` and gives exact numbers, at another point each time.
+    """
+
+    name: str
+    equation: str
+    kind: str
+    residuals: Callable[[Any], Iterable[Scalar]]
+
+    @property
+    def statement(self) -> str:
+        """The identity in words and formulas."""
+        return " ".join(docstring(self.residuals).split())
+
+    def prove(self, body: Parameters | None = None) -> IdentityProof:
+        """Prove or refute it; a symbolic one for a single exact ``body``, where one is given."""
+        return self._symbolically(body) if self.kind == SYMBOLIC else self._at_points()
+
+    def _symbolically(self, body: Parameters | None) -> IdentityProof:
+        name = self.residuals.__annotations__["chart"]
+        chart = CHARTS[name](body)
+        remainders = [chart.remainder(residual) for residual in self.residuals(chart)]
+        terms = sum(remainder.terms for remainder in remainders)
+        return self._proof([one.vanishes for one in remainders], chart=name, terms=terms)
+
+    def _at_points(self) -> IdentityProof:
+        draws = random.Random(SEED)
+        table = [list(self.residuals(draws)) for _ in range(POINTS)]
+        vanishing = [not any(column) for column in zip(*table, strict=True)]
+        return self._proof(vanishing, points=POINTS)
+
+    def _proof(self, vanishing: list[bool], **details: Any) -> IdentityProof:
+        if not vanishing:
+            raise ArithmeticError(f"{self.name}: no residuals, so nothing was proved")
+        failed = tuple(i for i, vanishes in enumerate(vanishing) if not vanishes)
+        return IdentityProof(
+            self.name, self.equation, self.statement, not failed, self.kind,
+            len(vanishing), failed, **details,
+        )  # fmt: skip
+
+
+IDENTITIES: dict[str, Identity] = {}
+
+Residuals = Callable[[Any], Iterable[Scalar]]  # of a chart, or of a random.Random
+
+
+def identity(name: str, equation: str, kind: str = SYMBOLIC) -> Callable[[Residuals], Residuals]:
+    """Register a function that yields residuals; see ``Identity``."""
+
+    def register(residuals: Residuals) -> Residuals:
+        IDENTITIES[name] = Identity(name, equation, kind, residuals)
+        return residuals
+
+    return register
+
+
+def positive(draws: random.Random) -> Fraction:
+    """A random positive rational number."""
+    return Fraction(draws.randint(1, LARGEST), draws.randint(1, LARGEST))
+
+
+def signed(draws: random.Random) -> Fraction:
+    """A random rational number of either sign."""
+    return positive(draws) * draws.choice((-1, 1))
+
+
+def circle(draws: random.Random) -> tuple[Fraction, Fraction]:
+    """A random rational point on the unit circle."""
+    t = signed(draws)
+    return (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
+
 
 VectorState = TypeVar("VectorState", NewtonState, RollingState)
 
@@ -316,3 +432,111 @@ def _newtons_second_law(
     body = chart.body
     for along, component, axis in zip(motion.s_dot, force, (0, 0, 1), strict=True):
         yield body.m * chart.along(along, rates) - component + body.m * body.g * axis
+
+
+@identity("lambda is constant under any contact force", "after (1)")
+def _any_force_jellett(chart: ForceChart) -> Iterable[Scalar]:
+    """d lambda/dt = 0 for every force F at the contact point: L_dot = a x F, k_dot = L x k/I1."""
+    yield chart.along(quantities.jellett(_forced_motion(chart)), _forced_rates(chart))
+
+
+@identity("E changes by the power of any contact force", "section 1")
+def _any_force_energy(chart: ForceChart) -> Iterable[Scalar]:
+    """dE/dt = v_A.F for every force F at the contact point, from m s_ddot = F - m g z."""
+    q = _forced_motion(chart)
+    s_dot = subtracted(chart.v, newton.swing(chart.body, chart.state))
+    # m s_dot.s_ddot + m g z.s_dot = s_dot.F
+    rate = dot(s_dot, chart.force) + chart.along(quantities.E_rot(q), _forced_rates(chart))
+    yield rate - dot(chart.v, chart.force)
+
+
+@identity("dry friction: size, direction and loss", "section 1", RATIONAL_POINTS)
+def _dry_laws(draws: random.Random) -> Iterable[Scalar]:
+    """F_f opposes v_A; |F_f| sqrt(v^2 + epsilon^2) = mu g_n v; dE/dt = -|F_f| v."""
+    for body, state, speed in _dry_states(draws):
+        q = Motion(body, state, Roots)
+        epsilon = body.numbers_by_name.get("epsilon", Fraction(0))
+        g_n = q.force[2]
+        size = -(q.force[0] * state.vx + q.force[1] * state.vy) / speed
+        yield q.force[0] * state.vy - q.force[1] * state.vx
+        yield size * Roots.sqrt(speed**2 + epsilon**2) - body.mu * g_n * speed
+        yield quantities.E_dot(q) + size * speed
+
+
+@identity("Coulomb's law in polar form", "(1)", RATIONAL_POINTS)
+def _polar(draws: random.Random) -> Iterable[Scalar]:
+    """The rates along tau are v times those along t, with v_A = v e; |e| does not change."""
+    _, (body, state, speed) = _dry_states(draws)
+    e = (state.vx / speed, state.vy / speed)
+    plain = newton.rates(friction.viscous_at(body, state.vx, state.vy, Roots), state)
+    found = polar.rates(body, PolarState(*state[:6], speed, *e, Fraction(0)), Exponential)
+    yield from (one - speed * other for one, other in zip(found[:6], plain[:6], strict=True))
+    for part, turning, rate in zip(e, found[7:9], plain[6:], strict=True):
+        # v' = v (ln v)'
+        yield speed * found.log_v * part + speed * turning - speed * rate
+    yield found.ex * e[0] + found.ey * e[1]
+    yield found.t - speed
+
+
+@identity("rolling meets gliding at the cone", "(1), v_A = 0", RATIONAL_POINTS)
+def _cone(draws: random.Random) -> Iterable[Scalar]:
+    """With e = -F_f/(mu F_z) of rolling Coulomb's law has v_A_dot = 0; |e| = 1 on the cone."""
+    _, (body, state, _) = _dry_states(draws)
+    force = rolling.constraint_force(body, state)
+    largest = body.mu * force[2]
+    e = (-force[0] / largest, -force[1] / largest)
+    rates = polar.along_direction(body, NewtonState(*state[:6], *e))
+    yield from (rates.vx, rates.vy)
+    yield friction.cone_margin(body, state) - largest**2 * (1 - e[0] ** 2 - e[1] ** 2)
+
+
+class Roots:
+    """The arithmetic of fractions, with the square roots that are fractions."""
+
+    @staticmethod
+    def sqrt(value: Fraction) -> Fraction:
+        """The root of the square of a fraction."""
+        root = Fraction(isqrt(value.numerator), isqrt(value.denominator))
+        if root * root != value:
+            raise ValueError(f"{value} is not the square of a fraction")
+        return root
+
+
+class Exponential(Roots):
+    """Fractions in which exp is the identity: what holds for every exp(ln v) holds for every v."""
+
+    @staticmethod
+    def exp(value: Fraction) -> Fraction:
+        """The speed, which stands in the place of its logarithm."""
+        return value
+
+
+def _dry_states(
+    draws: random.Random,
+) -> tuple[tuple[Parameters, NewtonState, Fraction], tuple[Parameters, NewtonState, Fraction]]:
+    """A gliding state under the regularised law and under Coulomb's, and its gliding speed."""
+    (ring, height), (x, y), (vx, vy), share = (circle(draws) for _ in range(4))
+    length, speed = positive(draws), positive(draws)
+    values = [positive(draws) for _ in range(7)]
+    turning = (ring * x, ring * y, height, *(signed(draws) for _ in range(3)))
+    # speed^2 + epsilon^2 is a square because cosine and sine of ``share`` are fractions
+    glide = abs(share[0]) * length
+    smooth = Parameters(*values, friction=LAWS["regularised"], further=(abs(share[1]) * length,))
+    return (
+        (smooth, NewtonState(*(*turning, glide * vx, glide * vy)), glide),
+        (
+            Parameters(*values, friction=COULOMB),
+            NewtonState(*(*turning, speed * vx, speed * vy)),
+            speed,
+        ),
+    )
+
+
+def _forced_motion(chart: ForceChart) -> Motion:
+    return Motion(chart.body, chart.state, chart)
+
+
+def _forced_rates(chart: ForceChart) -> NewtonState:
+    torque = cross(newton.arm(chart.body, chart.state.k), chart.force)
+    zero = chart.field.zero
+    return NewtonState(*newton.axis_rate(chart.body, chart.state), *torque, zero, zero)

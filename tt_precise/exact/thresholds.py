@@ -3,7 +3,8 @@
 The formulas are those of ``mechanics.thresholds``. Beside each stands a determination that does
 not use it: the thresholds from eigenvalues of the linearised equations of motion
 (``exact.stability``), the asymptotic D and E~ from these quantities in the limit state, lambda
-from the Euler form, gamma and sigma from accelerations.
+from the Euler form, gamma and sigma from accelerations. ``inversion`` says whether a motion tends
+to the inverted spin: what Theorem 1.1 and stability decide.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import NamedTuple
 
 from tt_precise.exact.arithmetic import (
     agreed_digits,
@@ -21,7 +23,6 @@ from tt_precise.exact.arithmetic import (
     rounding_to,
 )
 from tt_precise.exact.stability import INVERTED, UPRIGHT, MarginalMomentum, fineness, marginal_spin
-from tt_precise.exact.verdict import InversionVerdict, inversion
 from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.conversion import vectors_from_euler
@@ -32,7 +33,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.untyped import Json
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import Scene, Start
 
 GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
 MOST_GUARD = 5000
@@ -57,7 +58,7 @@ class Determination:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """What ``thresholds`` finds for a scene; ``inverts`` as in ``exact.verdict``."""
+    """What ``thresholds`` finds for a scene; ``inverts`` as in ``inversion``."""
 
     digits: int
     context: Functions
@@ -261,3 +262,77 @@ class _Work:
         else:
             agreed = agreed_digits(value, independent, self.digits, self.fn)
         return Determination(value, independent, agreed, how, unit)
+
+
+class InversionVerdict(NamedTuple):
+    """True: inverts, by Theorem 1.1 while g_n > 0. False: does not. None: not decided."""
+
+    inverts: bool | None
+    reason: str
+
+
+def inversion(
+    scene: Scene,
+    lambda_: Scalar,
+    lambda_thres: Scalar,
+    lambda_up: Scalar,
+    on_table: bool,
+    margin: Scalar,
+) -> InversionVerdict:
+    """Whether the scene's motion tends to the inverted spin.
+
+    ``lambda_thres`` is None where the inverted spin is unstable at every lambda, ``lambda_up``
+    where the upright spin is stable at every lambda; ``on_table`` says whether g_n > 0 at the
+    start; lambdas closer than the relative ``margin`` to a threshold are undecided. The mirror
+    image of a motion has -lambda and inverts when it does, so that only |lambda| counts.
+    """
+    if scene.model == "rolling" or scene.body.mu == 0:
+        return InversionVerdict(
+            None, "Theorem 1.1 is about gliding with friction, which this scene lacks"
+        )
+    if scene.body.spring:
+        return InversionVerdict(None, "Theorem 1.1 is about a rigid table")
+    if _steady(scene.start):
+        if scene.start.theta.from_pi:
+            return InversionVerdict(
+                None, "starts as the inverted spin, a steady motion: nothing to invert"
+            )
+        return InversionVerdict(
+            False, "starts exactly as the upright spin, a steady motion, which only leaves it "
+            "when perturbed"
+        )  # fmt: skip
+    if not scene.body.friction.smooth_at_rest:
+        return InversionVerdict(
+            None, "Theorem 1.1 is about friction that lets no top stick, as Coulomb's may"
+        )
+    if not on_table:
+        return InversionVerdict(None, "Theorem 1.1 needs g_n > 0, which fails at the start")
+    size = abs(lambda_)
+    if lambda_thres is None:
+        return InversionVerdict(
+            False, "gamma >= 1 + alpha: the inverted spin is unstable at every lambda"
+        )
+    if abs(size - lambda_thres) <= margin * lambda_thres:
+        return InversionVerdict(
+            None, "|lambda| = lambda_thres in all digits: the inverted spin is marginal"
+        )
+    if size < lambda_thres:
+        return InversionVerdict(False, "|lambda| < lambda_thres: the inverted spin is unstable")
+    both_stable = "upright and inverted spin are both stable, so the end depends on the start"
+    if lambda_up is None:
+        return InversionVerdict(None, f"gamma <= 1 - alpha: {both_stable}")
+    if abs(size - lambda_up) <= margin * lambda_up:
+        return InversionVerdict(
+            None, "|lambda| = lambda_up in all digits: the upright spin is marginal"
+        )
+    if size < lambda_up:
+        return InversionVerdict(None, f"lambda_thres < |lambda| < lambda_up: {both_stable}")
+    return InversionVerdict(
+        True, "1 - alpha < gamma < 1 + alpha and |lambda| > max(lambda_thres, lambda_up): "
+        "Theorem 1.1, for solutions that keep g_n > 0"
+    )  # fmt: skip
+
+
+def _steady(start: Start) -> bool:
+    moving = (start.theta_dot, start.nu_x, start.nu_y)
+    return start.theta.at_pole and not any(moving)

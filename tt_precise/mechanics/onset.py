@@ -4,7 +4,7 @@ At v_A = 0 the equations are singular, and tau of ``polar`` would begin at -infi
 that glides from there is v(t), e(t), k(t), L(t) as power series, found coefficient by coefficient:
 (v e')_k = (n.v_A_dot)_k is linear in the next coefficient of e, whose factor v_1 k - N is not zero,
 N < 0 being what turning e changes of n.v_A_dot. Where rolling reaches the cone v_1 = 0 (``cone``
-in exact.friction): v begins with t^2, and the series is asymptotic, its terms growing like
+in exact.identities): v begins with t^2, and the series is asymptotic, its terms growing like
 factorials in the end; its error is then below the least of them. Where the force of rolling lies
 outside the cone from the first v_1 > 0, and the series converges.
 """
