@@ -18,7 +18,7 @@ from tt_precise.exact.identities import (
     Identity,
     prove,
 )
-from tt_precise.mechanics import conversion, euler, friction, newton, polar, rolling
+from tt_precise.mechanics import conversion, euler, friction, newton, rolling
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.body import Parameters
@@ -106,7 +106,7 @@ CONTROLS: dict[str, Spoil] = {
     "lambda is constant under any contact force": _entry(newton, "axis_rate", 0),
     "E changes by the power of any contact force": _entry(newton, "swing", 1),
     "dry friction: size, direction and loss": _entry(friction, "coefficient"),
-    "Coulomb's law in polar form": _field(polar, "rates", "ex"),
+    "Coulomb's law in polar form": _field(friction, "polar_rates", "ex"),
     "rolling meets gliding at the cone": _entry(rolling, "constraint_force", 0),
 }
 

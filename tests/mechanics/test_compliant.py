@@ -12,8 +12,8 @@ import pytest
 from tt_precise.mechanics import compliant
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import ELASTIC, FLIGHT, Formulation
-from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.scene.body import SPRINGS, Parameters, TippeTop
 
 Round = Callable[[Fraction], Any]

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.mechanics import friction, onset, polar, rolling
+from tt_precise.mechanics import friction, onset, rolling
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.onset import OnsetSeries
 from tt_precise.scene.body import Parameters
@@ -38,7 +38,7 @@ def residual(mp: Any, top: Parameters, series: OnsetSeries, t: Any) -> Any:
         return v * ex, v * ey
 
     *turning, _, ex, ey = series.at(t, mp)
-    rate = polar.along_direction(top, NewtonState(*(*turning, ex, ey)))
+    rate = friction.along_direction(top, NewtonState(*(*turning, ex, ey)))
     slopes = [mp.diff(lambda s, i=i: velocity(s)[i], t) for i in (0, 1)]
     return max(abs(slopes[0] - rate.vx), abs(slopes[1] - rate.vy))
 

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tt_precise.check.columns import COLUMN_SETS
 from tt_precise.mechanics import euler, newton, rolling
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.pose import Pose
+from tt_precise.mechanics.quantities import DESCRIPTIONS, QUANTITIES, Motion, described
 from tt_precise.mechanics.rolling import RollingState
 from tt_precise.scene.body import Parameters, TippeTop, Units
 
@@ -252,3 +254,16 @@ def test_simplified_rate_of_the_inclination(motion: Motion) -> None:
     found = QUANTITIES["theta_dot_simplified"].evaluate(motion)
     assert abs(found / expected - 1) < mp.mpf(10) ** -55
     assert abs(found / (expected / height**2) - 1) > mp.mpf("0.01")
+
+
+def test_every_column_is_described() -> None:
+    read = {name for found in COLUMN_SETS.values() for name in found.names}
+    for name in {*read, *STATE_DIMENSIONS, *Pose._fields, "t"}:
+        assert all(described(name)), name
+    with pytest.raises(KeyError):
+        described("lean")
+
+
+def test_units_are_those_of_the_dimensions() -> None:
+    for name in DESCRIPTIONS.keys() & STATE_DIMENSIONS.keys() - {"phi", "psi"}:
+        assert DESCRIPTIONS[name].unit == STATE_DIMENSIONS[name].unit

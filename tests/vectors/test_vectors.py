@@ -19,9 +19,9 @@ from scipy.integrate import solve_ivp
 
 from tt_precise.cli import main
 from tt_precise.golden.store import home
-from tt_precise.mechanics import compliant, euler, lifted, newton, rolling
+from tt_precise.mechanics import compliant, euler, flight, newton, rolling
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import formulation
-from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.scene.body import SPRINGS
 from tt_precise.scene.laws import LAWS
 from tt_precise.scene.scene import Scene
@@ -150,7 +150,7 @@ def rates_in_double(case: states.StateCase, body: Any) -> tuple[Callable[..., An
         here = LiftedState(*y)
         pressed = here.height < 0 and compliant.reach(body, here.height, here.rise) < 0
         g_n = compliant.normal_force(body, here, numpy) if pressed else 0.0
-        return lifted.rates(body, here, compliant.contact_force(body, here, g_n, numpy))
+        return flight.rates(body, here, compliant.contact_force(body, here, g_n, numpy))
 
     if case.law in SPRINGS:
         return on_a_table, len(LiftedState._fields)

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.mechanics import compliant, quantities
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import FLIGHT, Formulation, elastic_in_time, formulation
 from tt_precise.mechanics.friction import cone_margin
-from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries, solution

@@ -10,7 +10,7 @@ import numpy
 
 from tt_precise.check.blocks import Block
 from tt_precise.check.columns import Columns, ColumnSet
-from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Scalar

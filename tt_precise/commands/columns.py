@@ -59,7 +59,7 @@ def command(as_json: bool) -> int:
 def column_sets() -> dict[str, dict[str, dict[str, Json]]]:
     """Of each set its columns, in order: unit, meaning and whether it is required."""
     from tt_precise.check.columns import COLUMN_SETS
-    from tt_precise.mechanics.columns import described
+    from tt_precise.mechanics.quantities import described
 
     return {
         name: {

@@ -29,10 +29,10 @@ from tt_precise.exact.chart import (
     VectorChart,
     VectorChartAtAzimuth0,
 )
-from tt_precise.mechanics import conversion, euler, friction, newton, polar, quantities, rolling
+from tt_precise.mechanics import conversion, euler, friction, newton, quantities, rolling
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.friction import PolarState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.polar import PolarState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
@@ -469,7 +469,7 @@ def _polar(draws: random.Random) -> Iterable[Scalar]:
     _, (body, state, speed) = _dry_states(draws)
     e = (state.vx / speed, state.vy / speed)
     plain = newton.rates(friction.viscous_at(body, state.vx, state.vy, Roots), state)
-    found = polar.rates(body, PolarState(*state[:6], speed, *e, Fraction(0)), Exponential)
+    found = friction.polar_rates(body, PolarState(*state[:6], speed, *e, Fraction(0)), Exponential)
     yield from (one - speed * other for one, other in zip(found[:6], plain[:6], strict=True))
     for part, turning, rate in zip(e, found[7:9], plain[6:], strict=True):
         # v' = v (ln v)'
@@ -485,7 +485,7 @@ def _cone(draws: random.Random) -> Iterable[Scalar]:
     force = rolling.constraint_force(body, state)
     largest = body.mu * force[2]
     e = (-force[0] / largest, -force[1] / largest)
-    rates = polar.along_direction(body, NewtonState(*state[:6], *e))
+    rates = friction.along_direction(body, NewtonState(*state[:6], *e))
     yield from (rates.vx, rates.vy)
     yield friction.cone_margin(body, state) - largest**2 * (1 - e[0] ** 2 - e[1] ** 2)
 

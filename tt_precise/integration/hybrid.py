@@ -24,10 +24,10 @@ from tt_precise.integration.quadratures import motion
 from tt_precise.integration.segments import Segment
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.system import SLOW_SPEED
-from tt_precise.mechanics import compliant, friction, polar, rolling
+from tt_precise.mechanics import compliant, friction, rolling
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import FLIGHT, SLOW, STICKING, Formulation, flight_over
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.onset import direction_on_the_cone, directions_from_rest, onset
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
@@ -96,9 +96,9 @@ def entering(here: InitialState, form: Formulation, fn: Functions) -> InitialSta
     elif not form.own_time:
         state = form.start(here.body, here.vectors, here.euler)
     elif form.coordinates == "euler":
-        state = polar.from_euler(here.euler, fn)
+        state = friction.polar_from_euler(here.euler, fn)
     else:
-        state = polar.from_vectors(here.vectors, fn)
+        state = friction.polar_from_vectors(here.vectors, fn)
     return replace(here, model=form.model, row=(*state, *here.row))
 
 

@@ -79,7 +79,7 @@ def figure(trajectory: Trajectory, names: tuple[str, ...] = ()) -> Figure:
 def _panel(
     axes: Axes, trajectory: Trajectory, samples: pandas.DataFrame, names: tuple[str, ...]
 ) -> None:
-    from tt_precise.mechanics.columns import described
+    from tt_precise.mechanics.quantities import described
 
     for name in names:
         at = plotting.thinned(samples["t"].to_numpy(), samples[name].to_numpy())

@@ -12,9 +12,8 @@ from collections.abc import Mapping
 
 from tt_precise.mechanics.conversion import horizontal_length, vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.lifted import LiftedState
-from tt_precise.mechanics.motion import Motion
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import (
     ANGLE,
@@ -24,6 +23,7 @@ from tt_precise.mechanics.quantities import (
     RATE,
     SPEED,
     E,
+    Motion,
 )
 from tt_precise.mechanics.vectors import Vector, dot
 from tt_precise.runtime.arithmetic import Functions, Scalar

@@ -1,15 +1,116 @@
-"""Flight in closed form: a symmetric body without contact, a free rotation and a parabola.
+"""A top whose lowest point need not be at the table's height: in the air, or on an elastic table.
 
-L and omega_3 are constant, the axis turns about L at |L|/I1, and the body turns about its axis
-at omega_3 (1 - I3/I1) beside that; the centre of mass falls freely.
+The state has that height and its rate beside what a gliding top has. The lowest point of the
+sphere is at a = R (alpha k - z) from the centre of mass wherever the sphere is, and its velocity
+v_A as a point of the body has the height's rate as its vertical part: the equations are those of
+``newton`` with three components of v_A instead of two, and with whatever force acts there.
+
+Twice: as vectors, and in Euler angles, where eqs (2) to (6) hold for any normal force.
+
+Flight has a closed form, a free rotation and a parabola: L and omega_3 are constant, the axis turns
+about L at |L|/I1, and the body turns about its axis at omega_3 (1 - I3/I1) beside that; the centre
+of mass falls freely.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.mechanics.vectors import Vector, dot
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
+
+
+class LiftedState(NamedTuple):
+    """As ``NewtonState``, and the height of the lowest point above the table, and its rate."""
+
+    kx: Scalar
+    ky: Scalar
+    kz: Scalar
+    Lx: Scalar
+    Ly: Scalar
+    Lz: Scalar
+    vx: Scalar
+    vy: Scalar
+    height: Scalar
+    rise: Scalar
+
+    @property
+    def k(self) -> Vector:
+        """Symmetry axis 3-hat."""
+        return (self.kx, self.ky, self.kz)
+
+    @property
+    def L(self) -> Vector:
+        """Angular momentum about the centre of mass."""
+        return (self.Lx, self.Ly, self.Lz)
+
+    @property
+    def v(self) -> Vector:
+        """Velocity v_A of the lowest point."""
+        return (self.vx, self.vy, self.rise)
+
+
+class LiftedEulerState(NamedTuple):
+    """As ``EulerState``, and the height of the lowest point above the table, and its rate."""
+
+    theta: Scalar
+    theta_dot: Scalar
+    phi_dot: Scalar
+    omega_3: Scalar
+    nu_x: Scalar
+    nu_y: Scalar
+    height: Scalar
+    rise: Scalar
+
+
+def rates(body: Parameters, state: LiftedState, force: Vector) -> LiftedState:
+    """Time derivative of the state under any force at the lowest point; eq (1)."""
+    turning = NewtonState(*state[:8])
+    torque = cross(newton.arm(body, state.k), force)
+    x, y, z = newton.contact_acceleration(body, turning, force)
+    return LiftedState(*(*newton.axis_rate(body, turning), *torque, x, y, state.rise, z))
+
+
+def euler_rates(
+    body: Parameters, state: LiftedEulerState, g_n: Scalar, fn: Functions
+) -> LiftedEulerState:
+    """The same under g_n (z - mu v_A), with any g_n; eqs (2) to (6).
+
+    The centre of mass is at R (1 - alpha cos theta) above the lowest point.
+    """
+    rate = euler.rates(body, EulerState(*state[:6]), fn, g_n)
+    s, c = fn.sin(state.theta), fn.cos(state.theta)
+    sinking = s * rate.theta_dot + c * state.theta_dot * state.theta_dot
+    z = g_n / body.m - body.g - body.R * body.alpha * sinking
+    return LiftedEulerState(*(*rate, state.rise, z))
+
+
+def free_rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonState:
+    """Time derivative in flight of what a gliding top has."""
+    return NewtonState(*rates(body, LiftedState(*state, 0, 0), (0, 0, 0))[:8])
+
+
+def free_euler_rates(body: Parameters, state: EulerState, fn: Functions) -> EulerState:
+    """Time derivative in flight of what a gliding top has."""
+    return euler.rates(body, state, fn, 0)
+
+
+def flight_rates(body: Parameters, state: LiftedState, fn: Functions = None) -> LiftedState:
+    """Time derivative in flight."""
+    return rates(body, state, (0, 0, 0))
+
+
+def flight_euler_rates(
+    body: Parameters, state: LiftedEulerState, fn: Functions
+) -> LiftedEulerState:
+    """Time derivative in flight."""
+    return euler_rates(body, state, 0, fn)
+
 
 Quaternion = tuple[Scalar, Scalar, Scalar, Scalar]
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass, fields, replace
 from functools import cache, partial
 from typing import Any
 
-from tt_precise.mechanics import centre, compliant, euler, friction, lifted, newton, polar, rolling
-from tt_precise.mechanics.centre import CentreState
+from tt_precise.mechanics import compliant, euler, flight, friction, newton, rolling
 from tt_precise.mechanics.compliant import DeepEulerState, DeepState
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.lifted import LiftedEulerState, LiftedState
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.polar import PolarEulerState, PolarState
+from tt_precise.mechanics.flight import LiftedEulerState, LiftedState
+from tt_precise.mechanics.friction import PolarEulerState, PolarState
+from tt_precise.mechanics.newton import CentreState, NewtonState
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
@@ -104,14 +103,16 @@ class Formulation:
         """The ``Motion`` of a state; ``phi`` is the azimuth, which an Euler state leaves open."""
         if self.State is CentreState:
             there = CentreState(*state)
-            velocity = partial(centre.velocity, body, there)
-            return Motion(body, centre.to_vectors(body, there), fn, self.model, s_dot=velocity)
+            velocity = partial(newton.centre_velocity, body, there)
+            return Motion(
+                body, newton.centre_to_vectors(body, there), fn, self.model, s_dot=velocity
+            )
         if "rise" in self.columns:
             return self._lifted_motion(body, state, fn, phi)
         if self.own_time:
             polar_state = self.State(*state)
             length = self.columns.index("log_v")
-            state = (*state[:length], *polar.gliding_velocity(polar_state, fn))
+            state = (*state[:length], *friction.gliding_velocity(polar_state, fn))
         if self.coordinates == "newton":
             vectors = NewtonState(*state, *(0,) * (8 - len(state)))
             return Motion(body, vectors, fn, self.model)
@@ -135,7 +136,7 @@ class Formulation:
     def start(self, body: Parameters, vectors: NewtonState, euler: EulerState) -> StateOfAny:
         """The state that both ``vectors`` and ``euler`` describe."""
         if self.State is CentreState:
-            return centre.from_vectors(body, vectors)
+            return newton.centre_from_vectors(body, vectors)
         source: tuple[Scalar, ...] = vectors if self.coordinates == "newton" else euler
         return self.State(*source[: len(self.columns)])
 
@@ -145,19 +146,28 @@ _ALL = (
     Formulation("gliding", "euler", EulerState, euler.rates),
     Formulation("rolling", "newton", RollingState, rolling.rates),
     Formulation("rolling", "euler", RollingEulerState, rolling.euler_rates),
-    Formulation("flight", "newton", NewtonState, lifted.free_rates),
-    Formulation("flight", "euler", EulerState, lifted.free_euler_rates),
+    Formulation("flight", "newton", NewtonState, flight.free_rates),
+    Formulation("flight", "euler", EulerState, flight.free_euler_rates),
 )
 FORMULATIONS = {(f.model, f.coordinates): f for f in _ALL}
 
 # where another state costs less to integrate than the one that is published
-INTEGRATED = {("gliding", "newton"): Formulation("gliding", "newton", CentreState, centre.rates)}
+INTEGRATED = {
+    ("gliding", "newton"): Formulation("gliding", "newton", CentreState, newton.centre_rates)
+}
 
 # Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone
 SLOW = {
-    "newton": Formulation("gliding", "newton", PolarState, polar.rates, COULOMB, clock=polar.speed),
+    "newton": Formulation(
+        "gliding", "newton", PolarState, friction.polar_rates, COULOMB, clock=friction.polar_speed
+    ),
     "euler": Formulation(
-        "gliding", "euler", PolarEulerState, polar.euler_rates, COULOMB, clock=polar.speed
+        "gliding",
+        "euler",
+        PolarEulerState,
+        friction.polar_euler_rates,
+        COULOMB,
+        clock=friction.polar_speed,
     ),
 }
 STICKING = {
@@ -167,8 +177,8 @@ STICKING = {
 
 # in the air, and on an elastic table
 FLIGHT = {
-    "newton": Formulation("flight", "newton", LiftedState, lifted.flight_rates),
-    "euler": Formulation("flight", "euler", LiftedEulerState, lifted.flight_euler_rates),
+    "newton": Formulation("flight", "newton", LiftedState, flight.flight_rates),
+    "euler": Formulation("flight", "euler", LiftedEulerState, flight.flight_euler_rates),
 }
 _deep = compliant.root_of_depth
 ELASTIC = {
@@ -210,7 +220,7 @@ _GLIDING_VELOCITY: dict[
 ] = {
     NewtonState: lambda body, state: (state.vx, state.vy),
     EulerState: lambda body, state: (state.nu_x, state.nu_y),
-    CentreState: lambda body, state: centre.to_vectors(body, state)[-2:],
+    CentreState: lambda body, state: newton.centre_to_vectors(body, state)[-2:],
 }
 
 

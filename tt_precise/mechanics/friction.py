@@ -4,14 +4,21 @@ Every law has F_f = -c g_n v_A with a coefficient c (``scene.laws``). Eqs (1) to
 in mu, so with c for mu they are the equations of motion of each law: no formula is written twice.
 What differentiates mu g_n v_A (``newton.normal_force_slope``) holds for constant c only.
 
-Coulomb's law is singular where v_A = 0: ``polar`` goes through small speeds.
+Where v_A = 0 the direction of Coulomb's force is undefined and the equations are singular. In polar
+form, v_A = v e with |e| = 1, and in a time tau, d tau = dt/v, they are regular: g_n and the
+accelerations contain v_A in the force alone, and there only e. v = 0 is reached as tau -> oo,
+exponentially, so ln v is in the state: its rate e.v_A_dot is bounded, and v keeps its relative
+accuracy down to any size. Twice, like every motion: as vectors, and in the paper's Euler angles.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
-from tt_precise.mechanics import rolling
+from tt_precise.mechanics import euler, newton, rolling
+from tt_precise.mechanics.conversion import horizontal_length
+from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.scene.body import Parameters
@@ -66,3 +73,94 @@ def of_law(
 def largest_coefficient(body: Parameters, speed: Scalar) -> Scalar:
     """A bound on c at gliding speeds of at least ``speed``, in s/m."""
     return body.friction.largest(speed, body.mu, *body.further)
+
+
+class PolarState(NamedTuple):
+    """Axis k, angular momentum L about CM, ln v, the unit direction e of gliding, and the time."""
+
+    kx: Scalar
+    ky: Scalar
+    kz: Scalar
+    Lx: Scalar
+    Ly: Scalar
+    Lz: Scalar
+    log_v: Scalar
+    ex: Scalar
+    ey: Scalar
+    t: Scalar
+
+
+class PolarEulerState(NamedTuple):
+    """Euler angles and rates, ln v, e in the frame of ``EulerState``, and the time."""
+
+    theta: Scalar
+    theta_dot: Scalar
+    phi_dot: Scalar
+    omega_3: Scalar
+    log_v: Scalar
+    ex: Scalar
+    ey: Scalar
+    t: Scalar
+
+
+def along_direction(body: Parameters, state: NewtonState) -> NewtonState:
+    """Rates (d/dt) under the force g_n (z - mu e); ``state`` has e in the place of v_A.
+
+    Finite where v vanishes.
+    """
+    return newton.rates(body, state)
+
+
+def polar_rates(body: Parameters, state: PolarState, fn: Functions) -> PolarState:
+    """d/d tau of the state, d tau = dt/v.
+
+    v_A_dot = v_dot e + v e_dot gives (ln v)' = e.v_A_dot and e' = (n.v_A_dot) n, n = z x e.
+    """
+    v = polar_speed(state, fn)
+    ex, ey = state.ex, state.ey
+    rate = along_direction(body, NewtonState(*state[:6], ex, ey))
+    along = ex * rate.vx + ey * rate.vy
+    across = ex * rate.vy - ey * rate.vx
+    direction_rate = (along, -(across * ey), across * ex)
+    return PolarState(*(*(v * one for one in rate[:6]), *direction_rate, v))
+
+
+def polar_euler_rates(body: Parameters, state: PolarEulerState, fn: Functions) -> PolarEulerState:
+    """The same by eqs (2) to (7), whose frame turns at phi_dot: e turns back by v phi_dot.
+
+    With e in the place of (nu_x, nu_y) eqs (5) and (6) have phi_dot e x z, which is along n.
+    """
+    v = polar_speed(state, fn)
+    ex, ey = state.ex, state.ey
+    rate = euler.rates(body, EulerState(*state[:4], ex, ey), fn)
+    along = ex * rate.nu_x + ey * rate.nu_y
+    across = ex * rate.nu_y - ey * rate.nu_x + state.phi_dot - v * state.phi_dot
+    direction_rate = (along, -(across * ey), across * ex)
+    return PolarEulerState(*(*(v * one for one in rate[:4]), *direction_rate, v))
+
+
+def polar_speed(state: PolarState | PolarEulerState, fn: Functions) -> Scalar:
+    """v, the rate of t along tau."""
+    return fn.exp(state.log_v)
+
+
+def gliding_velocity(state: PolarState | PolarEulerState, fn: Functions) -> tuple[Scalar, Scalar]:
+    """v e, in the state's own frame."""
+    v = polar_speed(state, fn)
+    return v * state.ex, v * state.ey
+
+
+def direction(vx: Scalar, vy: Scalar, fn: Functions) -> tuple[Scalar, Scalar, Scalar]:
+    """ln v and e of a velocity that is not zero."""
+    v = horizontal_length(fn, vx, vy)
+    return fn.log(v), vx / v, vy / v
+
+
+def polar_from_vectors(vectors: NewtonState, fn: Functions) -> PolarState:
+    """The state at time 0 that glides as ``vectors`` do."""
+    return PolarState(*vectors[:6], *direction(vectors.vx, vectors.vy, fn), vectors.kx * 0)
+
+
+def polar_from_euler(state: EulerState, fn: Functions) -> PolarEulerState:
+    """The state at time 0 that glides as ``state`` does."""
+    return PolarEulerState(*state[:4], *direction(state.nu_x, state.nu_y, fn), state.theta * 0)

@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation
-from tt_precise.mechanics.lifted import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy
 
-from tt_precise.mechanics import newton, polar, rolling
+from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.taylor import Growing, SeriesTape
 from tt_precise.runtime.arithmetic import Functions, Scalar
@@ -58,7 +58,7 @@ def directions_from_rest(
         """v_A_dot along and across a direction, times the denominator of g_n, and that itself."""
         e = fn.cos(angle), fn.sin(angle)
         pushed = state._replace(vx=e[0], vy=e[1])
-        rate = polar.along_direction(body, pushed)
+        rate = friction.along_direction(body, pushed)
         _, size = newton.contact_terms(body, pushed)
         x, y = size * rate.vx, size * rate.vy
         return e[0] * x + e[1] * y, e[0] * y - e[1] * x, size
@@ -95,7 +95,7 @@ def onset(
     """
     tape = SeriesTape(terms, 1, fn.fdot)
     entries = [Growing(tape, lambda c, k: c[k]) for _ in range(8)]
-    rate = polar.along_direction(body, NewtonState(*entries))
+    rate = friction.along_direction(body, NewtonState(*entries))
     ex, ey = entries[6:]
     along = ex * rate.vx + ey * rate.vy
     across = ex * rate.vy - ey * rate.vx

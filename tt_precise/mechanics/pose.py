@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, dot
 from tt_precise.runtime.arithmetic import Functions, Scalar
