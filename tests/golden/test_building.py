@@ -29,7 +29,7 @@ from tt_precise.golden.runs import LADDER, Run, Task, tasks
 from tt_precise.golden.store import FILES, MANIFEST, PROOF, PROOF_HASH, TRAJECTORY, read, read_whole
 from tt_precise.golden.table import Table
 from tt_precise.mechanics.conserved import conserved, drift
-from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.errors import InputError

@@ -28,11 +28,10 @@ from tt_precise.golden.store import EVENTS, MANIFEST, OWN, SCENE, TRAJECTORY, Fo
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import EVENTS as CATALOGUE
 from tt_precise.integration.events import JOINING, TERMINAL
-from tt_precise.mechanics.columns import described
 from tt_precise.mechanics.conserved import conserved, drift
-from tt_precise.mechanics.lifted import LiftedState
+from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.quantities import Motion, described
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.cache import UNREADABLE, Records, source_hash
 from tt_precise.runtime.errors import InputError
