@@ -11,6 +11,7 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
+from tt_precise.claims.evidence.sweeps import exact_values
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.untyped import Json
@@ -85,7 +86,7 @@ def definition() -> dict[str, Json]:
     """What the rows are made from."""
     scene = _scene()
     sides = {name: repr(pair) for name, pair in MAPS.items()}
-    made_from = {"body": repr(scene.body), "start": repr(scene.start), "sides": sides}
+    made_from = {**exact_values(scene), "sides": sides}
     return {**made_from, "version": VERSION, "until": UNTIL, "count": COUNT, "record": RECORD}
 
 

@@ -139,12 +139,19 @@ def definition() -> dict[str, Json]:
     scene = _scene()
     return {
         "version": VERSION,
-        "body": {name: str(getattr(scene.body, name)) for name in NAMES},
-        "law": scene.body.friction.name,
-        "start": {name: str(getattr(scene.start, name)) for name in STARTS},
+        **exact_values(scene),
         "until": UNTIL,
         "series": [repr(one) for one in SERIES],
         "record": RECORD,
+    }
+
+
+def exact_values(scene: Scene) -> dict[str, Json]:
+    """Body, friction law and start of a scene, for the definition of a table."""
+    return {
+        "body": {name: str(getattr(scene.body, name)) for name in NAMES},
+        "law": scene.body.friction.name,
+        "start": {name: str(getattr(scene.start, name)) for name in STARTS},
     }
 
 
