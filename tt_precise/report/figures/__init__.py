@@ -1,46 +1,32 @@
-"""The figures of the report: each a function without arguments that returns a ``Figure``.
-
-A new figure is one new function with ``@registered(section)`` in a module of this folder.
-"""
+"""The figures of the report: functions without arguments, listed here by section."""
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Callable
 
 from tt_precise.report.document import Figure
-from tt_precise.runtime.registry import Registry
+from tt_precise.report.figures import many_starts, paper
 
-Draw = Callable[[], Figure | None]
-
-_registered: Registry[tuple[str, Draw]] = Registry("figure")
-
-
-def registered(section: str) -> Callable[[Draw], Draw]:
-    """Make a function a figure of that section; it returns None if its data is missing."""
-
-    def register(function: Draw) -> Draw:
-        _registered.enter(function.__qualname__, (section, function), function.__module__)
-        return function
-
-    return register
+FIGURES: dict[str, tuple[Callable[[], Figure], ...]] = {
+    "figures": (
+        paper.figure_2, paper.figure_3, paper.figure_4, paper.figure_5, paper.figure_6,
+        paper.figure_7, paper.figure_8, paper.deforming_potential, paper.axis_at_the_pole,
+    ),
+    "conservation": (paper.jellett_drift,),
+    "starts": (
+        many_starts.times_by_precession, many_starts.times_by_inclination,
+        many_starts.map_of_inclination_and_lambda, many_starts.map_of_friction_and_spin,
+        many_starts.map_of_precession_and_spin,
+    ),
+    "thresholds": (many_starts.outcomes_at_the_threshold,),
+}  # fmt: skip
 
 
 def figures_of(section: str) -> list[Figure]:
-    """The figures of a section: those of the paper redrawn first, then the others."""
-    drawn = [draw() for home, draw in _all() if home == section]
-    found = [figure for figure in drawn if figure is not None]
-    return sorted(found, key=lambda figure: not figure.name.startswith("figure-"))
+    """The figures of a section."""
+    return [draw() for draw in FIGURES[section]]
 
 
 def all_figures() -> list[Figure]:
     """The figures of all sections."""
-    sections = dict.fromkeys(home for home, _ in _all())
-    return [figure for section in sections for figure in figures_of(section)]
-
-
-def _all() -> list[tuple[str, Draw]]:
-    for module in sorted(m.name for m in pkgutil.iter_modules(__path__, f"{__name__}.")):
-        importlib.import_module(module)
-    return list(_registered)
+    return [figure for section in FIGURES for figure in figures_of(section)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tt_precise.report.document import Block, PageTable, Section, Text
-from tt_precise.report.figures.engines import scoreboard
+from tt_precise.report.figures.measured import scoreboard
 from tt_precise.runtime import records
 from tt_precise.runtime.untyped import Json
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tt_precise.extremes.case import TOPICS, shown
 from tt_precise.report.document import Block, PageTable, Section, Text
-from tt_precise.report.figures import extremes as pictures
+from tt_precise.report.figures import measured as pictures
 from tt_precise.runtime import records
 from tt_precise.runtime.untyped import Json
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
-from tt_precise.report.figures import planted_faults
+from tt_precise.report.figures import measured as pictures
 from tt_precise.runtime.records import of_its_form
 
 if TYPE_CHECKING:
@@ -77,6 +77,6 @@ ALL = (
         "run through the conservation checks; healthy trajectories beside them.",
         "python -m benchmarks.planted_faults",
         jellett_alone,
-        planted_faults.faults,
+        pictures.faults,
     ),
 )

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
-from tt_precise.report.figures.work_precision import (
+from tt_precise.report.figures.measured import (
     growth_of_errors,
     hidden_by_conservation,
     work_and_digits,
