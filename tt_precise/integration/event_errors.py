@@ -87,7 +87,7 @@ def _errors_within(
             at = max(bisect.bisect_left(begins, times[place]) - 1, 0)
             alike.setdefault((hit.name, at), []).append(place)
         for (name, at), places in alike.items():
-            event = event_named(name, of.form.model)
+            event = event_named(name, of.form.model, of.form.friction)
             there = [hits[place] for place in places]
             late, right = _beside(part, there, event, parts[at], float(reference.end) / unit)
             errors[places] = numpy.maximum(errors[places], late)

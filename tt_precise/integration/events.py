@@ -15,6 +15,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
+from tt_precise.scene.laws import VISCOUS, Law
 
 EXTREMUM, ZERO = "extremum:", "zero:"
 
@@ -68,19 +69,31 @@ def gliding_across_tilt(q: Motion) -> Scalar:
     return q.state.vy * q.state.kx - q.state.vx * q.state.ky
 
 
-def force_slope(q: Motion) -> Scalar:
-    """The rate of g_n times the positive denominator of eq (7), of a viscous top.
+def torque_along_tilt(q: Motion) -> Scalar:
+    """tau_x sin theta."""
+    return q.torque[0] * q.state.kx + q.torque[1] * q.state.ky
 
-    Raises
-    ------
-    InputError
-        The friction has another law, whose coefficient has a rate of its own.
-    """
-    if not q.body.friction.constant:
-        raise InputError(
-            f"event: got extremum:g_n with {q.body.law} friction, expected it with viscous "
-            "friction; zero:QUANTITY and the other events hold for every law"
-        )
+
+def torque_across_tilt(q: Motion) -> Scalar:
+    """tau_y sin theta."""
+    return q.torque[1] * q.state.kx - q.torque[0] * q.state.ky
+
+
+def balance(q: Motion) -> Scalar:
+    """xi sin^2 theta."""
+    s = q.state
+    return dot(s.L, q.k) * (s.kx * s.kx + s.ky * s.ky) - s.kz * precession(q)
+
+
+def own_rotation(q: Motion) -> Scalar:
+    """psi_dot I1 I3 sin^2 theta."""
+    s, body = q.state, q.body
+    spin = dot(s.L, q.k) * (s.kx * s.kx + s.ky * s.ky)
+    return body.I1 * spin - body.I3 * s.kz * precession(q)
+
+
+def force_slope(q: Motion) -> Scalar:
+    """The rate of g_n times the positive denominator of eq (7), of a viscous top."""
     return newton.normal_force_slope(q.body, q.state)
 
 
@@ -102,6 +115,20 @@ _ALL = (
     Event("Lk_equals_minus_Lz", lambda q: alignment(q, -1), "L.k = -L.z"),
 )
 EVENTS = {event.name: event for event in _ALL}
+
+# with the same changes of sign, and smooth at the poles or at rest
+SMOOTH: dict[str, Callable[[Motion], Scalar]] = {
+    "zero:theta_dot": lambda q: -axis_fall(q),
+    "zero:phi_dot": precession,
+    "zero:psi_dot": own_rotation,
+    "zero:xi": balance,
+    "zero:nu_x": gliding_along_tilt,
+    "zero:nu_y": gliding_across_tilt,
+    "zero:tau_x": torque_along_tilt,
+    "zero:tau_y": torque_across_tilt,
+    "extremum:theta": lambda q: -q.state.kz,
+    "extremum:gliding_speed": lambda q: q.state.vx * q.state.vx + q.state.vy * q.state.vy,
+}
 
 TERMINAL = {
     "contact_lost": "g_n reaches 0: the top leaves the table and the model ends",
@@ -130,7 +157,7 @@ def existing(names: Iterable[str], model: str) -> tuple[str, ...]:
     return tuple(name for name in names if model == "gliding" or name not in gliding)
 
 
-def event_named(name: str, model: str) -> Event:
+def event_named(name: str, model: str, law: Law = VISCOUS) -> Event:
     """The event called ``name``, or the extremum or zero of a quantity.
 
     Raises
@@ -149,13 +176,13 @@ def event_named(name: str, model: str) -> Event:
         return event
     quantity = QUANTITIES.get(name.partition(":")[2])
     if name.startswith(ZERO) and quantity:
-        return Event(name, quantity.evaluate, f"{quantity.name} changes sign")
+        return Event(name, SMOOTH.get(name, quantity.evaluate), f"{quantity.name} changes sign")
     if name.startswith(EXTREMUM) and quantity:
         meaning = f"extremum of {quantity.name} (rising: minimum)"
-        if quantity.name == "g_n" and model == "gliding":
+        if quantity.name == "g_n" and model == "gliding" and law.constant:
             # five times smaller than what differentiating g_n by every state entry gives
             return Event(name, force_slope, meaning, slope=True)
-        return Event(name, quantity.evaluate, meaning)
+        return Event(name, SMOOTH.get(name, quantity.evaluate), meaning)
     raise InputError(
         f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "
         f"or {EXTREMUM}QUANTITY or {ZERO}QUANTITY such as {EXTREMUM}g_n"

@@ -15,18 +15,17 @@ from tt_precise.integration.dense_output import DenseOutput, SampleTimes, Stored
 from tt_precise.integration.events import EXTREMUM, event_named
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.propagate import (
-    FIRST_STEP,
     Pieces,
     Propagation,
     Status,
     left_the_table,
-    without_start,
 )
 from tt_precise.integration.quadratures import extended_rates, motion
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
 from tt_precise.integration.step_limit import longest_step
 from tt_precise.integration.system import MOST_EVENTS, Hit, terminal_functions
+from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.errors import InputError
@@ -57,7 +56,7 @@ def _compiled(setup: Setup) -> _Compiled:
         terminal.update(terminal_functions(form, q, entries[0]))
         outputs = [(function, False) for function in terminal.values()]
         for name in setup.events:
-            event = event_named(name, form.model)
+            event = event_named(name, form.model, form.friction)
             outputs.append((event.function(q), name.startswith(EXTREMUM) and not event.slope))
         return extended_rates(form, record, body, entries, fn), outputs
 
@@ -142,7 +141,7 @@ def propagate_in_doubles(
         if end.status:
             break
     assert end.status, "a run goes on until it ends"
-    hits = without_start(run.hits, run.events, setup, start, FIRST_STEP)
+    hits = settled(run.hits, setup, start, end.time)
     return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits)
 
 
@@ -195,7 +194,8 @@ class _Run:
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start, self.fn = setup, start, setup.precision.context
         self.system, self.terminal = _compiled(setup.but(tolerance=0.0, contact="", options=()))
-        self.events = {name: event_named(name, setup.formulation.model) for name in setup.events}
+        form = setup.formulation
+        self.events = {name: event_named(name, form.model, form.friction) for name in setup.events}
         self.names = (*self.terminal, *self.events)
         self.size = len(setup.formulation.columns) + len(setup.record)
         directions = (*(-1 for _ in self.terminal), *(e.direction for e in self.events.values()))

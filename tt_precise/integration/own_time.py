@@ -6,8 +6,8 @@ Such segments are read row by row in guarded numbers.
 from __future__ import annotations
 
 import bisect
-from collections.abc import Callable, Sequence
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial
 from typing import Any
 
 from tt_precise.integration.columns import Row
@@ -24,6 +24,7 @@ from tt_precise.mechanics.onset import OnsetSeries
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.progress import Progress
+from tt_precise.scene.laws import COULOMB
 
 NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are taken
 
@@ -211,13 +212,8 @@ class OnsetOutput(RowwiseOutput):
         motions = dict(zip(times, map(self._motion, times), strict=True))
         found = []
         for name in self.setup.events:
-            event = event_named(name, "gliding")
-
-            def value(t: Scalar, name: str = name, function: Any = event.function) -> Scalar:
-                if name.startswith(EXTREMUM):
-                    return fn.diff(lambda s: function(self._motion(s)), t)
-                return function(motions[t] if t in motions else self._motion(t))
-
+            event = event_named(name, "gliding", COULOMB)
+            value = partial(self._value, name, event.function, motions)
             values = [value(t) for t in times]
             for before, after, low, high in zip(values, values[1:], times, times[1:], strict=False):
                 direction = 1 if after > before else -1
@@ -227,3 +223,14 @@ class OnsetOutput(RowwiseOutput):
                     state = tuple(map(number, self._row(time)))
                     found.append(Hit(name, number(time), direction, state))
         return sorted(found, key=lambda hit: hit.time)
+
+    def _value(
+        self,
+        name: str,
+        function: Callable[[Motion], Scalar],
+        motions: Mapping[Scalar, Motion],
+        t: Scalar,
+    ) -> Scalar:
+        if name.startswith(EXTREMUM):
+            return self.precision.context.diff(lambda s: function(self._motion(s)), t)
+        return function(motions[t] if t in motions else self._motion(t))

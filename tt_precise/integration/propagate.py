@@ -6,19 +6,19 @@ numbers. ``in_doubles`` is its like for double-double and triple-double.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
-from tt_precise.integration.events import Event
+from tt_precise.integration.events import EVENTS
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.step_limit import longest_step
 from tt_precise.integration.system import Hit, Integrator, integrator
-from tt_precise.integration.vanishing import vanishes
+from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
 from tt_precise.runtime.untyped import Adaptive, ContinuousOutput
 
@@ -31,10 +31,7 @@ ARRIVED: tuple[Status, ...] = ("complete", "contact_ignored")  # at the scene's 
 
 STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}  # 0.2 s or more
 
-# Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
-# other roots of its Taylor step from heyoka; so with events the first step is a tiny one. A flight
-# from the table has a triple root, of its height, there.
-FIRST_STEP = 2.0**-20
+MOST_CUTS = 4  # of a failed propagation, back to its last good step
 LONGEST_OWN_TIME = 2.0**40  # where the state ends the propagation
 
 
@@ -99,19 +96,20 @@ def propagate(
     dense: Pieces | None = None,
     samples: Array | None = None,
     progress: Progress | None = None,
+    cuts: int = MOST_CUTS,
 ) -> Propagation:
     """Propagate once from ``start``; how it went, in heyoka's own numbers.
 
     ``until`` (a number of heyoka's type) replaces the start's own horizon. ``dense`` is given
     heyoka's dense output of each bounded piece of the way, in order. ``samples`` are rising times
     up to the horizon, at which states are wanted of a run in double. A propagation that
-    produces NaN is cut back to its last good step and has the status "failed", and so has one
-    that is given up because its steps are too short ever to arrive.
+    produces NaN is cut back to its last good step, at most ``cuts`` times, and has the status
+    "failed", and so has one that is given up because its steps are too short ever to arrive.
 
     Raises
     ------
     InputError
-        More than ``MOST_EVENTS`` events happened.
+        More than ``MOST_EVENTS`` events happened, or the function of one became undefined.
     """
     import heyoka
 
@@ -146,9 +144,18 @@ def propagate(
         if last_good == number(zero):
             made.begin(setup, start)
             return _propagation_of(setup, start, made, status, 0)
+    partial = [name for name in setup.events if name not in EVENTS]
+    if partial and propagate(setup.but(events=()), start, until=until).status != "failed":
+        t = float(setup.precision.guarded(last_good) * start.units.time)
+        raise InputError(
+            f"events: got {', '.join(partial)}, of which some are undefined at t = {t:.6g} s, "
+            "expected functions that are defined all the way, such as theta_max or phi_dot_zero"
+        )
     if dense is not None:
         dense.clear()
-    propagation = propagate(setup, start, until=last_good, dense=dense)
+    if not cuts:  # no time is good
+        last_good = number(zero)
+    propagation = propagate(setup, start, until=last_good, dense=dense, cuts=cuts - 1)
     return replace(propagation, status="failed")
 
 
@@ -208,7 +215,6 @@ def _propagation_of(
     steps: int,
 ) -> Propagation:
     time, time_low = made.adaptive.dtime
-    early = 2.0 ** (-setup.precision.bits / 4)
     return Propagation(
         status=status,
         time=time,
@@ -216,24 +222,8 @@ def _propagation_of(
         state=_values(made.adaptive),
         steps=steps,
         order=made.adaptive.order,
-        hits=without_start(made.hits, made.events, setup, start, early),
+        hits=settled(made.hits, setup, start, time),
     )
-
-
-def without_start(
-    hits: Sequence[Hit],
-    events: Mapping[str, Event],
-    setup: Setup,
-    start: InitialState,
-    early: float,
-) -> tuple[Hit, ...]:
-    """The events without those, at ``early`` times, that are only a zero at the start itself.
-
-    A zero of order k at the start splits into roots up to eps^(1/k) behind it; phi_dot has k = 2.
-    """
-    first = {hit.name for hit in hits if hit.time < early}
-    at_start = {name for name in first if vanishes(events[name], setup, start)}
-    return tuple(hit for hit in hits if hit.time >= early or hit.name not in at_start)
 
 
 def _time_before_failure(

@@ -6,10 +6,13 @@ grow large, are carried scaled down by a power of two and do not loosen it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
+from tt_precise.taylor.series import Series, SeriesFunctions, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
 QUADRATURE_SCALE = 1024
@@ -48,3 +51,20 @@ def motion(
     if form.coordinates == "euler" and "phi" in record:
         phi = state[size + record.index("phi")] * QUADRATURE_SCALE
     return form.motion(body, form.State(*state[:size]), fn, phi)
+
+
+def moving(
+    form: Formulation,
+    record: tuple[str, ...],
+    body: Parameters,
+    row: Sequence[Scalar],
+    fn: Functions,
+) -> tuple[tuple[Series, ...], Motion]:
+    """Power series in time of the extended state that begins at ``row``, and their ``Motion``."""
+    functions = SeriesFunctions(fn)
+
+    def rates(entries: tuple[Series, ...]) -> list[Scalar]:
+        return extended_rates(form, record, body, entries, functions)
+
+    entries = solution(rates, row)
+    return entries, motion(form, record, body, entries, functions)

@@ -129,7 +129,7 @@ def _require_euler_angles(scene: Scene, precision: Precision) -> None:
 def _checked_events(scene: Scene, events: Iterable[str] | None) -> tuple[str, ...]:
     names = tuple(dict.fromkeys(scene.events if events is None else events))
     for name in names:
-        event_named(name, scene.model)
+        event_named(name, scene.model, scene.body.friction)
     return names
 
 

@@ -20,6 +20,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Adaptive
+from tt_precise.taylor.series import Series
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -90,7 +91,7 @@ def build(setup: Setup) -> Integrator:
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
-    events = {name: event_named(name, form.model) for name in setup.events}
+    events = {name: event_named(name, form.model, form.friction) for name in setup.events}
     if form.own_time:
         terminal |= _ends_in_own_time(setup, equations, heyoka.par[len(form.parameters)])
     hits: list[Hit] = []
@@ -112,7 +113,7 @@ def build(setup: Setup) -> Integrator:
             for name, ex in terminal.items()
         ],
         nt_events=[
-            *(_event(heyoka, event, equations, fp_type, hits) for event in events.values()),
+            *_events(heyoka, setup, events, equations, hits),
             *noted,
         ],
         **numeric_options(setup),
@@ -212,10 +213,11 @@ def along(expression: Scalar, equations: Equations) -> Scalar:
 
 
 def event_expression(event: Event, equations: Equations) -> Scalar:
-    """The heyoka expression whose zeros are the event."""
-    expression = event.function(equations.motion)
-    extremum = event.name.startswith(EXTREMUM) and not event.slope
-    return along(expression, equations) if extremum else expression
+    """The heyoka expression whose zeros are the event, or a number where it is constant."""
+    if not event.name.startswith(EXTREMUM) or event.slope:
+        return event.function(equations.motion)
+    value = event.function(equations.moving())
+    return value[1] if isinstance(value, Series) else 0
 
 
 def heyoka_direction(direction: int) -> Any:
@@ -226,14 +228,25 @@ def heyoka_direction(direction: int) -> Any:
     return {0: kinds.any, 1: kinds.positive, -1: kinds.negative}[direction]
 
 
-def _event(
+def _events(
     heyoka: ModuleType,
-    event: Event,
+    setup: Setup,
+    events: dict[str, Event],
     equations: Equations,
-    fp_type: type,
     hits: list[Hit],
+) -> list[Any]:
+    """heyoka's events; a function that is constant has none."""
+    found = []
+    for event in events.values():
+        expression = event_expression(event, equations)
+        if isinstance(expression, heyoka.expression) and heyoka.get_variables([expression]):
+            found.append(_event(heyoka, event, expression, setup.precision.fp_type, hits))
+    return found
+
+
+def _event(
+    heyoka: ModuleType, event: Event, expression: Scalar, fp_type: type, hits: list[Hit]
 ) -> Any:
-    expression = event_expression(event, equations)
     direction = heyoka_direction(event.direction)
 
     def callback(adaptive: Adaptive, time: Scalar, sign: int) -> None:

@@ -1,35 +1,319 @@
-"""Events whose function is zero at the start itself, which are no events."""
+"""Zeros of event functions that are no events, and those just behind t = 0, from power series.
+
+An event is a change of sign. A function that vanishes identically has none; one that touches zero
+has none, though rounding makes two of it, or none, or one. What decides is the size of the summands
+that the function is made of: what stays below ``ROUNDINGS`` eps of it is zero. A function that
+vanishes at the start itself is divided by the power of t that it begins with, and its zeros in the
+first, tiny step are those of what is left; integrators look for zeros behind that step.
+"""
 
 from __future__ import annotations
 
-from tt_precise.integration.events import EXTREMUM, Event
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from tt_precise.integration.events import EXTREMUM, Event, event_named
+from tt_precise.integration.quadratures import moving
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.system import Hit
 from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.taylor.crossings import crossings
+from tt_precise.taylor.series import (
+    Series,
+    Sized,
+    SizedFunctions,
+    rate,
+)
+
+# Events may be zero at the start itself (theta_dot(0) = 0), and a multiple root there can hide the
+# other roots of its Taylor step; so with events the first step is a tiny one.
+FIRST_STEP = 2.0**-20
+ROUNDINGS = 10  # eps of its summands, below which a function is zero
+GUARD = 40  # bits behind those of the run, within which guarded numbers agree
+SUSPICIOUS = 1e-10  # of its summands: a lobe this shallow is looked at with all bits
+NEAREST = 64  # parts of the first step, where series converge so slowly
+NEWTONS = 60
 
 
-def vanishes(event: Event, setup: Setup, start: InitialState) -> bool:
-    """Whether the event's function is zero at the start itself.
+class AtStart(NamedTuple):
+    """Events in the first step, and functions that vanish identically."""
 
-    Then whether heyoka finds a root just behind it is a matter of rounding (theta_dot(0) = 0 in
-    the reference scene), and the rule is: the start is no event.
+    hits: tuple[Hit, ...]
+    silent: frozenset[str]
+
+
+def functions_along(
+    setup: Setup, events: Mapping[str, Event], body: Scalar, row: Sequence[Scalar], fn: Functions
+) -> tuple[tuple[Series, ...], dict[str, Scalar]]:
+    """The series of the state that begins at ``row``, and of each event's function along it."""
+    entries, q = moving(setup.formulation, setup.record, body, row, fn)
+    found = {}
+    for name, event in events.items():
+        value = event.function(q)
+        slope = name.startswith(EXTREMUM) and not event.slope
+        constant = 0 if slope else value
+        found[name] = (rate(value) if slope else value) if isinstance(value, Series) else constant
+    return entries, found
+
+
+def at_start(setup: Setup, start: InitialState) -> AtStart:
+    """What the series at the start say of the events of a setup.
+
+    Raises
+    ------
+    InputError
+        One of them is undefined at the start.
     """
-    form, context = setup.formulation, setup.precision.context
-    evaluate = event.function
-    first = start.state(form)
-    if event.slope or not event.name.startswith(EXTREMUM):
-        q = form.motion(start.body, first, context, context.mpf(0))
-        return bool(abs(evaluate(q)) < context.ldexp(1, -setup.precision.bits))
-    h = context.ldexp(1, -setup.precision.bits // 3)
-    rates = form.rates(start.body, form.State(*first), context)
-    ahead, behind = (
-        evaluate(
-            form.motion(
-                start.body,
-                [x + sign * h * rate for x, rate in zip(first, rates, strict=True)],
-                context,
-                context.mpf(0),
-            )
+    key = ("events at the start", setup.formulation, setup.precision, setup.events, setup.record)
+    return start.once(key, lambda: _at_start(setup, start))
+
+
+def _at_start(setup: Setup, start: InitialState) -> AtStart:
+    import numpy
+
+    form = setup.formulation
+    events = {name: event_named(name, form.model, form.friction) for name in setup.events}
+    row = [numpy.float64(float(x)) for x in start.first_row(form, setup.record)]
+    sizes = _sizes(setup, start, [numpy.array([x]) for x in row])
+    sized = [Sized(x, size[0]) for x, size in zip(row, sizes, strict=True)]
+    body = form.body([float(x) for x in start.parameters(form)])
+    order = 6 + setup.precision.bits // 20
+    close: dict[str, list[float]] = {}
+    hits: list[Hit] = []
+    undefined: list[str] = []
+    with numpy.errstate(all="ignore"):
+        _, found = functions_along(setup, events, body, sized, SizedFunctions())
+        for name, function in found.items():
+            if not isinstance(function, Series):
+                close[name] = [0.0] * (order + 1)
+                continue
+            terms = [_sized(function[k]) for k in range(order + 1)]
+            if not math.isfinite(terms[0].value):
+                undefined.append(name)
+                continue
+            later = sum(abs(t.value) * FIRST_STEP**k for k, t in enumerate(terms) if k)
+            if not abs(terms[0].value) > 2 * later + ROUNDINGS * 2.0**-53 * terms[0].size:
+                close[name] = [float(t.size) for t in terms]
+    if undefined and not start.row:  # a piece may begin where the table is touched
+        raise InputError(
+            f"events: got {', '.join(undefined)}, undefined at the start, expected a function that "
+            "is defined there, such as theta_max, phi_dot_zero or nu_x_zero"
         )
-        for sign in (1, -1)
-    )
-    return bool(abs(ahead - behind) / (2 * h) < context.ldexp(1, -setup.precision.bits // 2))
+    silent = set()
+    if close:
+        with setup.precision.wide.precision():
+            for name, zeros in _first_zeros(setup, start, events, close, order).items():
+                if zeros is None:
+                    silent.add(name)
+                else:
+                    hits += [hit for hit in zeros if events[name].direction in (0, hit.direction)]
+    return AtStart(tuple(sorted(hits, key=lambda hit: hit.time)), frozenset(silent))
+
+
+def _sized(value: Scalar) -> Sized:
+    return value if isinstance(value, Sized) else Sized(value, abs(value))
+
+
+def _first_zeros(
+    setup: Setup,
+    start: InitialState,
+    events: Mapping[str, Event],
+    close: Mapping[str, Sequence[float]],
+    order: int,
+) -> dict[str, list[Hit] | None]:
+    """Of functions that are ``close`` to zero at the start: their zeros in the first step.
+
+    None where one vanishes identically. ``close`` holds the sizes of their coefficients.
+    """
+    wide, form, bits = setup.precision.wide, setup.formulation, setup.precision.bits
+    chosen = {name: events[name] for name in close}
+    body = form.body([wide.number(x) for x in start.parameters(form)])
+    row = [wide.number(x) for x in start.first_row(form, setup.record)]
+    # where a run goes on from an earlier piece its row has the errors of that
+    level = 2.0**-bits * (2.0**-GUARD if not start.row else ROUNDINGS)
+    found: dict[str, list[Hit] | None] = {name: [] for name in close}
+    left, begin = wide.number(FIRST_STEP), wide.number(0)
+    for part in range(NEAREST):
+        entries, functions = functions_along(setup, chosen, body, row, wide)
+        series = {}
+        length = left
+        for name, function in functions.items():
+            if found[name] is None:
+                continue
+            if not isinstance(function, Series):
+                found[name] = None
+                continue
+            c = function.upto(order)[: order + 1]
+            if not part:
+                zero = [abs(x) <= level * s for x, s in zip(c, close[name], strict=True)]
+                if all(zero):
+                    found[name] = None
+                    continue
+                c = c[zero.index(False) :]
+            series[name] = c
+            length = min(length, _converges(c, bits))
+        for name, c in series.items():
+            for place, direction in _places(c, length):
+                state = [sum(x * place**k for k, x in enumerate(e.upto(order))) for e in entries]
+                time, *there = (
+                    setup.precision.number(wide.back(x)) for x in (begin + place, *state)
+                )
+                already: list[Hit] = found[name] or []
+                found[name] = [*already, Hit(name, time, direction, tuple(there))]
+        begin, left = begin + length, left - length
+        if left <= 0:
+            break
+        row = [sum(x * length**k for k, x in enumerate(e.upto(order))) for e in entries]
+    return found
+
+
+def _converges(c: Sequence[Scalar], bits: int) -> Scalar:
+    """How far the terms left out do not matter beside the first one, or the largest so far."""
+    last = len(c) - 1
+    if last < 2 or not c[last]:
+        return math.inf
+    lengths = [(abs(c[k] / c[last]) * 2.0**-bits) ** (1 / (last - k)) for k in range(last) if c[k]]
+    return max(lengths, default=math.inf)
+
+
+def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
+    """Where the polynomial ``c`` changes sign between 0 and ``length``, and in which direction."""
+    import numpy
+
+    scaled = [x * length**k for k, x in enumerate(c)]
+    largest = max(map(abs, scaled))
+    if not largest:
+        return []
+    rough = numpy.array([[float(x / largest) for x in scaled]])
+    found = crossings(rough, rough[:, 0].copy())
+    places = []
+    for place, direction in zip(found.place.tolist(), found.direction.tolist(), strict=True):
+        x = length * place
+        for _ in range(NEWTONS):
+            value = sum(a * x**k for k, a in enumerate(c))
+            slope = sum(k * a * x ** (k - 1) for k, a in enumerate(c) if k)
+            step = value / slope if slope else value * 0
+            x = x - step
+            if not abs(step) > abs(x) * 2.0**-300 or not 0 < x <= length:
+                break
+        if 0 < x <= length:
+            places.append((x, direction))
+    return places
+
+
+def settled(hits: Sequence[Hit], setup: Setup, start: InitialState, end: Scalar) -> tuple[Hit, ...]:
+    """The events among the ``hits`` of a run: with those of the first step, without touches."""
+    if not setup.events:
+        return tuple(hits)
+    first = at_start(setup, start)
+    early = [hit for hit in first.hits if hit.time <= end]
+    later = [hit for hit in hits if hit.time >= FIRST_STEP and hit.name not in first.silent]
+    keep = _crossing(later, setup, start) if later else []
+    return (*early, *(hit for hit, kept in zip(later, keep, strict=True) if kept))
+
+
+def _crossing(hits: Sequence[Hit], setup: Setup, start: InitialState) -> list[bool]:
+    """Whether each function goes through zero there, by more than its rounding."""
+    import numpy
+
+    form, precision = setup.formulation, setup.precision
+    eps = ROUNDINGS * max(2.0 ** (1 - precision.bits), float(setup.tolerance or 0))
+    rows = [numpy.array([float(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
+    sizes = _sizes(setup, start, rows)
+    keep = numpy.ones(len(hits), dtype=bool)
+    places: dict[str, list[int]] = {}
+    for i, hit in enumerate(hits):
+        places.setdefault(hit.name, []).append(i)
+    body = form.body([float(x) for x in start.parameters(form)])
+    with numpy.errstate(all="ignore"):
+        for name, there in places.items():
+            chosen = {name: event_named(name, form.model, form.friction)}
+            sized = [Sized(x[there], size[there]) for x, size in zip(rows, sizes, strict=True)]
+            _, found = functions_along(setup, chosen, body, sized, SizedFunctions())
+            if not isinstance(found[name], Series):
+                keep[there] = False
+                continue
+            terms = [_sized(found[name][k]) for k in range(4)]
+            size = [numpy.broadcast_to(term.size, len(there)) for term in terms]
+            deep = _depth([term.value for term in terms]) > max(eps, SUSPICIOUS) * size[0]
+            shallow = numpy.flatnonzero(~deep)
+            if not len(shallow):
+                continue
+            seen = [hits[there[i]] for i in shallow]
+            c = [term.value[shallow] for term in terms]
+            if precision.bits > 53:
+                c = _with_all_bits(seen, chosen, setup, start)
+            signs = numpy.array([hit.direction for hit in seen])
+            passes = _passes(c, [one[shallow] for one in size], signs, eps)
+            keep[numpy.array(there)[shallow]] = passes
+    return list(keep)
+
+
+def _with_all_bits(
+    hits: Sequence[Hit], chosen: Mapping[str, Event], setup: Setup, start: InitialState
+) -> list[Array]:
+    """Coefficients of the one function that is chosen, rounded only at the end."""
+    form, wide, guarded = setup.formulation, setup.precision.wide, setup.precision.guarded
+    body = form.body([wide.number(x) for x in start.parameters(form)])
+    rows = [wide.array([guarded(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
+    with wide.precision():
+        _, found = functions_along(setup, chosen, body, rows, wide)
+        ((_, function),) = found.items()
+        return [function[k].astype(float) for k in range(4)]
+
+
+def _depth(c: Sequence[Array]) -> Array:
+    """How far beyond zero the vertex of the parabola is, seen from its open side."""
+    import numpy
+
+    return c[1] ** 2 / (4 * abs(c[2])) - c[0] * numpy.sign(c[2])
+
+
+def _passes(c: Sequence[Array], size: Sequence[Array], direction: Array, eps: float) -> Array:
+    """Whether the cubics ``c`` go through zero at 0 by more than ``eps`` of their ``size``."""
+    import numpy
+
+    deep = _depth(c) > eps * size[0]
+    # how far the parabola has to go to come out of rounding
+    far = 2 * numpy.sqrt(eps * size[0] / abs(c[2]))
+    bent = abs(c[3]) * far > abs(c[2]) / 2
+    noise = numpy.all([abs(c[k]) <= eps * size[k] for k in (1, 2, 3)], axis=0)
+    found: Array = (deep | (bent & (numpy.sign(c[3]) == direction))) & ~noise
+    return found
+
+
+def _sizes(setup: Setup, start: InitialState, rows: Sequence[Array]) -> list[Array]:
+    """What errors of the entries are measured in, row by row, of rows in order of time.
+
+    Near the vertical all horizontal entries are small together, and keep their digits until the
+    tilt has once been larger.
+    """
+    import numpy
+
+    columns = (*setup.formulation.columns, *setup.record)
+    own = dict(zip(columns, map(abs, rows), strict=True))
+
+    def norm(*names: str) -> Array:
+        return numpy.sqrt(sum(own[name] ** 2 for name in names if name in own))
+
+    inertia = float(min(start.body.I1, start.body.I3))
+    if "Lx" in own:
+        L = norm("Lx", "Ly", "Lz")
+        speed, level = L / inertia, norm("Lx", "Ly")
+        tilt = norm("kx", "ky") + level / numpy.where(L > 0, L, 1)
+    else:
+        speed = norm("theta_dot", "phi_dot", "omega_3")
+        tilt = numpy.sin(own["theta"]) + own["theta_dot"] / numpy.where(speed > 0, speed, 1)
+        L = speed
+    tilt = numpy.minimum(numpy.maximum.accumulate(tilt), 1.0)
+    one = numpy.ones_like(tilt)
+    known = {
+        "kx": tilt, "ky": tilt, "kz": one, "Lx": L * tilt, "Ly": L * tilt, "Lz": L,
+        "theta": tilt, "theta_dot": speed * tilt, "omega_3": speed, "ex": one, "ey": one,
+    }  # fmt: skip
+    for pair in (("vx", "vy"), ("s_dot_x", "s_dot_y"), ("nu_x", "nu_y")):
+        known |= dict.fromkeys(pair, norm(*pair) + speed * tilt)
+    return [known.get(name, own[name]) for name in columns]

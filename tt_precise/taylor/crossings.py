@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tt_precise.taylor.system import StepBlock
 
 HALVINGS = 40  # beyond, two zeros are one touching: no change of sign
-BISECTIONS, NEWTONS = 8, 6
+MOST_STEPS = 100  # to one zero
 MOST_NEWTONS = 8  # in parts, each with 15 digits more where the slope has as many
 
 
@@ -67,20 +67,22 @@ def crossings(polynomials: Array, first: Array) -> Crossings:
 
 
 def _refined(polynomials: Array, low: Array, high: Array, direction: Array) -> Array:
-    """The zero between ``low`` and ``high``: bisected, then by Newton's steps within."""
+    """The zero between ``low`` and ``high``: by Newton's steps, by halving where they leave it."""
     import numpy
 
     slopes = polynomials[:, 1:] * numpy.arange(1, polynomials.shape[1])
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        behind = values(polynomials, middle) * direction >= 0
-        low, high = numpy.where(behind, low, middle), numpy.where(behind, middle, high)
     place = (low + high) / 2
     with numpy.errstate(all="ignore"):
-        for _ in range(NEWTONS):
-            step = values(polynomials, place) / values(slopes, place)
-            nearer = numpy.clip(place - step, low, high)
-            place = numpy.where(numpy.isfinite(nearer), nearer, place)
+        for _ in range(MOST_STEPS):
+            value = values(polynomials, place)
+            behind = value * direction >= 0
+            low, high = numpy.where(behind, low, place), numpy.where(behind, place, high)
+            nearer = place - value / values(slopes, place)
+            nearer = numpy.where((nearer >= low) & (nearer <= high), nearer, (low + high) / 2)
+            near = abs(nearer - place) <= 4e-16 * place
+            place = nearer
+            if near.all():
+                break
     return place
 
 

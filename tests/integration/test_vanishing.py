@@ -1,0 +1,151 @@
+"""Zeros that are no events, and those beside t = 0, in every backend."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from tt_precise.integration import catalogue, integrate
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import Setup
+from tt_precise.integration.vanishing import at_start
+from tt_precise.mechanics.formulations import integrated
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
+
+ALL = catalogue("gliding")
+ARITHMETICS = ("double", "extended", "double-double", "triple-double", "quad")
+QUAD = precision_named("quad")
+
+
+def starting(scene: Scene, **entries: str) -> Scene:
+    given: dict[str, Any] = {name: Fraction(value) for name, value in entries.items()}
+    if "theta" in entries:
+        given["theta"] = Inclination.parse(entries["theta"])
+    return replace(scene, start=replace(scene.start, **given))
+
+
+@pytest.fixture(scope="module")
+def beside_zero(reference: Scene) -> Scene:
+    start = Start(
+        Inclination.parse("1e-5"),
+        theta_dot=Fraction(-20), phi_dot=Fraction(-50), omega_3=Fraction(-20),
+    )  # fmt: skip
+    return replace(reference, start=start, until=Fraction(1, 1000))
+
+
+# by a run of 200 bits; nu_x and nu_y vanish at t = 0 too
+BESIDE_ZERO = {
+    "theta_min": 4.999999997816468928366634180292e-07,
+    "nu_y_zero": 4.999999998377930106879733312578e-07,
+    "nu_crossing": 5.000098281374849866916416321625e-07,
+    "nu_x_zero": 1.308254925798173776258025790349e-06,
+}
+
+
+@pytest.mark.parametrize("precision", ARITHMETICS)
+def test_zeros_beside_one_at_the_start_are_found(beside_zero: Scene, precision: str) -> None:
+    events = integrate(beside_zero, precision, events=ALL).events
+    found = dict(zip(events["name"], map(float, events["t"]), strict=True))
+    assert found == pytest.approx(BESIDE_ZERO, rel=1e-10)
+
+
+@pytest.mark.parametrize("precision", ARITHMETICS)
+def test_zeros_within_the_first_step(beside_zero: Scene, precision: str) -> None:
+    """A hundred times nearer: all of them within 2^-20 sqrt(R/g)."""
+    near = starting(beside_zero, theta="1e-7")
+    events = integrate(near, precision, events=ALL).events
+    assert list(events["name"]) == list(BESIDE_ZERO)
+    assert float(events["t"].iloc[0]) == pytest.approx(5e-9, rel=1e-6)
+    assert float(events["t"].iloc[3]) == pytest.approx(1.30825e-8, rel=1e-4)
+
+
+def test_digits_of_events_beside_zero_hold(beside_zero: Scene) -> None:
+    truth = integrate(beside_zero, "triple-double", events=ALL).events
+    run = integrate(beside_zero, digits=9, events=ALL)
+    apart = abs(run.events["t"].astype(float) - truth["t"].astype(float)).to_numpy()
+    assert (apart <= 1e-13).all()
+    assert run.digits_throughout >= 9
+    stated = run.event_errors()
+    assert (apart <= 4 * stated["error"].to_numpy() + 1e-22).all()
+
+
+TOUCHING = [("rolling", "phi_dot_zero"), ("frictionless", "phi_dot_zero")]
+
+
+@pytest.mark.parametrize("precision", ["double", "extended", "double-double"])
+@pytest.mark.parametrize(("name", "event"), TOUCHING)
+def test_what_touches_zero_is_no_event(name: str, event: str, precision: str) -> None:
+    scene = replace(load_scene(name), until=Fraction(1))
+    events = integrate(scene, precision, events=(event, "theta_max")).events
+    assert set(events["name"]) == {"theta_max"}
+    assert event not in set(integrate(scene, digits=6, events=(event,)).events["name"])
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_what_almost_touches_zero_crosses_it(precision: str) -> None:
+    """Two zeros a millionth of a radian deep."""
+    loops = starting(replace(load_scene("rolling"), until=Fraction(1)), phi_dot="-1e-6")
+    events = integrate(loops, precision, events=("phi_dot_zero",)).events
+    assert len(events) >= 60
+    assert (events["direction"].to_numpy()[:-1] * events["direction"].to_numpy()[1:] == -1).all()
+
+
+@pytest.mark.parametrize("precision", ["double", "extended", "triple-double"])
+def test_what_vanishes_identically_is_no_event(precision: str) -> None:
+    ice = starting(replace(load_scene("frictionless"), until=Fraction(1)), omega_3="0")
+    names = ("omega_3_zero", "extremum:E", "extremum:lambda", "zero:omega_3", "extremum:omega_3")
+    assert integrate(ice, precision, events=names).events.empty
+    again = integrate(starting(ice, omega_3="1"), precision, events=names).events
+    assert again.empty
+
+
+def test_without_what_settles_them_there_are_such_events(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tt_precise.integration.propagate.settled", lambda hits, *_: tuple(hits))
+    scene = replace(load_scene("rolling"), until=Fraction(1))
+    assert len(integrate(scene, events=("phi_dot_zero",)).events) > 20
+    scene = replace(load_scene("reference"), until=Fraction(1, 10))
+    early = integrate(scene, events=ALL).events
+    assert {"theta_max", "nu_x_zero"} <= set(early["name"][early["t"] < 0.01])
+
+
+def test_one_digit_invents_no_event(reference: Scene) -> None:
+    names = ("nu_x_zero", "nu_y_zero", "theta_max")
+    run, truth = (integrate(reference, digits=n, events=names).events for n in (1, 9))
+    for name in names:
+        assert (run["name"] == name).sum() == (truth["name"] == name).sum()
+
+
+@pytest.mark.parametrize(
+    ("entries", "silent", "events"),
+    [
+        ({}, set(), 0),
+        ({"theta_dot": "1e-25"}, set(), 1),
+        ({"theta": "0"}, set(ALL) - {"equator", "omega_3_zero"}, 0),
+    ],
+)
+def test_what_the_series_at_the_start_say(
+    reference: Scene, entries: dict[str, str], silent: set[str], events: int
+) -> None:
+    setup = Setup(formulation=integrated("gliding", "newton"), precision=QUAD, events=ALL)
+    start = InitialState.of(starting(reference, **entries), QUAD.arithmetic)
+    found = at_start(setup, start)
+    assert found.silent == silent
+    assert len(found.hits) == events
+
+
+def test_what_is_undefined_at_the_start_is_refused(reference: Scene) -> None:
+    with pytest.raises(InputError, match="extremum:phi_dot, undefined at the start"):
+        integrate(starting(reference, theta="0"), events=("extremum:phi_dot", "theta_max"))
+
+
+def test_what_becomes_undefined_on_the_way_is_refused() -> None:
+    """A top that rocks in a plane goes through the pole."""
+    with pytest.raises(InputError, match=r"extremum:theta_dot.* undefined at t = 0\.086"):
+        integrate("rocking", events=("extremum:theta_dot",))
+    rocking = integrate("rocking", events=("zero:theta_dot", "theta_max"))
+    assert rocking.status == "complete"

@@ -1,0 +1,264 @@
+"""Power series in any arithmetic, whose coefficients are computed when they are asked for.
+
+A ``Series`` is a scalar like any other to a function that is generic in its arithmetic. As each
+coefficient follows from earlier ones, equations of motion can be run on the series of their own
+solution (``solution``). Coefficients are numbers of any kind: doubles, NumPy arrays over many rows,
+mpmath's or MPFR's numbers, heyoka's expressions, balls, or ``Sized`` numbers.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Sequence
+
+from tt_precise.runtime.arithmetic import Functions, Scalar
+
+
+def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    products = map(operator.mul, a, b)
+    return sum(products, start=next(products))
+
+
+class Series:
+    """``sum(s[k] h**k)``; ``step(c, k)`` gives coefficient k, where ``c`` are those before it."""
+
+    __slots__ = ("c", "step")
+    __array_ufunc__ = None  # so that array * Series is left to Series
+
+    def __init__(self, step: Callable[[list[Scalar], int], Scalar], first: Sequence[Scalar] = ()):
+        self.step, self.c = step, list(first)
+
+    def __getitem__(self, k: int) -> Scalar:
+        while len(self.c) <= k:
+            self.c.append(self.step(self.c, len(self.c)))
+        return self.c[k]
+
+    def upto(self, k: int) -> list[Scalar]:
+        """Coefficients 0 to ``k``, and those behind them that are known."""
+        if len(self.c) <= k:
+            _ = self[k]
+        return self.c
+
+    def __add__(self, other: Scalar) -> Series:
+        if isinstance(other, Series):
+            return Series(lambda c, k: self[k] + other[k])
+        return Series(lambda c, k: self[k] if k else self[0] + other)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Series:
+        return Series(lambda c, k: -self[k])
+
+    def __sub__(self, other: Scalar) -> Series:
+        if isinstance(other, Series):
+            return Series(lambda c, k: self[k] - other[k])
+        return Series(lambda c, k: self[k] if k else self[0] - other)
+
+    def __rsub__(self, other: Scalar) -> Series:
+        return Series(lambda c, k: -self[k] if k else other - self[0])
+
+    def __mul__(self, other: Scalar) -> Series:
+        if isinstance(other, Series):
+            return Series(lambda c, k: _dot(self.upto(k)[: k + 1], other.upto(k)[k::-1]))
+        return Series(lambda c, k: self[k] * other)
+
+    __rmul__ = __mul__
+
+    def __pow__(self, power: int) -> Series:
+        found = self
+        for _ in range(power - 1):
+            found = found * self
+        return found
+
+    def __truediv__(self, other: Scalar) -> Series:
+        if not isinstance(other, Series):
+            return Series(lambda c, k: self[k] / other)
+        return Series(
+            lambda c, k: (self[k] - _dot(c, other.upto(k)[k:0:-1]) if k else self[0]) / other[0]
+        )
+
+    def __rtruediv__(self, other: Scalar) -> Series:
+        return Series(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
+
+
+class SeriesFunctions:
+    """The functions of series whose coefficients have the functions ``fn``."""
+
+    def __init__(self, fn: Functions):
+        self.fn = fn
+
+    def sqrt(self, value: Scalar) -> Scalar:
+        """The positive root; its first coefficient is not zero."""
+        if not isinstance(value, Series):
+            return self.fn.sqrt(value)
+
+        def step(c: list[Scalar], k: int) -> Scalar:
+            if not k:
+                return self.fn.sqrt(value[0])
+            left = value[k] - _dot(c[1:], c[:0:-1]) if k > 1 else value[k]
+            return left / (2 * c[0])
+
+        return Series(step)
+
+    def exp(self, value: Scalar) -> Scalar:
+        """The exponential: e' = value' e."""
+        if not isinstance(value, Series):
+            return self.fn.exp(value)
+
+        def step(c: list[Scalar], k: int) -> Scalar:
+            if not k:
+                return self.fn.exp(value[0])
+            return _dot(_rate(value.upto(k)[: k + 1]), c[::-1]) / k
+
+        return Series(step)
+
+    def sin(self, angle: Scalar) -> Scalar:
+        """The sine of an angle."""
+        return self._turned(angle)[0]
+
+    def cos(self, angle: Scalar) -> Scalar:
+        """The cosine of an angle."""
+        return self._turned(angle)[1]
+
+    def _turned(self, angle: Scalar) -> tuple[Scalar, Scalar]:
+        if not isinstance(angle, Series):
+            return self.fn.sin(angle), self.fn.cos(angle)
+
+        def sine_step(c: list[Scalar], k: int) -> Scalar:
+            if not k:
+                return self.fn.sin(angle[0])
+            return _dot(_rate(angle.upto(k)[: k + 1]), cosine.upto(k - 1)[k - 1 :: -1]) / k
+
+        def cosine_step(c: list[Scalar], k: int) -> Scalar:
+            if not k:
+                return self.fn.cos(angle[0])
+            return -_dot(_rate(angle.upto(k)[: k + 1]), sine.upto(k - 1)[k - 1 :: -1]) / k
+
+        sine, cosine = Series(sine_step), Series(cosine_step)
+        return sine, cosine
+
+    def atan2(self, y: Scalar, x: Scalar) -> Scalar:
+        """The angle of the point (x, y), which is not the origin."""
+        if not isinstance(y, Series) and not isinstance(x, Series):
+            return self.fn.atan2(y, x)
+        y, x = (one if isinstance(one, Series) else constant(one) for one in (y, x))
+        square = x * x + y * y
+        turning = (x * rate(y) - y * rate(x)) / square
+        return Series(lambda c, k: turning[k - 1] / k if k else self.fn.atan2(y[0], x[0]))
+
+
+def constant(value: Scalar) -> Series:
+    """The series of a constant."""
+    return Series(lambda c, k: value * 0, [value])
+
+
+def rate(series: Series) -> Series:
+    """The series of the rate."""
+    return Series(lambda c, k: (k + 1) * series[k + 1])
+
+
+def _rate(c: Sequence[Scalar]) -> list[Scalar]:
+    return [k * one for k, one in enumerate(c) if k]
+
+
+def solution(
+    rates: Callable[[tuple[Series, ...]], Sequence[Scalar]], start: Sequence[Scalar]
+) -> tuple[Series, ...]:
+    """The series of the solution through ``start`` of y' = ``rates``(y), which is autonomous."""
+    slopes: list[Scalar] = []
+
+    def entry(i: int, first: Scalar) -> Series:
+        def step(c: list[Scalar], k: int) -> Scalar:
+            slope = slopes[i]
+            if isinstance(slope, Series):
+                return slope[k - 1] / k
+            return first * 0 + (slope if k == 1 else 0)
+
+        return Series(step, [first])
+
+    entries = tuple(entry(i, first) for i, first in enumerate(start))
+    slopes += rates(entries)
+    return entries
+
+
+class Sized:
+    """A number or array, and the size of the summands that it is made of.
+
+    What relative errors of ``eps`` in those make of it is at most about ``eps * size``.
+    """
+
+    __slots__ = ("size", "value")
+    __array_ufunc__ = None
+
+    def __init__(self, value: Scalar, size: Scalar):
+        self.value, self.size = value, size
+
+    def __add__(self, other: Scalar) -> Sized:
+        if isinstance(other, Sized):
+            return Sized(self.value + other.value, self.size + other.size)
+        return Sized(self.value + other, self.size + abs(other))
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Sized:
+        return Sized(-self.value, self.size)
+
+    def __sub__(self, other: Scalar) -> Sized:
+        return self + -other
+
+    def __rsub__(self, other: Scalar) -> Sized:
+        return -self + other
+
+    def __mul__(self, other: Scalar) -> Sized:
+        if isinstance(other, Sized):
+            size = abs(self.value) * other.size + self.size * abs(other.value)
+            return Sized(self.value * other.value, size)
+        return Sized(self.value * other, self.size * abs(other))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Scalar) -> Sized:
+        if isinstance(other, Sized):
+            found = self.value / other.value
+            return Sized(found, (self.size + abs(found) * other.size) / abs(other.value))
+        return Sized(self.value / other, self.size / abs(other))
+
+    def __rtruediv__(self, other: Scalar) -> Sized:
+        return Sized(other, abs(other)) / self
+
+
+class SizedFunctions:
+    """The functions of ``Sized`` doubles and arrays."""
+
+    @staticmethod
+    def _of(value: Scalar, found: Scalar, slope: Scalar) -> Sized:
+        return Sized(found, value.size * abs(slope))
+
+    def __getattr__(self, name: str) -> Callable[..., Scalar]:
+        import numpy
+
+        plain = {"sqrt": numpy.sqrt, "exp": numpy.exp, "sin": numpy.sin, "cos": numpy.cos}
+        slopes = {
+            "sqrt": lambda x: 0.5 / numpy.sqrt(x),
+            "exp": numpy.exp,
+            "sin": numpy.cos,
+            "cos": numpy.sin,
+        }
+        if name not in plain:
+            raise AttributeError(name)
+
+        def function(value: Scalar) -> Scalar:
+            if not isinstance(value, Sized):
+                return plain[name](value)
+            found = plain[name](value.value)
+            return Sized(found, value.size * abs(slopes[name](value.value)))
+
+        return function
+
+    def atan2(self, y: Scalar, x: Scalar) -> Scalar:
+        """The angle of the point (x, y)."""
+        import numpy
+
+        a, b = (getattr(one, "value", one) for one in (y, x))
+        spread = sum(abs(c) * one.size for one, c in ((y, b), (x, a)) if isinstance(one, Sized))
+        return Sized(numpy.arctan2(a, b), spread / (a * a + b * b))
