@@ -145,5 +145,3 @@ def test_what_cannot_take_the_law_says_so() -> None:
 
     with pytest.raises(InputError, match="dry: got coulomb friction, expected the viscous law"):
         Specification(dry(COULOMB))
-    with pytest.raises(InputError, match="extremum:g_n with coulomb friction"):
-        tt.integrate(dry(COULOMB), events=("extremum:g_n",))

@@ -8,12 +8,8 @@ import mpmath
 import pytest
 
 from tt_precise.integration import integrate
-from tt_precise.integration.events import event_named
 from tt_precise.integration.precision import precision_named
-from tt_precise.integration.setup import Setup
-from tt_precise.integration.vanishing import vanishes
 from tt_precise.mechanics import newton
-from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Inclination, Scene
@@ -123,29 +119,6 @@ def test_a_rolling_start_off_the_table_is_refused() -> None:
 
     with pytest.raises(InputError, match="g_n is -"):
         integrate(starting(load_scene("rolling"), theta="1", phi_dot="100"))
-
-
-def test_which_events_vanish_at_the_start(reference: Scene) -> None:
-    setup = Setup(formulation=integrated("gliding", "newton"), precision=QUAD)
-    start = InitialState.of(reference, QUAD.arithmetic)
-    at_rest = ("theta_min", "theta_max", "phi_dot_zero", "nu_x_zero", "nu_y_zero", "nu_crossing")
-    assert all(vanishes(event_named(name, "gliding"), setup, start) for name in at_rest)
-    moving = ("equator", "omega_3_zero", "Lk_equals_Lz", "Lk_equals_minus_Lz")
-    assert not any(vanishes(event_named(name, "gliding"), setup, start) for name in moving)
-    turning = InitialState.of(starting(reference, theta_dot="1e-25"), QUAD.arithmetic)
-    assert not vanishes(event_named("theta_min", "gliding"), setup, turning)
-
-
-def test_which_extrema_are_at_the_start(reference: Scene) -> None:
-    setup = Setup(formulation=integrated("gliding", "newton"), precision=QUAD)
-    at_rest, moving = (
-        InitialState.of(reference, QUAD.arithmetic),
-        InitialState.of(starting(reference, nu_y="1"), QUAD.arithmetic),
-    )
-    for name in ("extremum:E_pot", "extremum:theta"):
-        assert vanishes(event_named(name, "gliding"), setup, at_rest), name
-    assert not vanishes(event_named("extremum:g_n", "gliding"), setup, moving)
-    assert not vanishes(event_named("extremum:omega_3", "gliding"), setup, moving)
 
 
 def test_a_start_off_the_table_is_refused_unless_the_table_may_pull(reference: Scene) -> None:

@@ -89,7 +89,7 @@ def test_what_touches_zero_is_no_event(name: str, event: str, precision: str) ->
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_what_almost_touches_zero_crosses_it(precision: str) -> None:
     """Two zeros a millionth of a radian deep."""
-    loops = starting(replace(load_scene("rolling"), until=Fraction(1)), phi_dot="-1e-6")
+    loops = starting(replace(load_scene("rolling"), until=Fraction(1)), phi_dot="1e-6")
     events = integrate(loops, precision, events=("phi_dot_zero",)).events
     assert len(events) >= 60
     assert (events["direction"].to_numpy()[:-1] * events["direction"].to_numpy()[1:] == -1).all()
@@ -124,7 +124,7 @@ def test_one_digit_invents_no_event(reference: Scene) -> None:
     ("entries", "silent", "events"),
     [
         ({}, set(), 0),
-        ({"theta_dot": "1e-25"}, set(), 1),
+        ({"theta_dot": "1e-25"}, set(), 3),
         ({"theta": "0"}, set(ALL) - {"equator", "omega_3_zero"}, 0),
     ],
 )

@@ -126,7 +126,9 @@ SMOOTH: dict[str, Callable[[Motion], Scalar]] = {
     "zero:nu_y": gliding_across_tilt,
     "zero:tau_x": torque_along_tilt,
     "zero:tau_y": torque_across_tilt,
+    "zero:theta": lambda q: q.state.kx * q.state.kx + q.state.ky * q.state.ky,
     "extremum:theta": lambda q: -q.state.kz,
+    "zero:gliding_speed": lambda q: q.state.vx * q.state.vx + q.state.vy * q.state.vy,
     "extremum:gliding_speed": lambda q: q.state.vx * q.state.vx + q.state.vy * q.state.vy,
 }
 

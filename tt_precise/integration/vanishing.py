@@ -91,7 +91,7 @@ def _at_start(setup: Setup, start: InitialState) -> AtStart:
                 close[name] = [0.0] * (order + 1)
                 continue
             terms = [_sized(function[k]) for k in range(order + 1)]
-            if not math.isfinite(terms[0].value):
+            if not all(math.isfinite(term.value) for term in terms):
                 undefined.append(name)
                 continue
             later = sum(abs(t.value) * FIRST_STEP**k for k, t in enumerate(terms) if k)

@@ -54,9 +54,10 @@ class Machine:
 
     def _function(self, name: str, arguments: str, result: Any) -> Callable[..., Any]:
         kind = ctypes.CFUNCTYPE(result, *(_LETTERS[letter] for letter in arguments))
-        function: Any = kind(self._engine.get_function_address(name))
-        function.engine = self._engine  # a thread may be in it when its Machine is replaced
-        return function  # type: ignore[no-any-return]
+        function = kind(self._engine.get_function_address(name))
+        # a thread may be in it when its Machine is replaced
+        setattr(function, "engine", self._engine)  # noqa: B010
+        return function
 
 
 class _Lent:

@@ -11,6 +11,8 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 
+import numpy
+
 from tt_precise.runtime.arithmetic import Functions, Scalar
 
 
@@ -230,35 +232,33 @@ class Sized:
 class SizedFunctions:
     """The functions of ``Sized`` doubles and arrays."""
 
-    @staticmethod
-    def _of(value: Scalar, found: Scalar, slope: Scalar) -> Sized:
-        return Sized(found, value.size * abs(slope))
+    def sqrt(self, value: Scalar) -> Scalar:
+        """The positive root."""
+        return _moved(value, numpy.sqrt, lambda x: 0.5 / numpy.sqrt(x))
 
-    def __getattr__(self, name: str) -> Callable[..., Scalar]:
-        import numpy
+    def exp(self, value: Scalar) -> Scalar:
+        """The exponential."""
+        return _moved(value, numpy.exp, numpy.exp)
 
-        plain = {"sqrt": numpy.sqrt, "exp": numpy.exp, "sin": numpy.sin, "cos": numpy.cos}
-        slopes = {
-            "sqrt": lambda x: 0.5 / numpy.sqrt(x),
-            "exp": numpy.exp,
-            "sin": numpy.cos,
-            "cos": numpy.sin,
-        }
-        if name not in plain:
-            raise AttributeError(name)
+    def sin(self, value: Scalar) -> Scalar:
+        """The sine."""
+        return _moved(value, numpy.sin, numpy.cos)
 
-        def function(value: Scalar) -> Scalar:
-            if not isinstance(value, Sized):
-                return plain[name](value)
-            found = plain[name](value.value)
-            return Sized(found, value.size * abs(slopes[name](value.value)))
-
-        return function
+    def cos(self, value: Scalar) -> Scalar:
+        """The cosine."""
+        return _moved(value, numpy.cos, numpy.sin)
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         """The angle of the point (x, y)."""
-        import numpy
+        y, x = (one if isinstance(one, Sized) else Sized(one, 0.0) for one in (y, x))
+        spread = abs(x.value) * y.size + abs(y.value) * x.size
+        square = x.value * x.value + y.value * y.value
+        return Sized(numpy.arctan2(y.value, x.value), spread / square)
 
-        a, b = (getattr(one, "value", one) for one in (y, x))
-        spread = sum(abs(c) * one.size for one, c in ((y, b), (x, a)) if isinstance(one, Sized))
-        return Sized(numpy.arctan2(a, b), spread / (a * a + b * b))
+
+def _moved(
+    value: Scalar, function: Callable[[Scalar], Scalar], slope: Callable[[Scalar], Scalar]
+) -> Scalar:
+    if not isinstance(value, Sized):
+        return function(value)
+    return Sized(function(value.value), value.size * abs(slope(value.value)))
