@@ -7,7 +7,7 @@ import pytest
 
 from tt_precise.cli import main
 from tt_precise.sweeps import spot_check
-from tt_precise.sweeps.outcome import OUTCOMES
+from tt_precise.sweeps.columns import OUTCOMES
 
 GRID = ["--until", "0.3", "--vary", "phi_dot=0:20:3", "--workers", "1", "--recheck", "0"]
 

@@ -14,8 +14,7 @@ from tt_precise.scene.scene import Inclination
 from tt_precise.sweeps import extremes, specification
 from tt_precise.sweeps.chunk import compute
 from tt_precise.sweeps.columns import TIMES, check_names
-from tt_precise.sweeps.samples import blocks
-from tt_precise.sweeps.specification import Specification
+from tt_precise.sweeps.specification import Specification, blocks
 
 # reference time unit 0.045 s; events are found to some eps of the time and of the state, which
 # grows by 1e5 along the way: 8 s * 2e-16 * 1e3

@@ -25,7 +25,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import Specification, specification, sweep
 from tt_precise.sweeps.chunk import compute
-from tt_precise.sweeps.samples import blocks
+from tt_precise.sweeps.specification import blocks
 
 pytestmark = pytest.mark.slow
 

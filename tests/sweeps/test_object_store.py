@@ -7,9 +7,7 @@ from typing import Any
 import pandas
 import pytest
 
-from tests.sweeps.test_store import keeps_files_and_logs
 from tt_precise.sweeps import read_rows, specification, sweep
-from tt_precise.sweeps.place import place_of
 
 pytestmark = pytest.mark.slow
 
@@ -56,7 +54,7 @@ def test_what_is_damaged_is_computed_again(store: Any, damage: str) -> None:
     sweep(SPEC, out=out, chunk=4, one_in=0, workers=1)
     rows, place = read_rows(out), f"bucket/{damage}/chunks/00000001.parquet"
     content = bytearray(store.cat_file(place))
-    content[len(content) // 2] ^= 1
+    content[60] ^= 1  # in the first column; the middle may be a statistic
     if damage == "gone":
         store.rm(place)
     else:
@@ -64,7 +62,3 @@ def test_what_is_damaged_is_computed_again(store: Any, damage: str) -> None:
     again = sweep(SPEC, out=out, one_in=0).summary
     assert (again["how"]["rows_computed"], again["rows"]) == (4, 12)
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
-
-
-def test_a_place_keeps_files_and_logs(store: Any) -> None:
-    keeps_files_and_logs(place_of(f"{BUCKET}/place"))

@@ -11,7 +11,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import specification, spot_check
-from tt_precise.sweeps.outcome import outcomes
+from tt_precise.sweeps.columns import outcomes
 
 BODY = load_scene("reference").body.dimensionless(math, float)
 

@@ -15,8 +15,7 @@ from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_rows, specification, spot_check, sweep
 from tt_precise.sweeps import run as running
 from tt_precise.sweeps.columns import FIXED
-from tt_precise.sweeps.samples import blocks
-from tt_precise.sweeps.specification import Specification
+from tt_precise.sweeps.specification import Specification, blocks
 from tt_precise.sweeps.spot_check import differences, drawn
 
 SPEC = specification("reference", until="0.5", vary={"phi_dot": "-20:20:41"})
@@ -61,13 +60,12 @@ def test_an_interrupted_sweep_is_resumed(tmp_path: Path, whole: pandas.DataFrame
     for _ in range(2):
         with pytest.raises(KeyboardInterrupt):
             sweep(SPEC, out=out, chunk=CHUNK, executor=Stopping(3), one_in=0)
-    written = len((out / "ledger.jsonl").read_text("utf-8").splitlines())
+    written = len(list((out / "chunks").iterdir()))
     assert 2 <= written < 6
     done = sweep(SPEC, out=out, one_in=0)  # the size of the chunks is known
     assert done.summary["how"]["chunks_found"] == written
     assert done.summary["how"]["rows_computed"] == 41 - CHUNK * written
     pandas.testing.assert_frame_equal(read_rows(out), whole, check_exact=True)
-    assert not (out / "chunks").exists()
     again = sweep(SPEC, out=out, one_in=0)
     assert again.summary["how"]["rows_computed"] == 0
     pandas.testing.assert_frame_equal(again.rows, whole, check_exact=True)
@@ -80,12 +78,8 @@ def test_what_does_not_fit_its_checksum_is_computed_again(
     with pytest.raises(KeyboardInterrupt):
         sweep(SPEC, out=out, chunk=CHUNK, executor=Stopping(5), one_in=0)
     chunks = sorted((out / "chunks").iterdir())
-    content = bytearray(chunks[0].read_bytes())
-    content[len(content) // 2] ^= 1
-    chunks[0].write_bytes(content)  # a bit flipped
+    chunks[0].write_bytes(chunks[0].read_bytes()[:-100])
     chunks[1].unlink()
-    with (out / "ledger.jsonl").open("a", encoding="utf-8") as ledger:
-        ledger.write('{"chunk": 5, "ro')  # the power went here
     (out / "chunks" / "00000005.parquet").write_bytes(b"half a file")
     done = sweep(SPEC, out=out, one_in=0)
     assert done.summary["how"]["chunks_found"] == len(chunks) - 2

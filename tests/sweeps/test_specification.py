@@ -10,8 +10,7 @@ import pytest
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import read_specification, specification
-from tt_precise.sweeps.samples import blocks
-from tt_precise.sweeps.specification import Axis, Range
+from tt_precise.sweeps.specification import Axis, Range, blocks
 
 TOML = """
 scene = "reference"

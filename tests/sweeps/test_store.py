@@ -8,16 +8,18 @@ from typing import Any
 
 import numpy
 import pandas
+import pyarrow
+import pyarrow.parquet
 import pytest
 
 from tt_precise.cli import main
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
-from tt_precise.sweeps import read_rows, specification, sweep
-from tt_precise.sweeps.place import Folder, Place, Url, place_of
+from tt_precise.sweeps import read_rows, specification, store, sweep
 
 SPEC = specification("reference", until="0.05", vary={"phi_dot": "-20:20:12"})
 CHUNK = 4  # three chunks
+ONE = "chunks/00000001.parquet"
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +47,22 @@ def cut(path: Path) -> None:
 
 def flip(path: Path) -> None:
     content = bytearray(path.read_bytes())
-    content[len(content) // 2] ^= 1
+    content[60] ^= 1  # in the first column; the middle may be a statistic
     path.write_bytes(content)
+
+
+def edit(path: Path) -> None:
+    """Another number in one cell, with all that pandas keeps of the file's metadata."""
+    table = pyarrow.parquet.read_table(path)
+    frame = table.to_pandas()
+    frame.loc[1, "min_g_n"] += 1e-3
+    edited = pyarrow.Table.from_pandas(frame, preserve_index=False)
+    pyarrow.parquet.write_table(edited.replace_schema_metadata(table.schema.metadata), path)
+
+
+def swap(path: Path) -> None:
+    """The rows of another chunk of the same sweep."""
+    shutil.copy(path.with_name(store.name_of(0)), path)
 
 
 def test_a_finished_sweep_is_verified(finished: Path) -> None:
@@ -56,30 +72,32 @@ def test_a_finished_sweep_is_verified(finished: Path) -> None:
     assert again["rows"] == 12
 
 
-@pytest.mark.parametrize("damage", [cut, flip, Path.unlink, lambda path: path.write_bytes(b"")])
+@pytest.mark.parametrize(
+    "damage", [cut, edit, swap, flip, Path.unlink, lambda path: path.write_bytes(b"")]
+)
 def test_damaged_rows_are_computed_again(
     finished: Path, tmp_path: Path, rows: pandas.DataFrame, damage: Callable[[Path], Any]
 ) -> None:
     out = copied(finished, tmp_path)
-    damage(out / "rows.parquet")
+    damage(out / ONE)
+    with pytest.raises(InputError, match="run it again"):
+        read_rows(out)
     again = sweep(SPEC, out=out, one_in=0).summary
-    assert again["how"]["rows_computed"] == 12
-    assert again["how"]["damaged"]
+    assert again["how"]["rows_computed"] == CHUNK
     assert again["rows"] == 12
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
-    assert not (out / "chunks").exists()
 
 
-def test_a_lost_ledger_leaves_nothing_behind(
-    finished: Path, tmp_path: Path, rows: pandas.DataFrame
+def test_rows_that_were_edited_are_not_drawn(
+    finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = copied(finished, tmp_path)
-    (out / "ledger.jsonl").unlink()
-    assert sweep(SPEC, out=out, one_in=0).summary["how"]["rows_computed"] == 12
-    pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
-    assert sorted(one.name for one in out.iterdir()) == [
-        "ledger.jsonl", "rows.parquet", "summary.json", "sweep.json",
-    ]  # fmt: skip
+    drawn = ["--x", "phi_dot", "--y", "min_g_n", "--out", str(tmp_path / "picture.svg")]
+    assert main(["sweep", "plot", str(out), *drawn]) == 0
+    edit(out / ONE)
+    for what in (out, out / ONE):
+        assert main(["sweep", "plot", str(what), *drawn]) == 2
+        assert "is not what a sweep has written" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"chunk": "x"}', "\x00" * 9])
@@ -88,39 +106,6 @@ def test_a_damaged_manifest_is_bad_input(finished: Path, tmp_path: Path, content
     (out / "sweep.json").write_text(content)
     with pytest.raises(InputError, match=r"sweep\.json is damaged"):
         sweep(SPEC, out=out, one_in=0)
-
-
-LINES = ("[]", "null", "7", "{}", '{"chunk": "x"}', '{"chunk": 1, "sha256": 3}', "\x00\x00",
-         '{"index": [], "found": {}}', '{"gathered": "rows.parquet", "rows": 12, "sha256": ""}',
-         '{"chunk": 99, "rows": 4, "sha256": "", "outcomes": {}, "columns": {}}')  # fmt: skip
-
-
-def test_lines_that_are_none_are_left_out(
-    finished: Path, tmp_path: Path, rows: pandas.DataFrame
-) -> None:
-    out = copied(finished, tmp_path)
-    for log in ("ledger.jsonl", "recheck.jsonl"):
-        with (out / log).open("a") as file:
-            file.write("\n".join(LINES) + "\n")
-    assert sweep(SPEC, out=out, one_in=0).summary["rows"] == 12
-    pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
-
-
-def test_a_flipped_bit_in_a_line_of_the_ledger_makes_it_none(
-    finished: Path, tmp_path: Path, rows: pandas.DataFrame
-) -> None:
-    """Also where it is still JSON: in a column's name, or in a digit of a statistic."""
-    whole = (finished / "ledger.jsonl").read_text()
-    name = whole.index("min_g_n")
-    digit = next(at for at in range(name, len(whole)) if whole[at].isdigit())
-    for at in (name, digit):
-        out = copied(finished, tmp_path / str(at))
-        text = f"{whole[:at]}{chr(ord(whole[at]) ^ 1)}{whole[at + 1 :]}"
-        (out / "ledger.jsonl").write_text(text)
-        found = sweep(SPEC, out=out, one_in=0).summary
-        assert found["rows"] == 12
-        assert found["columns"] == json.loads((finished / "summary.json").read_text())["columns"]
-        pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
 
 
 def test_two_sweeps_do_not_share_a_folder(finished: Path, tmp_path: Path) -> None:
@@ -132,9 +117,9 @@ def test_two_sweeps_do_not_share_a_folder(finished: Path, tmp_path: Path) -> Non
 
 def corrupted(out: Path, draws: numpy.random.Generator) -> str:
     """Damage a folder in one of many ways; what was done."""
-    file = sorted(one for one in out.rglob("*") if one.is_file())[draws.integers(0, 4)]
+    file = sorted(one for one in out.rglob("*") if one.is_file())[draws.integers(0, 5)]
     if file.name == "sweep.json":  # without it the folder is somebody else's
-        file = out / "rows.parquet"
+        file = out / ONE
     content = bytearray(file.read_bytes())
     kind = draws.choice(["flip", "cut", "remove", "zero", "append", "swap", "empty"])
     at = int(draws.integers(0, max(1, len(content))))
@@ -188,48 +173,32 @@ def test_a_thousand_damaged_folders_come_out_whole(
 
 
 def test_a_url_holds_the_same_rows(tmp_path: Path, rows: pandas.DataFrame) -> None:
-    pytest.importorskip("fsspec", reason="needs the extra dask")
     out = f"file://{tmp_path}/far/sweep"
     found = sweep(SPEC, out=out, chunk=CHUNK, one_in=5, workers=2).summary
     assert found["out"] == out
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
     again = sweep(SPEC, out=out, one_in=5).summary
     assert (again["how"]["rows_computed"], again["recheck"]) == (0, found["recheck"])
-    flip(tmp_path / "far" / "sweep" / "chunks" / "00000001.parquet")
+    flip(tmp_path / "far" / "sweep" / ONE)
     again = sweep(SPEC, out=out, one_in=5).summary
     assert (again["how"]["rows_computed"], again["rows"]) == (CHUNK, 12)
-    assert again["how"]["damaged"] == ["chunks/00000001.parquet"]
+    assert again["how"]["damaged"] == [ONE]
     pandas.testing.assert_frame_equal(read_rows(out), rows, check_exact=True)
     with pytest.raises(InputError, match="not empty"):
         sweep(SPEC, out=f"file://{tmp_path}/far", one_in=0)
 
 
-def keeps_files_and_logs(place: Place) -> None:
-    assert (place.read("none"), place.log("log"), place.names()) == (None, "", set())
-    place.write("chunks/1", b"one")
-    place.write("chunks/1", b"two")
-    assert place.read("chunks/1") == b"two"
-    place.append("log", "first\n")
-    place.append("log", "second\n")
-    assert place.log("log") == "first\nsecond\n"
-    assert "chunks" in place.names()
-    place.remove("chunks")
-    place.remove("chunks")
-    assert place.read("chunks/1") is None
-
-
-@pytest.mark.parametrize("kind", ["folder", "url"])
-def test_a_place_keeps_files_and_logs(tmp_path: Path, kind: str) -> None:
-    if kind == "url":
-        pytest.importorskip("fsspec", reason="needs the extra dask")
-    place = place_of(tmp_path / "a" if kind == "folder" else f"memory://{tmp_path}/a")
-    assert isinstance(place, Folder if kind == "folder" else Url)
-    keeps_files_and_logs(place)
-    assert str(place).endswith("/a")
+@pytest.mark.parametrize("kind", ["", "memory://"])
+def test_a_file_is_whole_or_not_there(tmp_path: Path, kind: str) -> None:
+    out = f"{kind}{tmp_path}/a"
+    assert (store.read(out, "none"), store.names(out)) == (None, set())
+    store.write(out, "chunks/1", b"one")
+    store.write(out, "chunks/1", b"two")
+    assert store.read(out, "chunks/1") == b"two"
+    assert (store.names(out), store.names(out, "chunks")) == ({"chunks"}, {"1"})
 
 
 def test_an_unknown_url_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("fsspec", reason="needs the extra dask")
     words = ["--vary", "phi_dot=1", "--workers", "1", "--out", "nowhere://x/y"]
     assert main(["sweep", "reference", *words]) == 2
     assert "nowhere://x/y: " in capsys.readouterr().err

@@ -177,7 +177,7 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
     """Draw the rows of RESULT, a sweep's folder, Parquet or CSV file."""
     from tt_precise.runtime.plotting import save
     from tt_precise.sweeps.picture import curve, map_of
-    from tt_precise.sweeps.rows_file import read_rows
+    from tt_precise.sweeps.store import read_rows
 
     if colour and z:
         raise InputError("--colour: got --map too, expected one of the two")

@@ -18,7 +18,7 @@ from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import sweep_pool
 from tt_precise.sweeps.specification import Plan
-from tt_precise.sweeps.starts import integrated, lambda_of_start
+from tt_precise.sweeps.table import integrated, lambda_of_start
 
 if TYPE_CHECKING:
     import pandas

@@ -8,10 +8,9 @@
 ``tt.sweep`` is ``table``; it and the command are made of ``specification`` and ``sweep``.
 """
 
-from tt_precise.sweeps.rows_file import read_rows
 from tt_precise.sweeps.run import Swept, sweep
-from tt_precise.sweeps.specification import Specification, specification
-from tt_precise.sweeps.sweep_file import read_specification
+from tt_precise.sweeps.specification import Specification, read_specification, specification
+from tt_precise.sweeps.store import read_rows
 
 __all__ = [
     "Specification", "Swept", "read_rows", "read_specification", "specification", "sweep",

@@ -24,10 +24,9 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.arithmetic import Arithmetic, Array
 from tt_precise.scene.body import NAMES, Parameters
-from tt_precise.sweeps.columns import DEFINITIONS, Part, detectors, extremes, part_named
+from tt_precise.sweeps.columns import DEFINITIONS, Part, detectors, extremes, outcomes, part_named
 from tt_precise.sweeps.events import EARLY, Events
 from tt_precise.sweeps.lanes import Build, LaneResult, LaneStart, lanes
-from tt_precise.sweeps.outcome import outcomes
 from tt_precise.sweeps.specification import PARAMETERS, Plan
 
 SAME = 2.0**-53

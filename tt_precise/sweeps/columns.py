@@ -4,22 +4,37 @@ Every row has ``FIXED``. Further ones are asked for by name: ``climb_A``, ``clim
 (climbing time t_end - t_init), ``t_equator`` (theta first rises through pi/2), ``lambda_ratio``
 (lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses nu_x around the
 climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
-are events of the integration together with both ends, never samples; the smallest g_n and the
-turning points of theta are read off the Taylor polynomials of the steps.
+are read off the Taylor polynomials of the steps together with both ends, never off samples.
+
+The outcome is a statement about the state at the end (``OUTCOMES``).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy
+
 from tt_precise.integration.events import EXTREMUM, Event, axis_fall, event_named
 from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.mechanics.thresholds import energy_excludes
+from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
+from tt_precise.scene.body import Parameters
 
+OUTCOMES = {
+    "inverts": "has crossed the equator, and the axis is below it at the end",
+    "does_not_invert": "energy and lambda at the end exclude that the axis reaches the equator",
+    "undecided": "neither is known at the horizon",
+    "contact_lost": "the normal force g_n reached 0",
+    "singular_contact": "the denominator of g_n reached 0",
+    "failed": "the integration failed",
+}
+SURE = 2.0**-40  # of the energy: far more than its rounding errors
 DEFINITIONS = ("A", "B", "C")
 TIMES = tuple(f"{when}_{which}" for when in ("t_init", "t_end") for which in DEFINITIONS)
 FIXED = {
-    "outcome": "what became of the top; see ``outcome``",
+    "outcome": ", ".join(OUTCOMES),
     **dict.fromkeys(TIMES, "initiation or ending time of the climb in one definition, s"),
     "min_g_n": "smallest normal force from the start to t_stop, N",
     "jellett_drift": "largest relative change of lambda: at t_stop, at minima of theta before the "
@@ -136,3 +151,30 @@ def extremes(record: tuple[str, ...]) -> tuple[Part, ...]:
     """The extreme values that are looked for in the steps, the smallest g_n first."""
     wanted = [part for part in parts(record) if part.extreme and part.quantity != "theta"]
     return tuple(dict.fromkeys(wanted))
+
+
+def outcomes(
+    body: Parameters,
+    z: Array,
+    lambda_: Array,
+    energy: Array,
+    crossed: Array,
+    falling: bool = True,
+) -> list[str]:
+    """The outcomes of tops that kept contact.
+
+    Parameters
+    ----------
+    body
+        Numbers, or an array with a body for each top.
+    z, lambda_, energy
+        cos theta, Jellett's integral and energy of each top at the end, in the units of ``body``.
+    crossed
+        Whether theta has risen through pi/2.
+    falling
+        Whether the energy cannot rise from there: with g_n < 0 it may.
+    """
+    with numpy.errstate(all="ignore"):
+        held = energy_excludes(body, energy + SURE * numpy.abs(energy), lambda_, z) & falling
+    names = numpy.where(held, "does_not_invert", "undecided")
+    return numpy.where(crossed & (z < 0), "inverts", names).tolist()

@@ -8,8 +8,7 @@ from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.plotting import BLACK, BLUE, GREY, ORANGE, PURPLE, RED, new_figure, styled
-from tt_precise.sweeps.columns import part_named
-from tt_precise.sweeps.outcome import OUTCOMES
+from tt_precise.sweeps.columns import OUTCOMES, part_named
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -15,12 +15,9 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import Call, Failure, Pool, dask_pool, local_pool
 from tt_precise.sweeps import spot_check
-from tt_precise.sweeps.chunk_file import frame_of, written
-from tt_precise.sweeps.place import Place
-from tt_precise.sweeps.samples import blocks
-from tt_precise.sweeps.specification import Plan, Specification
-from tt_precise.sweeps.store import Files, Memory, default_chunk
-from tt_precise.sweeps.summary import summary_of
+from tt_precise.sweeps.specification import Plan, Specification, blocks
+from tt_precise.sweeps.store import Store, frame_of, write_chunk
+from tt_precise.sweeps.summary import summarized, summary_of
 
 if TYPE_CHECKING:
     import pandas
@@ -36,7 +33,7 @@ class Swept:
     """A finished sweep: its summary (see ``summary.summary_of``), and its rows when asked."""
 
     summary: Mapping[str, Json]
-    store: Memory | Files
+    store: Store
 
     @property
     def rows(self) -> pandas.DataFrame:
@@ -96,12 +93,8 @@ def sweep(
         raise InputError(f"chunk: got {chunk}, expected 1 to 1000000 rows")
     if one_in < 0:
         raise InputError(f"one_in: got {one_in}, expected 0 (none) or a number of rows")
-    store: Memory | Files
-    if out is None:
-        store = Memory(spec, chunk or default_chunk(spec.rows))
-    else:
-        store = Files(out, spec, chunk)
-    with store.locked():
+    store = Store(spec, out, chunk)
+    with store.opened():
         before, started = len(store.parts), time.perf_counter()
         with _pool(workers, dask, executor, size) as pool:
             missing = spec.rows - sum(part["rows"] for part in store.parts.values())
@@ -157,12 +150,20 @@ def chunk_task(plan: Plan, version: str, values: Array, batch: int) -> dict[str,
 
 
 def written_chunk_task(
-    plan: Plan, version: str, values: Array, batch: int, number: int, first: int, place: Place
+    plan: Plan,
+    version: str,
+    values: Array,
+    batch: int,
+    number: int,
+    first: int,
+    out: str,
+    fingerprint: str,
 ) -> dict[str, Json]:
-    """A chunk whose rows the worker writes itself; what the ledger says of it."""
+    """A chunk whose rows the worker writes itself; what a summary needs of it."""
     found = chunk_task(plan, version, values, batch)
     frame = frame_of(plan.names, first, values, found["columns"])
-    return written(place, number, frame) | {"seconds": found["seconds"], "batch": batch}
+    write_chunk(out, fingerprint, number, frame)
+    return summarized(frame)
 
 
 def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
@@ -172,7 +173,7 @@ def recheck_task(plan: Plan, values: dict[str, float]) -> dict[str, Json]:
 
 def _compute(
     spec: Specification,
-    store: Memory | Files,
+    store: Store,
     pool: Pool,
     batch: int,
     there: bool,
@@ -182,26 +183,26 @@ def _compute(
     report = progress or (lambda done, all_rows: None)
     found = done = sum(part["rows"] for part in store.parts.values())
     report(done, spec.rows)
-    place = store.target if there else None
+    out = store.out if there else None
 
     def calls() -> Iterator[Call]:
         for number, values in blocks(spec, store.size, set(store.parts)):
             arguments: tuple[Any, ...] = (spec.plan, __version__, values, batch)
-            if place is not None:
-                arguments += (number, number * store.size, place)
+            if out is not None:
+                arguments += (number, number * store.size, out, spec.fingerprint)
             yield Call(number, arguments)
 
-    for call, result in pool.perform(written_chunk_task if place else chunk_task, calls()):
+    work = chunk_task if out is None else written_chunk_task
+    for call, result in pool.perform(work, calls()):
         number, values = call.key, call.arguments[2]
         if isinstance(result, Failure):
             if isinstance(result.error, InputError):  # a full disk, for example
                 raise result.error
-            store.quarantine(number, result.reason)
+            store.quarantined[number] = result.reason
             continue
-        if place is None:
+        if out is None:
             frame = frame_of(spec.names, number * store.size, values, result["columns"])
-            about = {"seconds": result["seconds"], "batch": batch}
-            store.keep(number, frame, about)
+            store.keep(number, frame, summarized(frame))
         else:
             store.keep(number, None, result)
         done += len(values)
@@ -211,7 +212,7 @@ def _compute(
 
 def _check(
     spec: Specification,
-    store: Memory | Files,
+    store: Store,
     pool: Pool,
     one_in: int,
     checking: Counted | None,
@@ -234,19 +235,16 @@ def _check(
     for done, (call, result) in enumerate(pool.perform(recheck_task, calls()), start=1):
         row = asked.pop(call.key)
         if isinstance(result, Failure):
-            store.check(call.key, {"error": result.reason})
+            store.checked[call.key] = {"error": result.reason}
         else:
-            store.check(
-                call.key,
-                {
-                    "outcomes": [row["outcome"], result["outcome"]],
-                    "differences": spot_check.differences(row, result),
-                },
-            )
+            store.checked[call.key] = {
+                "outcomes": [row["outcome"], result["outcome"]],
+                "differences": spot_check.differences(row, result),
+            }
         report(done, len(wanted))
 
 
-def _rows(store: Memory | Files, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:
+def _rows(store: Store, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:
     for frame in store.frames() if wanted else ():
         yield from frame[frame["index"].isin(wanted)].to_dict("records")
 

@@ -11,14 +11,16 @@ import hashlib
 import json
 import math
 import operator
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from pathlib import Path
 
 from tt_precise.integration.contact import CONTACTS
+from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.toml import parse, read_text
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.body import require_si
 from tt_precise.scene.numerals import exact
@@ -31,6 +33,7 @@ PARAMETERS = ("m", "R", "alpha", "I1", "I3", "g", "mu")  # I1 and I3 in units of
 SAMPLERS = ("sobol", "latin")
 MOST_VALUES = 1_000_000  # of an axis
 MOST_KEPT_SAMPLES = 4_000_000  # a Latin hypercube, and samples repeated on a grid, stay in memory
+DROPPED = 65536  # samples drawn at once where they are skipped
 
 
 @dataclass(frozen=True)
@@ -242,7 +245,11 @@ def specification(
     vary: Mapping[str, str | Iterable[str | int | float]] | None = None,
     box: Mapping[str, str | tuple[str | int | float, str | int | float]] | None = None,
     until: str | int | None = None,
-    **others: Any,
+    samples: int = 0,
+    sampler: str = "sobol",
+    seed: int = 0,
+    record: tuple[str, ...] = (),
+    contact: str = "unilateral",
 ) -> Specification:
     """A ``Specification`` from text, as on the command line, or from numbers.
 
@@ -256,7 +263,11 @@ def specification(
         loaded,
         axes=tuple(Axis.of(name, text) for name, text in (vary or {}).items()),
         box=tuple(Range.of(name, text) for name, text in (box or {}).items()),
-        **others,
+        samples=samples,
+        sampler=sampler,
+        seed=seed,
+        record=record,
+        contact=contact,
     )
 
 
@@ -275,3 +286,144 @@ def _check_name(name: str) -> None:
         raise InputError(
             f"sweep: got {name[:60]!r}, expected one of: {', '.join(SWEEPABLE + PARAMETERS)}"
         )
+
+
+# ---- a sweep as a file -----------------------------------------------------------------------
+
+
+def read_specification(path: str | Path) -> Specification:
+    """Read a TOML file.
+
+        scene = "reference"            # a shipped name, or a path beside this file
+        until = "8"                    # s; by default the scene's
+        record = ["climb_A", "max_nu_y"]
+        contact = "unilateral"         # or "bilateral"
+        [vary]
+        phi_dot = "-200:200:801"
+        theta = "0.05,0.1,0.2"
+        [box]
+        theta_dot = "-15:15"
+        [sampling]
+        samples = 100000
+        sampler = "sobol"              # or "latin"
+        seed = 1
+
+    Raises
+    ------
+    InputError
+        No such file, no TOML, or its content is refused; the line names the file.
+    """
+    path = Path(path)
+    text = read_text(path, "a TOML file of a sweep")
+    try:
+        return _from_table(parse(text), path.parent)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _from_table(table: Mapping[str, Json], folder: Path) -> Specification:
+    known = {"scene", "until", "record", "contact", "vary", "box", "sampling"}
+    for key in table.keys() - known:
+        raise InputError(f"unknown key {key[:60]}, expected only: {', '.join(sorted(known))}")
+    scene = table.get("scene")
+    if not isinstance(scene, str):
+        raise InputError(f"scene: got {scene!r}, expected a shipped name or a path")
+    sampling = _subtable(table, "sampling")
+    for key in sampling.keys() - {"samples", "sampler", "seed"}:
+        raise InputError(f"unknown key sampling.{key[:60]}, expected only: samples, sampler, seed")
+    for key in ("samples", "seed"):
+        if not isinstance(sampling.get(key, 0), int) or sampling.get(key, 0) < 0:
+            raise InputError(f"sampling.{key}: got {sampling[key]!r}, expected a whole number")
+    record = table.get("record", [])
+    if not isinstance(record, list) or not all(isinstance(name, str) for name in record):
+        raise InputError(f"record: got {str(record)[:60]!r}, expected a list of names")
+    return specification(
+        str(folder / scene) if scene.endswith(".toml") else scene,
+        until=table.get("until"),
+        vary=_texts(table, "vary"),
+        box=_texts(table, "box"),
+        record=tuple(record),
+        contact=table.get("contact", "unilateral"),
+        **sampling,
+    )
+
+
+def _subtable(table: Mapping[str, Json], key: str) -> Mapping[str, Json]:
+    value = table.get(key, {})
+    if not isinstance(value, dict):
+        raise InputError(f"{key}: got {str(value)[:60]!r}, expected a table [{key}]")
+    return value
+
+
+def _texts(table: Mapping[str, Json], key: str) -> dict[str, str]:
+    found = _subtable(table, key)
+    for name, value in found.items():
+        if not isinstance(value, str):
+            raise InputError(f"{key}.{name}: got {value!r}, expected text such as '-200:200:801'")
+    return dict(found)
+
+
+# ---- the numbers of the rows -----------------------------------------------------------------
+
+
+def blocks(spec: Specification, size: int, skip: set[int]) -> Iterator[tuple[int, Array]]:
+    """(number, values) of each block of ``size`` rows that is not in ``skip``.
+
+    ``values`` is float64 of shape (rows, names). Memory does not grow with the number of rows.
+    """
+    import numpy
+
+    axes = [numpy.array([float(value) for value in axis.values]) for axis in spec.axes]
+    sampled = _Samples(spec) if spec.box else None
+    for number in range(-(-spec.rows // size)):
+        if number in skip:
+            continue
+        index = numpy.arange(number * size, min((number + 1) * size, spec.rows))
+        point, sample = numpy.divmod(index, max(1, spec.samples))
+        values = numpy.empty((len(index), len(spec.names)))
+        for column in reversed(range(len(axes))):
+            point, at = numpy.divmod(point, len(axes[column]))
+            values[:, column] = axes[column][at]
+        if sampled is not None:
+            values[:, len(axes) :] = sampled.at(sample)
+        yield number, values
+
+
+class _Samples:
+    """Points of the box by their numbers, which never fall where there is no grid."""
+
+    def __init__(self, spec: Specification):
+        import numpy
+        from scipy.stats import qmc
+
+        self._low = numpy.array([float(one.low) for one in spec.box])
+        self._width = numpy.array([float(one.high) for one in spec.box]) - self._low
+        dimensions = len(spec.box)
+        self._drawn: Array = None
+        if spec.sampler == "latin":
+            self._drawn = qmc.LatinHypercube(dimensions, rng=spec.seed).random(spec.samples)
+            return
+        # 30 bits, the default, would repeat points after a billion
+        self._sobol = qmc.Sobol(dimensions, scramble=True, bits=52, rng=spec.seed)
+        self._next = 0
+        if spec.axes:
+            self._drawn = self._draw(spec.samples)
+
+    def at(self, numbers: Array) -> Array:
+        if self._drawn is not None:
+            points = self._drawn[numbers]
+        else:
+            # drawn and dropped: SciPy's own fast_forward fails for more than 32 bits
+            while self._next < numbers[0]:
+                self._next += len(self._draw(min(DROPPED, int(numbers[0]) - self._next)))
+            self._next = int(numbers[-1]) + 1
+            points = self._draw(len(numbers))
+        return self._low + self._width * points
+
+    def _draw(self, count: int) -> Array:
+        import warnings
+
+        with warnings.catch_warnings():
+            # SciPy recommends powers of 2; how many points there are is the caller's choice
+            warnings.filterwarnings("ignore", message="The balance properties of Sobol'")
+            return self._sobol.random(count)

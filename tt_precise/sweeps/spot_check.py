@@ -22,8 +22,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene
-from tt_precise.sweeps.columns import DEFINITIONS, TIMES, extremum, parts, turning_events
-from tt_precise.sweeps.outcome import outcomes
+from tt_precise.sweeps.columns import DEFINITIONS, TIMES, extremum, outcomes, parts, turning_events
 
 ONE_IN = 1000
 FINE, WHERE_REFUSED = "double-double", "quad"

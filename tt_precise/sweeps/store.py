@@ -1,96 +1,50 @@
-"""Results: in memory, or in a folder or at a URL, where they survive being killed at any moment.
+"""The rows of a sweep: in memory, or as Parquet chunks in a folder or at a URL that fsspec knows.
 
-It holds ``sweep.json`` (what is swept), ``chunks/*.parquet``, ``ledger.jsonl`` (one line a chunk,
-with its rows, its SHA-256 and what the summary needs), ``recheck.jsonl`` and, at the end,
-``summary.json``. In a folder of this machine ``rows.parquet`` then takes the place of the chunks,
-with its rows and SHA-256 in the ledger. A file counts only if the ledger has it and its checksum
-fits; whatever else lies there is computed again.
+``sweep.json`` says what is swept, ``chunks/*.parquet`` hold the rows, ``recheck.json`` what the
+spot check has found, ``summary.json`` is written in the end. The metadata of a chunk's schema state
+the fingerprint of its sweep, its number, and the SHA-256 of its columns; it gets its name when it
+is complete, and counts only if all of that fits. Anything else that lies there is computed again,
+so that a sweep survives being killed at any moment. A URL may be a shared folder
+(``file:///shared/sweep``) or an object store (``s3://bucket/sweep``, with the package s3fs): every
+worker that can reach it writes its own chunks there.
 """
 
 from __future__ import annotations
 
+import csv
+import hashlib
+import io
 import json
-import time
+import os
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tt_precise._version import __version__
 from tt_precise.runtime import records
-from tt_precise.runtime.cache import fingerprint
+from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.files import locked, replacing
+from tt_precise.runtime.files import locked
 from tt_precise.runtime.untyped import Json
-from tt_precise.sweeps.chunk_file import (
-    COMPRESSION,
-    chunk_name,
-    digest,
-    parquet,
-    summarized,
-    unpacked,
-    written,
-)
-from tt_precise.sweeps.place import Folder, Place, Url, place_of
 from tt_precise.sweeps.specification import Specification
+from tt_precise.sweeps.summary import summarized
 
 if TYPE_CHECKING:
     import pandas
-    import pyarrow
 
-SCHEMA = "tt_precise.sweep_store/2"
-MANIFEST, LEDGER, RECHECK, QUARANTINE, SUMMARY, ROWS = (
-    "sweep.json", "ledger.jsonl", "recheck.jsonl", "quarantine.jsonl", "summary.json",
-    "rows.parquet",
-)  # fmt: skip
-# above it the chunks stay as they are: a copy of all would take longer than anybody waits for it
-GATHERED_AT_MOST = 20_000_000  # rows
-SEAL = "line"  # the hash of a line of a log, in the line itself
-LEDGER_EVERY_S = 1.0  # what is computed within it is computed again if the power goes
+SCHEMA = "tt_precise.sweep_store/3"
+MANIFEST, RECHECK, SUMMARY = "sweep.json", "recheck.json", "summary.json"
+OURS = b"tt_precise"  # the key of what a chunk's metadata state
+# pyarrow's errors about what is no Parquet are of these kinds
+UNREADABLE = (OSError, ValueError, KeyError, TypeError, NotImplementedError, MemoryError)
+EXPECTED = "expected the folder, URL or file of a sweep"
 
 
-class Memory:
-    """Results in memory, for sweeps that nobody wants as files."""
+class Store:
+    """The chunks of a sweep, and what is known of them; without ``out`` they are in memory.
 
-    target: Place | None = None
-
-    def __init__(self, spec: Specification, size: int):
-        self.spec, self.size = spec, size
-        self.parts: dict[int, dict[str, Json]] = {}
-        self.quarantined: dict[int, str] = {}
-        self.checked: dict[int, dict[str, Json]] = {}
-        self.damaged: list[str] = []
-        self._frames: dict[int, pandas.DataFrame] = {}
-
-    def locked(self) -> AbstractContextManager[None]:
-        """Nobody else has it."""
-        return nullcontext()
-
-    def keep(self, number: int, frame: pandas.DataFrame | None, about: Mapping[str, Json]) -> None:
-        """Take the rows of a chunk."""
-        assert frame is not None
-        self._frames[number] = frame
-        self.parts[number] = summarized(frame)
-
-    def quarantine(self, number: int, error: str) -> None:
-        """Note a chunk that could not be computed."""
-        self.quarantined[number] = error
-
-    def check(self, index: int, found: dict[str, Json]) -> None:
-        """Take what recomputing a row came to."""
-        self.checked[index] = found
-
-    def frames(self) -> Iterator[pandas.DataFrame]:
-        """The rows, in order, some at a time."""
-        for number in sorted(self._frames):
-            yield self._frames[number]
-
-    def finish(self, summary: Mapping[str, Json]) -> None:
-        """The rows are together already."""
-
-
-class Files:
-    """Results in a folder or at a URL; opening one that was interrupted goes on with it.
+    Opening one that was interrupted goes on with it.
 
     Raises
     ------
@@ -98,205 +52,108 @@ class Files:
         It holds something else, cannot be used, or the extra ``parquet`` is not installed.
     """
 
-    def __init__(self, out: str | Path, spec: Specification, size: int | None):
-        self._parquet = parquet()
-        self.place: Folder | Url = place_of(out)
-        self.target: Place = self.place
-        self.spec, self.size = spec, size or 0
+    def __init__(self, spec: Specification, out: str | Path | None, size: int | None):
+        self.spec, self.size = spec, size or default_chunk(spec.rows)
+        self.out = None if out is None else str(out)
         self.parts: dict[int, dict[str, Json]] = {}
         self.quarantined: dict[int, str] = {}
         self.checked: dict[int, dict[str, Json]] = {}
         self.damaged: list[str] = []
-        self._pending: list[str] = []
-        self._flushed = time.monotonic()
-        self._gathered = False
+        self._frames: dict[int, pandas.DataFrame] = {}
+        self._asked = size
 
     @contextmanager
-    def locked(self) -> Iterator[None]:
-        """Open it, and keep other sweeps out meanwhile, which at a URL is not possible."""
-        alone = locked(self.place.path, "sweep") if isinstance(self.place, Folder) else None
-        with alone or nullcontext():
-            self.size = self._opened(self.size or None)["chunk"]
-            self.checked = {
-                line["index"]: line["found"]
-                for line in self._lines(RECHECK, {"index": int, "found": dict})
-            }
-            self._verify()
+    def opened(self) -> Iterator[None]:
+        """Look at what is there, and keep other sweeps out meanwhile, which only a folder can."""
+        if self.out is None:
+            yield
+            return
+        parquet()
+        with nullcontext() if "://" in self.out else locked(Path(self.out), "sweep"):
+            self.size = self._manifest()["chunk"]
+            known = _parsed(read(self.out, RECHECK))
+            if known and known == _sealed(self.spec.fingerprint, known.get("found")):
+                self.checked = {int(index): found for index, found in known["found"].items()}
+            there = names(self.out, "chunks")
+            for number in range(-(-self.spec.rows // self.size)):
+                if name_of(number) not in there:
+                    continue
+                try:
+                    self.parts[number] = summarized(self._frame(number))
+                except InputError:
+                    self.damaged.append(f"chunks/{name_of(number)}")
             try:
                 yield
             finally:
-                self._flush()
+                if self.checked:
+                    found = {str(index): one for index, one in sorted(self.checked.items())}
+                    content = _sealed(self.spec.fingerprint, found)
+                    write(self.out, RECHECK, json.dumps(content).encode())
 
-    def _verify(self) -> None:
-        """Find out which chunks are there and whole."""
-        known = {"chunk": int, "rows": int, "sha256": str, "outcomes": dict, "columns": dict}
-        lines = {line["chunk"]: line for line in self._lines(LEDGER, known)}
-        chunks = -(-self.spec.rows // self.size)
-        lines = {
-            number: line
-            for number, line in lines.items()
-            if 0 <= number < chunks and line["rows"] == self._rows_in(number)
-        }
-        if isinstance(self.place, Folder) and (self.place.path / ROWS).exists():
-            self._gathered = len(lines) == chunks and self._rows_file_is_whole()
-            if self._gathered:
-                self.parts = lines
-                return
-            self.damaged.append(ROWS)
-            self.place.remove(ROWS)
-        for number, line in sorted(lines.items()):
-            content = self.place.read(chunk_name(number))
-            if content is not None and digest(content) == line["sha256"]:
-                self.parts[number] = line
-            else:
-                self.damaged.append(chunk_name(number))
-
-    def keep(self, number: int, frame: pandas.DataFrame | None, about: Mapping[str, Json]) -> None:
-        """Note a chunk, which its worker has written if the client has not got its rows."""
-        if frame is not None:
-            about = {**written(self.place, number, frame), **about}
-        line = {"chunk": number, **about}
-        self.parts[number] = line
-        self._pending.append(_sealed(line))
-        if time.monotonic() - self._flushed > LEDGER_EVERY_S:
-            self._flush()
-
-    def _flush(self) -> None:
-        """Write what the ledger still lacks."""
-        if self._pending:
-            self.place.append(LEDGER, "".join(self._pending))
-            self._pending.clear()
-        self._flushed = time.monotonic()
-
-    def quarantine(self, number: int, error: str) -> None:
-        """Note a chunk that could not be computed; the next run tries it again."""
-        self.quarantined[number] = error
-        self.place.append(QUARANTINE, _sealed({"chunk": number, "error": error}))
-
-    def check(self, index: int, found: dict[str, Json]) -> None:
-        """Note what recomputing a row came to."""
-        self.checked[index] = found
-        self.place.append(RECHECK, _sealed({"index": index, "found": found}))
+    def keep(self, number: int, frame: pandas.DataFrame | None, part: Mapping[str, Json]) -> None:
+        """Take a chunk, ``frame`` unless its worker has written it, and what a summary needs."""
+        if frame is not None and self.out is None:
+            self._frames[number] = frame
+        elif frame is not None and self.out is not None:
+            write_chunk(self.out, self.spec.fingerprint, number, frame)
+        self.parts[number] = dict(part)
 
     def frames(self) -> Iterator[pandas.DataFrame]:
-        """The rows, in order, some at a time."""
-        if self._gathered and isinstance(self.place, Folder):
-            file = self._parquet.ParquetFile(self.place.path / ROWS)
-            for batch in file.iter_batches(batch_size=max(self.size, 65536)):
-                yield batch.to_pandas()
-            return
+        """The rows, in order, a chunk at a time."""
         for number in sorted(self.parts):
-            yield self._table(number).to_pandas()
+            yield self._frames[number] if self.out is None else self._frame(number)
 
     def finish(self, summary: Mapping[str, Json]) -> None:
-        """Write the summary, and put all rows into one file, unless some are missing."""
-        self._flush()
-        whole = len(self.parts) == -(-self.spec.rows // self.size)
-        small = self.spec.rows <= GATHERED_AT_MOST
-        if isinstance(self.place, Folder) and whole and small and not self._gathered:
-            self._gather(self.place.path / ROWS)
-            self._gathered = True
-        if self._gathered:
-            self.place.remove("chunks")
-        text = json.dumps(summary, indent=2) + "\n"
-        self.place.write(SUMMARY, text.encode())
+        """Write the summary."""
+        if self.out is not None:
+            write(self.out, SUMMARY, (json.dumps(summary, indent=2) + "\n").encode())
 
-    def _gather(self, target: Path) -> None:
-        import pyarrow
+    def _frame(self, number: int) -> pandas.DataFrame:
+        assert self.out is not None
+        frame = read_chunk(self.out, self.spec.fingerprint, number)
+        if len(frame) != min(self.size, self.spec.rows - number * self.size):
+            raise InputError(f"{self.out}: {name_of(number)} has {len(frame)} rows; run it again")
+        return frame
 
-        with replacing(target) as temporary:
-            writer = None
-            waiting: list[pyarrow.Table] = []
-            for number in sorted(self.parts):
-                waiting.append(self._table(number))
-                if len(waiting) * self.size >= 65536 or number == max(self.parts):
-                    table = pyarrow.concat_tables(waiting)
-                    writer = writer or self._parquet.ParquetWriter(
-                        temporary, table.schema, compression=COMPRESSION
-                    )
-                    writer.write_table(table)
-                    waiting.clear()
-            if writer is not None:
-                writer.close()
-            checksum = _digest_of_file(temporary)
-        line = {"gathered": ROWS, "rows": self.spec.rows, "sha256": checksum}
-        self.place.append(LEDGER, _sealed(line))
-
-    def _rows_file_is_whole(self) -> bool:
-        lines = list(self._lines(LEDGER, {"gathered": str, "rows": int, "sha256": str}))
-        if not lines or lines[-1]["rows"] != self.spec.rows:
-            return False
-        assert isinstance(self.place, Folder)
-        return _digest_of_file(self.place.path / ROWS) == lines[-1]["sha256"]
-
-    def _table(self, number: int) -> pyarrow.Table:
-        content = self.place.read(chunk_name(number))
-        if content is None or digest(content) != self.parts[number]["sha256"]:
-            raise InputError(
-                f"{self.place}: {chunk_name(number)} is not what was written; expected to be "
-                "alone there, run it again"
-            )
-        return unpacked(content)
-
-    def _rows_in(self, number: int) -> int:
-        return min(self.size, self.spec.rows - number * self.size)
-
-    def _opened(self, size: int | None) -> dict[str, Json]:
+    def _manifest(self) -> dict[str, Json]:
+        assert self.out is not None
         wanted = {
             "schema": SCHEMA,
             "fingerprint": self.spec.fingerprint,
             "tt_precise": __version__,
             "rows": self.spec.rows,
         }
-        content = self.place.read(MANIFEST)
+        content = read(self.out, MANIFEST)
         if content is None:
-            if self.place.names():
-                raise InputError(f"{self.place}: not empty, expected a new folder or a sweep's own")
-            chunk = size or default_chunk(self.spec.rows)
-            manifest = {**wanted, "chunk": chunk, "specification": self.spec.description()}
-            self.place.write(MANIFEST, (json.dumps(manifest, indent=2) + "\n").encode())
+            if names(self.out):
+                raise InputError(f"{self.out}: not empty, expected a new folder or a sweep's own")
+            manifest = {**wanted, "chunk": self.size, "specification": self.spec.description()}
+            write(self.out, MANIFEST, (json.dumps(manifest, indent=2) + "\n").encode())
             return manifest
-        try:
-            found: Json = records.parse(content)
-        except ValueError:
-            found = None
-        if not isinstance(found, dict) or not isinstance(found.get("chunk"), int):
+        found = _parsed(content)
+        if found is None or not isinstance(found.get("chunk"), int):
             raise InputError(
-                f"{self.place}: {MANIFEST} is damaged, expected a sweep's own; take another folder"
+                f"{self.out}: {MANIFEST} is damaged, expected a sweep's own; take another folder"
             )
         for key, value in wanted.items():
             if found.get(key) != value:
                 raise InputError(
-                    f"{self.place}: holds another sweep ({key} {str(found.get(key))[:80]}, not "
+                    f"{self.out}: holds another sweep ({key} {str(found.get(key))[:80]}, not "
                     f"{value}); expected its own specification and version, or another folder"
                 )
-        if found["chunk"] < 1 or size not in (None, found["chunk"]):
+        if found["chunk"] < 1 or self._asked not in (None, found["chunk"]):
             raise InputError(
-                f"chunk: got {size}, expected {found['chunk']}, with which {self.place} was begun"
+                f"chunk: got {self._asked}, expected {found['chunk']}, with which {self.out} was "
+                "begun"
             )
         return found
 
-    def _lines(self, log: str, kinds: Mapping[str, type]) -> Iterator[dict[str, Json]]:
-        """The lines of a log that are of this kind; others are torn, or somebody else's."""
-        for text in self.place.log(log).splitlines():
-            try:
-                line = records.parse(text)
-            except ValueError:
-                continue  # the line that was being written when the power went
-            if not isinstance(line, dict) or line.pop(SEAL, None) != _seal(line):
-                continue  # damaged
-            if all(type(line.get(name)) is kind for name, kind in kinds.items()):
-                yield line
 
-
-def _seal(line: Mapping[str, Json]) -> str:
-    return fingerprint(line)[:16]
-
-
-def _sealed(line: Mapping[str, Json]) -> str:
-    """A line of a log with its own hash, so that one that was damaged is none."""
-    plain = records.parse(json.dumps(line))  # as it is read again
-    return json.dumps({**plain, SEAL: _seal(plain)}) + "\n"
+def _sealed(fingerprint: str, found: Json) -> dict[str, Json]:
+    """What the spot check has found, with its own hash."""
+    text = json.dumps([fingerprint, found], sort_keys=True)
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    return {"fingerprint": fingerprint, "found": found, "sha256": digest}
 
 
 def default_chunk(rows: int) -> int:
@@ -307,8 +164,212 @@ def default_chunk(rows: int) -> int:
     return min(16384, max(256, 256 * -(-rows // (2000 * 256))))
 
 
-def _digest_of_file(file: Path) -> str:
-    import hashlib
+def read_rows(path: str | Path) -> pandas.DataFrame:
+    """The rows of a sweep, as they were written.
 
-    with file.open("rb") as content:
-        return hashlib.file_digest(content, "sha256").hexdigest()
+    Parameters
+    ----------
+    path
+        The folder or URL of ``out``, one of its chunks, or a CSV file, which nothing is known of.
+
+    Raises
+    ------
+    InputError
+        There are none, they cannot be read, or are not what was written.
+    """
+    import pandas
+
+    out, file = str(path), Path(path)
+    if "://" in out or file.is_dir():
+        found = _parsed(read(out, MANIFEST)) or {}
+        if not {"fingerprint", "rows", "chunk"} <= found.keys():
+            raise InputError(f"{out}: no rows there, {EXPECTED}")
+        chunks = range(-(-found["rows"] // found["chunk"]))
+        return pandas.concat(
+            [read_chunk(out, found["fingerprint"], number) for number in chunks],
+            ignore_index=True,
+        )
+    if not file.is_file():
+        raise InputError(f"{out}: no rows there, {EXPECTED}")
+    if file.suffix != ".csv":
+        return _unpacked(file.read_bytes(), None, None, out)
+    try:
+        with file.open(newline="", encoding="utf-8") as text:
+            table = csv.reader(text)
+            width = len(next(table, ()))
+            for row in table:  # pandas would fill them up, or take cells for an index
+                if len(row) != width:
+                    raise ValueError(f"line {table.line_num} has {len(row)} cells, not {width}")
+        return pandas.read_csv(file)
+    except (OSError, ValueError, csv.Error) as error:
+        reason = str(error).partition("\n")[0]
+        raise InputError(f"{out}: {reason[:200]}; {EXPECTED}") from None
+
+
+# ---- chunks ----------------------------------------------------------------------------------
+
+
+def frame_of(
+    names: tuple[str, ...], first: int, values: Array, results: Mapping[str, Array]
+) -> pandas.DataFrame:
+    """The rows from index ``first`` on: index, what was varied, results."""
+    import numpy
+    import pandas
+
+    index = numpy.arange(first, first + len(values), dtype=numpy.int64)
+    columns: dict[str, Array] = {"index": index}
+    columns |= {name: values[:, position] for position, name in enumerate(names)}
+    return pandas.DataFrame(columns | dict(results))
+
+
+def name_of(number: int) -> str:
+    """The file of a chunk."""
+    return f"{number:08}.parquet"
+
+
+def write_chunk(out: str, fingerprint: str, number: int, frame: pandas.DataFrame) -> None:
+    """Write the rows of a chunk."""
+    import pyarrow
+
+    states = {"fingerprint": fingerprint, "chunk": number, "sha256": _digest(frame)}
+    table = pyarrow.Table.from_pandas(frame, preserve_index=False)
+    metadata = {**table.schema.metadata, OURS: json.dumps(states).encode()}
+    sink = pyarrow.BufferOutputStream()
+    parquet().write_table(table.replace_schema_metadata(metadata), sink, compression="zstd")
+    write(out, f"chunks/{name_of(number)}", sink.getvalue().to_pybytes())
+
+
+def read_chunk(out: str, fingerprint: str, number: int) -> pandas.DataFrame:
+    """The rows of a chunk.
+
+    Raises
+    ------
+    InputError
+        They are not there, or not what was written.
+    """
+    content = read(out, f"chunks/{name_of(number)}")
+    if content is None:
+        raise InputError(f"{out}: rows are missing, expected a finished sweep; run it again")
+    return _unpacked(content, fingerprint, number, f"{out}: chunks/{name_of(number)}")
+
+
+def _unpacked(
+    content: bytes, fingerprint: str | None, number: int | None, what: str
+) -> pandas.DataFrame:
+    try:
+        table = parquet().read_table(io.BytesIO(content))
+        states = json.loads(table.schema.metadata[OURS])
+        frame: pandas.DataFrame = table.to_pandas()
+        as_written = (
+            states["sha256"] == _digest(frame)
+            and fingerprint in (None, states["fingerprint"])
+            and number in (None, states["chunk"])
+        )
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        NotImplementedError,
+        MemoryError,
+    ):  # pyarrow's
+        as_written = False
+    if not as_written:
+        raise InputError(f"{what} is not what a sweep has written; run it again")
+    return frame
+
+
+def _digest(frame: pandas.DataFrame) -> str:
+    """SHA-256 of names and values."""
+    import numpy
+
+    digest = hashlib.sha256()
+    for name in frame.columns:
+        digest.update(name.encode())
+        column = frame[name]
+        if name == "outcome":
+            digest.update("\n".join(column).encode())
+        else:  # a missing value has many bit patterns
+            values = column.to_numpy()
+            digest.update(numpy.where(numpy.isnan(values), numpy.nan, values).tobytes())
+    return digest.hexdigest()
+
+
+def parquet() -> Any:
+    """The module ``pyarrow.parquet``.
+
+    Raises
+    ------
+    InputError
+        It is not installed.
+    """
+    try:
+        import fsspec  # noqa: F401
+        import pyarrow.parquet
+    except ImportError:
+        raise InputError(
+            "parquet: not installed, expected pip install 'tt-precise[parquet]'"
+        ) from None
+    return pyarrow.parquet
+
+
+# ---- files -----------------------------------------------------------------------------------
+
+
+def read(out: str, name: str) -> bytes | None:
+    """The content of a file below a folder or URL; None if there is none."""
+    files, root = _place(out)
+    try:
+        content: bytes = files.cat_file(f"{root}/{name}")
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    return content
+
+
+def write(out: str, name: str, content: bytes) -> None:
+    """Write a file below a folder or URL as a whole: it has its name when it is complete."""
+    files, root = _place(out)
+    target = f"{root}/{name}"
+    files.makedirs(target.rpartition("/")[0], exist_ok=True)
+    if "file" not in files.protocol:  # an object is there when it is complete
+        files.pipe_file(target, content)
+        return
+    temporary = f"{target}.{os.getpid()}"
+    try:
+        files.pipe_file(temporary, content)
+        os.replace(temporary, target)
+    except OSError as error:
+        Path(temporary).unlink(missing_ok=True)
+        raise InputError(f"{target}: {error.strerror}, expected room and leave to write") from None
+
+
+def names(out: str, folder: str = "") -> set[str]:
+    """The files and folders directly in a folder below a folder or URL."""
+    files, root = _place(out)
+    files.invalidate_cache()
+    try:
+        found = files.ls(f"{root}/{folder}".rstrip("/"), detail=False)
+    except (FileNotFoundError, NotADirectoryError):
+        return set()
+    return {one.rpartition("/")[2] for one in found} - {""}
+
+
+def _place(out: str) -> tuple[Any, str]:
+    """A file system of fsspec's, and where on it."""
+    import fsspec
+
+    try:
+        if "://" not in out:
+            return fsspec.filesystem("file"), os.path.abspath(out)
+        files, root = fsspec.core.url_to_fs(out)
+    except (ImportError, ValueError, OSError) as error:  # s3fs is missing, for example
+        raise InputError(f"{out}: {error}; expected a URL that fsspec knows") from None
+    return files, root.rstrip("/")
+
+
+def _parsed(content: bytes | None) -> dict[str, Json] | None:
+    try:
+        found = records.parse(content or b"")
+    except ValueError:
+        return None
+    return found if isinstance(found, dict) else None

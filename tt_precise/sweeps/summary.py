@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
 from tt_precise.runtime.untyped import Json
-from tt_precise.sweeps.chunk_file import merged
-from tt_precise.sweeps.outcome import OUTCOMES
+from tt_precise.sweeps.columns import OUTCOMES
 from tt_precise.sweeps.specification import Specification
-from tt_precise.sweeps.store import Files, Memory
+
+if TYPE_CHECKING:
+    import pandas
+
+    from tt_precise.sweeps.store import Store
 
 SCHEMA = "tt_precise.sweep/1"
 
 
-def summary_of(spec: Specification, store: Memory | Files, how: dict[str, Json]) -> dict[str, Json]:
+def summary_of(spec: Specification, store: Store, how: dict[str, Json]) -> dict[str, Json]:
     """Outcomes, the range of every column, what the spot check found, what is missing, how it ran.
 
     ``columns`` gives least, greatest and mean of the values that exist, and how many are missing.
@@ -41,11 +46,11 @@ def summary_of(spec: Specification, store: Memory | Files, how: dict[str, Json])
         "versions": _versions(),
         "fingerprint": spec.fingerprint,
         "specification": spec.description(),
-        "out": str(store.place) if isinstance(store, Files) else None,
+        "out": store.out,
     }
 
 
-def _recheck(store: Memory | Files) -> dict[str, Json]:
+def _recheck(store: Store) -> dict[str, Json]:
     largest: dict[str, float] = {}
     where: dict[str, int] = {}
     other, errors, unmatched = [], {}, []
@@ -84,3 +89,44 @@ def _versions() -> dict[str, str]:
         "numpy": numpy.__version__,
         "python": platform.python_version(),
     }
+
+
+def summarized(frame: pandas.DataFrame) -> dict[str, Json]:
+    """Rows, outcomes, and of each column least, greatest, sum and number of what is finite."""
+    import numpy
+
+    ranges: dict[str, list[Json]] = {}
+    for name in frame.columns:
+        if name in ("index", "outcome"):
+            continue
+        values = frame[name].to_numpy(dtype=float)
+        known = values[numpy.isfinite(values)]
+        if len(known):
+            ranges[name] = [float(known.min()), float(known.max()), float(known.sum()), len(known)]
+        else:
+            ranges[name] = [None, None, 0.0, 0]
+    return {
+        "rows": len(frame),
+        "outcomes": dict(Counter(frame["outcome"].tolist())),
+        "columns": ranges,
+    }
+
+
+def merged(parts: list[dict[str, Json]]) -> dict[str, Json]:
+    """The ``summarized`` rows of all parts; the order of the parts does not matter."""
+    outcomes: Counter[str] = Counter()
+    for part in parts:
+        outcomes.update(part["outcomes"])
+    rows = sum(part["rows"] for part in parts)
+    columns: dict[str, Json] = {}
+    for name in dict.fromkeys(name for part in parts for name in part["columns"]):
+        mine = [part["columns"][name] for part in parts]
+        known = [one for one in mine if one[3]]
+        count = sum(one[3] for one in known)
+        columns[name] = {
+            "min": min((one[0] for one in known), default=None),
+            "max": max((one[1] for one in known), default=None),
+            "mean": math.fsum(one[2] for one in known) / count if count else None,
+            "missing": rows - count,
+        }
+    return {"rows": rows, "outcomes": outcomes, "columns": columns}

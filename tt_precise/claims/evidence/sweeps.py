@@ -25,9 +25,8 @@ from tt_precise.runtime.untyped import Json
 from tt_precise.scene.body import NAMES
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.run import sweep_pool
-from tt_precise.sweeps.samples import blocks
-from tt_precise.sweeps.specification import STARTS, Plan, specification
-from tt_precise.sweeps.starts import integrated, lambda_of_start
+from tt_precise.sweeps.specification import STARTS, Plan, blocks, specification
+from tt_precise.sweeps.table import integrated, lambda_of_start
 
 if TYPE_CHECKING:
     import pandas
