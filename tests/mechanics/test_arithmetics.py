@@ -36,8 +36,8 @@ class Arithmetic(NamedTuple):
     """``fn``, the way in for a double, the way out, and the functions that it has."""
 
     fn: Any
-    into: Callable[[float], Any]
-    back: Callable[[Any], float]
+    into: Callable[[float], Any] | None
+    back: Any
     there: frozenset[str]
 
 
