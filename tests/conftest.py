@@ -1,7 +1,14 @@
 """What holds for all tests."""
 
 import gc
+import os
 import signal
+from pathlib import Path
+
+# compiled equations of the tests, theirs and of the commands that they start
+os.environ["HEYOKA_CACHE_DIR"] = str(
+    Path(__file__).parents[1] / "build" / "tt-precise" / "compiled"
+)
 
 # What a shell starts in the background ignores Ctrl-C, and hands that on to every process it
 # starts; those of the tests are to be interrupted.

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 LOADED = "import sys; print('sympy' in sys.modules)"
 HIDE = "from tt_precise.runtime.startup import hide_sympy_from_heyoka as hide; hide(); hide()"
@@ -52,3 +53,20 @@ def test_linear_algebra_of_a_command_has_one_thread_unless_more_are_wanted() -> 
     assert said(unset, threads) == [str(cores)]
     two = "os.environ['OMP_NUM_THREADS'] = '2'"
     assert said(unset, two, keep, threads) == [str(min(2, cores))]
+
+
+def test_commands_keep_what_they_compile_in_a_small_folder_of_their_own(tmp_path: Path) -> None:
+    shown = "from heyoka import llvm_state as kept; print(kept.get_diskcache_path())"
+    limit = "print(kept.get_diskcache_limit())"
+    home = (
+        "import os; os.environ.pop('HEYOKA_CACHE_DIR', None); "
+        f"os.environ['XDG_CACHE_HOME'] = {str(tmp_path)!r}"
+    )
+    ours = "from tt_precise import cli; cli.main(['columns'])"
+    run = "import tt_precise as tt; tt.integrate('upright')"
+    own = said(home, ours, run, shown, limit)[-2:]
+    assert own == [str(tmp_path / "tt-precise" / "compiled"), str(256 * 2**20)]
+    assert (tmp_path / "tt-precise" / "compiled" / "cache.db").exists()
+    # the library touches neither the place nor the limit
+    assert said(home, run, shown, limit) == said(home, shown, limit)
+    assert said(home, "os.environ['HEYOKA_CACHE_DIR'] = '/tmp'", ours, shown)[-1] == "/tmp"

@@ -9,6 +9,7 @@ from tt_precise.integration.quadratures import extended_rates, motion, moving
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.startup import bound_compiled
 
 
 class HeyokaFunctions:
@@ -45,6 +46,7 @@ class Equations:
         """The equations of ``form`` with the quadratures ``record`` behind it."""
         import heyoka
 
+        bound_compiled()
         variables = tuple(heyoka.make_vars(*form.columns, *record))
         body = form.body([heyoka.par[i] for i in range(len(form.parameters))])
         fn = HeyokaFunctions()

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.startup import user_folder as user_folder
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
@@ -30,21 +31,6 @@ if TYPE_CHECKING:
 
 DIGITS = 12  # significant, in a cached table
 UNREADABLE = (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError)
-
-
-def user_folder() -> Path:
-    """The user's cache folder for this package; it need not exist.
-
-    Raises
-    ------
-    OSError
-        The user has none.
-    """
-    try:
-        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    except RuntimeError as error:  # a user without a home
-        raise OSError(str(error)) from None
-    return Path(home) / "tt-precise"
 
 
 def fingerprint(definition: Json) -> str:

@@ -11,6 +11,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, PathFinder
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 HIDDEN = "sympy"
 THREADS = "OPENBLAS_NUM_THREADS"
+COMPILED, COMPILED_PLACE = "compiled", "HEYOKA_CACHE_DIR"
+COMPILED_BYTES = 256 * 2**20
 
 
 def keep_linear_algebra_to_one_thread() -> None:
@@ -35,6 +38,41 @@ def hide_sympy_from_heyoka() -> None:
     """Let ``import heyoka``, whenever it comes, find no SymPy; everybody else finds it."""
     if not any(isinstance(finder, _Heyoka) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Heyoka())
+
+
+def user_folder() -> Path:
+    """The user's cache folder for this package; it need not exist.
+
+    Raises
+    ------
+    OSError
+        The user has none.
+    """
+    try:
+        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    except RuntimeError as error:  # a user without a home
+        raise OSError(str(error)) from None
+    return Path(home) / "tt-precise"
+
+
+def keep_compiled() -> None:
+    """Compiled equations of this process, and of those that it starts, are kept in our own folder.
+
+    heyoka reads the place when it is imported; somebody else's choice stays.
+    """
+    try:
+        folder = user_folder() / COMPILED
+    except OSError:
+        return
+    os.environ.setdefault(COMPILED_PLACE, str(folder))
+
+
+def bound_compiled() -> None:
+    """What is kept in a folder of ours stays small; heyoka drops what was not used for longest."""
+    if Path(os.environ.get(COMPILED_PLACE, "")).parts[-2:] == ("tt-precise", COMPILED):
+        import heyoka
+
+        heyoka.llvm_state.set_diskcache_limit(COMPILED_BYTES)
 
 
 # no classes of importlib.abc: it imports tempfile, zipfile, random and more
