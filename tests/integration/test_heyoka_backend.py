@@ -15,7 +15,7 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.step_limit import LARGE_TILT, longest_step
 from tt_precise.integration.system import SLOW_SPEED, numeric_options
-from tt_precise.mechanics.formulations import SLOW, integrated
+from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.scene.body import TippeTop
 from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
@@ -204,7 +204,8 @@ def test_in_a_time_of_its_own_a_step_is_as_many_times_longer_as_rates_are_smalle
     one = start("1e-9")
     body = replace(one.body, mu=0 * one.body.mu)
     plain, own = (
-        longest_step(body, one.vectors, ORDER, DOUBLE, form) for form in (None, SLOW["newton"])
+        longest_step(body, one.vectors, ORDER, DOUBLE, form)
+        for form in (None, FORMULATIONS[SLOW, "newton"])
     )
     assert plain is not None
     assert own / plain == pytest.approx(1 / (2 * SLOW_SPEED), rel=1e-12)

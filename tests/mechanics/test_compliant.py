@@ -13,14 +13,14 @@ from tt_precise.mechanics import compliant
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.formulations import ELASTIC, FLIGHT, Formulation
+from tt_precise.mechanics.formulations import FORMULATIONS, Formulation, raised
 from tt_precise.scene.body import SPRINGS, Parameters, TippeTop
 
 Round = Callable[[Fraction], Any]
 STIFFNESS, DAMPING = 70, Fraction(3, 7)
 FORMS = {
-    "flight": (FLIGHT["newton"], FLIGHT["euler"]),
-    **{name: (ELASTIC[f"{name} newton"], ELASTIC[f"{name} euler"]) for name in SPRINGS},
+    "flight": (raised("newton"), raised("euler")),
+    **{name: (FORMULATIONS[name, "newton"], FORMULATIONS[name, "euler"]) for name in SPRINGS},
 }
 
 

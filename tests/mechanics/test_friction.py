@@ -14,6 +14,7 @@ import pytest
 from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.errors import InputError
@@ -81,7 +82,7 @@ def test_a_steep_cone_holds_and_a_flat_one_does_not() -> None:
 def test_wrapped_equations_are_those_of_the_law() -> None:
     body = Parameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.3, friction=COULOMB)
     state = NewtonState(0.6, 0.0, 0.8, 1.0, 2.0, 3.0, 0.3, 0.4)
-    rates = friction.of_law(newton.rates, lambda _, s: s.v[:2])(body, state, numpy)
+    rates = formulation("gliding", "newton", COULOMB).rates(body, state, numpy)
     assert rates == newton.rates(Parameters(1.0, 1.0, 0.3, 0.4, 0.4, 1.0, 0.6), state)
 
 

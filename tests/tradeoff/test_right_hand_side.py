@@ -7,10 +7,10 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.mechanics.formulations import FORMULATIONS, INTEGRATED, Formulation
+from tt_precise.mechanics.formulations import CENTRE, FORMULATIONS, MODELS, Formulation
 from tt_precise.tradeoff.methods import SHAPES, flat, source
 
-FORMS = [*FORMULATIONS.values(), *INTEGRATED.values()]
+FORMS = [form for (motion, _), form in FORMULATIONS.items() if motion in (*MODELS, CENTRE)]
 VALUES: dict[str, Any] = {
     "alpha": Fraction(3, 10),
     "I1": Fraction(131, 350),

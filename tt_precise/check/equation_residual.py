@@ -28,7 +28,7 @@ from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.shooting import follow
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.formulations import FLIGHT, formulation
+from tt_precise.mechanics.formulations import formulation, raised
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.taylor import integral
 from tt_precise.mechanics.vectors import cross, dot
@@ -76,7 +76,7 @@ class EquationResidual:
         self.setup, self._resolved = setup, resolved
         self._form = formulation(setup.scene.model, "newton", setup.scene.body.friction)
         if setup.flies and setup.height_given:
-            self._form = FLIGHT["newton"]
+            self._form = raised("newton")
         self._width = 10 if setup.height_given else len(self._form.columns)
         self._time = float(numpy.sqrt(setup.body.R / setup.body.g))
         self._begins = float(first.t[0])

@@ -13,7 +13,7 @@ import numpy
 
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.formulations import FLIGHT, Formulation, elastic_in_time, formulation
+from tt_precise.mechanics.formulations import Formulation, elastic_in_time, formulation, raised
 from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
@@ -38,7 +38,7 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     """The rows of ``state`` by the equations that they obey; none of them is empty."""
     lifted = isinstance(state, LiftedState)
     if scene.model == "flight" and lifted:
-        return [RowsUnder(slice(None), FLIGHT["newton"])]
+        return [RowsUnder(slice(None), raised("newton"))]
     gliding = formulation(scene.model, "newton", scene.body.friction)
     on_table = numpy.ones(len(state.kx), bool)
     if isinstance(state, LiftedState):
@@ -49,7 +49,7 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     found = (
         (on_table & ~rests, gliding),
         (rests, formulation("rolling", "newton")),
-        (~on_table, FLIGHT["newton"]),
+        (~on_table, raised("newton")),
     )
     there = [(rows, form) for rows, form in found if rows.any()]
     if len(there) == 1:  # all rows

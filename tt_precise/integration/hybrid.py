@@ -26,7 +26,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.integration.system import SLOW_SPEED
 from tt_precise.mechanics import compliant, friction, rolling
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.formulations import FLIGHT, SLOW, STICKING, Formulation, flight_over
+from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, STICKING, Formulation, raised
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.onset import direction_on_the_cone, directions_from_rest, onset
 from tt_precise.mechanics.quantities import Motion
@@ -147,7 +147,7 @@ def _outputs(
         if status in ("rest", "stick", "slip"):
             output = _from_rest(name, setup, here, status)
         else:
-            form = SLOW[coordinates] if status == "slow" else plain
+            form = FORMULATIONS[SLOW, coordinates] if status == "slow" else plain
             output = propagated(setup.but(formulation=form), entering(here, form, context))
         yield output
         status = output.propagation.status
@@ -171,7 +171,7 @@ def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> Dens
     if status != "slip":
         pressed = rolling.constraint_force(q.body, q.state)[2] > 0
         if pressed and friction.cone_margin(q.body, q.state) >= 0:
-            form = STICKING[coordinates]
+            form = FORMULATIONS[STICKING, coordinates]
             rolls = setup.but(formulation=form, events=existing(setup.events, "rolling"))
             return propagated(rolls, entering(here, form, fn))
     precision = setup.precision
@@ -190,7 +190,7 @@ def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> Dens
     series = onset(
         q.body, vectors, directions[0], terms_for(precision.bits), precision.eps, fn, on_the_cone
     )
-    form = SLOW[coordinates]
+    form = FORMULATIONS[SLOW, coordinates]
     begun = replace(here, model="gliding", row=())
     return OnsetOutput(setup.but(formulation=form), begun, series, here.row)
 
@@ -212,7 +212,7 @@ def flying_on(pieces: Sequence[Segment], setup: Setup, start: InitialState) -> l
         return list(pieces)
     rest = start.until - last.begin
     here = after(last.output, replace(last.output.start, until=rest))
-    form = FLIGHT[setup.formulation.coordinates]
+    form = raised(setup.formulation.coordinates)
     flight = setup.but(formulation=form, events=existing(setup.events, "flight"))
     (flown,) = flying(flight, here)
     begin = last.begin + last.output.end_time
@@ -238,7 +238,7 @@ def bouncing(
     found: list[Segment] = []
     begin, flies = start.until * 0, _flies(here)
     while True:
-        form = flight_over(contact.model, contact.coordinates) if flies else contact
+        form = raised(contact.coordinates, contact.model) if flies else contact
         events = existing(setup.events, "flight") if flies else setup.events
         output = propagated(setup.but(formulation=form, events=events), entering(here, form, fn))
         status = output.propagation.status

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cache, partial
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from tt_precise.mechanics import compliant, euler, flight, friction, newton, rolling
@@ -19,7 +19,7 @@ from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.body import Dimension, Parameters, of_numbers
-from tt_precise.scene.laws import COULOMB, VISCOUS, Law, law_named
+from tt_precise.scene.laws import COULOMB, VISCOUS, Law
 
 COORDINATES = ("newton", "euler")
 
@@ -53,25 +53,27 @@ KINDS = (
 class Formulation:
     """State, equations of motion, and the way to vectors, of one model in one set of coordinates.
 
-    ``rates(body, state, fn)`` is the time derivative of a ``State``; ``friction`` is their law and
-    ``spring`` the force of an elastic table, "" where there is none. Where it runs in a time of
-    its own, of which the ``rates`` then are, the time t is an entry of its state and
-    ``clock(state, fn)`` the rate of t.
+    ``equations(body, state, fn)`` is the time derivative of a ``State``; ``friction`` is the law
+    and ``spring`` the force of an elastic table, "" where there is none. Where the equations are
+    those of viscous friction, ``velocity(body, state)`` is the gliding velocity at which ``rates``
+    puts the law's coefficient in the place of mu. Where it runs in a time of its own, of which the
+    equations then are, the time t is an entry of its state and ``clock(state, fn)`` the rate of t.
     """
 
     model: str
     coordinates: str
     State: Any
-    rates: Callable[..., StateOfAny]
+    equations: Callable[..., StateOfAny]
+    velocity: Callable[[Parameters, Any], tuple[Scalar, Scalar]] | None = None
     friction: Law = VISCOUS
     spring: str = ""
     clock: Callable[[Any, Functions], Scalar] | None = None
 
-    def __reduce__(self) -> Any:
-        # the rates of a law are made here, and not to be found by name
-        if self.friction.constant or self.spring or self.model == "flight":
-            return Formulation, tuple(getattr(self, one.name) for one in fields(self))
-        return _known, (self.model, self.State, self.friction.name)
+    def rates(self, body: Parameters, state: StateOfAny, fn: Functions) -> StateOfAny:
+        """Time derivative of a state under the law of friction."""
+        if self.velocity and not self.friction.constant:
+            body = friction.viscous_at(body, *self.velocity(body, state), fn)
+        return self.equations(body, state, fn)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -141,108 +143,81 @@ class Formulation:
         return self.State(*source[: len(self.columns)])
 
 
-_ALL = (
-    Formulation("gliding", "newton", NewtonState, newton.rates),
-    Formulation("gliding", "euler", EulerState, euler.rates),
-    Formulation("rolling", "newton", RollingState, rolling.rates),
-    Formulation("rolling", "euler", RollingEulerState, rolling.euler_rates),
-    Formulation("flight", "newton", NewtonState, flight.free_rates),
-    Formulation("flight", "euler", EulerState, flight.free_euler_rates),
-)
-FORMULATIONS = {(f.model, f.coordinates): f for f in _ALL}
+def _of_contact(body: Parameters, state: NewtonState) -> tuple[Scalar, Scalar]:
+    return state.vx, state.vy
 
-# where another state costs less to integrate than the one that is published
-INTEGRATED = {
-    ("gliding", "newton"): Formulation("gliding", "newton", CentreState, newton.centre_rates)
-}
 
-# Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone
-SLOW = {
-    "newton": Formulation(
-        "gliding", "newton", PolarState, friction.polar_rates, COULOMB, clock=friction.polar_speed
+def _of_euler(body: Parameters, state: EulerState) -> tuple[Scalar, Scalar]:
+    return state.nu_x, state.nu_y
+
+
+def _of_centre(body: Parameters, state: CentreState) -> tuple[Scalar, Scalar]:
+    vectors = newton.centre_to_vectors(body, state)
+    return vectors.vx, vectors.vy
+
+
+MODELS = ("gliding", "rolling", "flight")
+CENTRE, SLOW, STICKING, RAISED = "centre of mass", "slow", "sticking", "raised"
+# by motion and coordinates: what a scene's model means, and what is integrated in its place
+FORMULATIONS = {
+    ("gliding", "newton"): Formulation("gliding", "newton", NewtonState, newton.rates, _of_contact),
+    ("gliding", "euler"): Formulation("gliding", "euler", EulerState, euler.rates, _of_euler),
+    ("rolling", "newton"): Formulation("rolling", "newton", RollingState, rolling.rates),
+    ("rolling", "euler"): Formulation("rolling", "euler", RollingEulerState, rolling.euler_rates),
+    ("flight", "newton"): Formulation("flight", "newton", NewtonState, flight.free_rates),
+    ("flight", "euler"): Formulation("flight", "euler", EulerState, flight.free_euler_rates),
+    # gliding, in a state that costs less to integrate than the published one
+    (CENTRE, "newton"): Formulation(
+        "gliding", "newton", CentreState, newton.centre_rates, _of_centre
     ),
-    "euler": Formulation(
-        "gliding",
-        "euler",
-        PolarEulerState,
-        friction.polar_euler_rates,
-        COULOMB,
-        clock=friction.polar_speed,
+    # Coulomb's law near v_A = 0, and while the top rolls because the force stays within the cone
+    (SLOW, "newton"): Formulation(
+        "gliding", "newton", PolarState, friction.polar_rates,
+        friction=COULOMB, clock=friction.polar_speed,
     ),
-}
-STICKING = {
-    coordinates: replace(FORMULATIONS["rolling", coordinates], friction=COULOMB)
-    for coordinates in COORDINATES
-}
-
-# in the air, and on an elastic table
-FLIGHT = {
-    "newton": Formulation("flight", "newton", LiftedState, flight.flight_rates),
-    "euler": Formulation("flight", "euler", LiftedEulerState, flight.flight_euler_rates),
-}
-_deep = compliant.root_of_depth
-ELASTIC = {
-    form_.model + " " + form_.coordinates: form_
-    for form_ in (
-        Formulation("linear", "newton", LiftedState, compliant.rates, spring="linear"),
-        Formulation(
-            "linear", "euler", LiftedEulerState, compliant.linear_euler_rates, spring="linear"
-        ),
-        Formulation(
-            "hunt-crossley", "newton", DeepState, compliant.hunt_crossley_rates,
-            spring="hunt-crossley", clock=_deep,
-        ),
-        Formulation(
-            "hunt-crossley", "euler", DeepEulerState, compliant.hunt_crossley_euler_rates,
-            spring="hunt-crossley", clock=_deep,
-        ),
-    )
+    (SLOW, "euler"): Formulation(
+        "gliding", "euler", PolarEulerState, friction.polar_euler_rates,
+        friction=COULOMB, clock=friction.polar_speed,
+    ),
+    (STICKING, "newton"): Formulation(
+        "rolling", "newton", RollingState, rolling.rates, friction=COULOMB
+    ),
+    (STICKING, "euler"): Formulation(
+        "rolling", "euler", RollingEulerState, rolling.euler_rates, friction=COULOMB
+    ),
+    # in the air, with the height, and on an elastic table
+    (RAISED, "newton"): Formulation("flight", "newton", LiftedState, flight.flight_rates),
+    (RAISED, "euler"): Formulation("flight", "euler", LiftedEulerState, flight.flight_euler_rates),
+    ("linear", "newton"): Formulation(
+        "linear", "newton", LiftedState, compliant.rates, spring="linear"
+    ),
+    ("linear", "euler"): Formulation(
+        "linear", "euler", LiftedEulerState, compliant.linear_euler_rates, spring="linear"
+    ),
+    ("hunt-crossley", "newton"): Formulation(
+        "hunt-crossley", "newton", DeepState, compliant.hunt_crossley_rates,
+        spring="hunt-crossley", clock=compliant.root_of_depth,
+    ),
+    ("hunt-crossley", "euler"): Formulation(
+        "hunt-crossley", "euler", DeepEulerState, compliant.hunt_crossley_euler_rates,
+        spring="hunt-crossley", clock=compliant.root_of_depth,
+    ),
 }  # fmt: skip
 
 
-def flight_over(spring: str, coordinates: str) -> Formulation:
-    """The formulation of flight above an elastic table, or out of reach of its force."""
-    return replace(FLIGHT[coordinates], spring=spring)
+def raised(coordinates: str, spring: str = "") -> Formulation:
+    """Flight with the height: above a table, or out of reach of an elastic one's force."""
+    return replace(FORMULATIONS[RAISED, coordinates], spring=spring)
 
 
 def elastic(spring: str, coordinates: str, law: Law) -> Formulation:
     """The formulation of contact with an elastic table, under that law of friction."""
-    return replace(ELASTIC[f"{spring} {coordinates}"], friction=law)
+    return replace(FORMULATIONS[spring, coordinates], friction=law)
 
 
 def elastic_in_time(spring: str, law: Law) -> Formulation:
     """As ``elastic`` in vectors and in t, in which it need not be smooth at height 0."""
-    return replace(ELASTIC["linear newton"], model=spring, spring=spring, friction=law)
-
-
-_GLIDING_VELOCITY: dict[
-    type[StateOfAny], Callable[[Parameters, StateOfAny], tuple[Scalar, Scalar]]
-] = {
-    NewtonState: lambda body, state: (state.vx, state.vy),
-    EulerState: lambda body, state: (state.nu_x, state.nu_y),
-    CentreState: lambda body, state: newton.centre_to_vectors(body, state)[-2:],
-}
-
-
-def _known(model: str, state: Any, law: str) -> Formulation:
-    """The formulation of ``model`` with this class of state, under the law of that name."""
-    every = (*SLOW.values(), *STICKING.values(), *INTEGRATED.values(), *_ALL)
-    found = (form for form in every if (form.model, form.State) == (model, state))
-    friction = law_named(law)
-    return _with_law(next(form for form in found if form.friction in (friction, VISCOUS)), friction)
-
-
-def _with_law(form: Formulation, law: Law) -> Formulation:
-    """``form`` under the friction ``law``: itself where it has that, or does not glide."""
-    if law is form.friction or form.model == "rolling":
-        return form
-    return replace(form, friction=law, rates=_rates_of_law(form.State, form.rates))
-
-
-@cache
-def _rates_of_law(state: Any, rates: Callable[..., StateOfAny]) -> Callable[..., StateOfAny]:
-    # one function each, so that equal formulations share a compiled integrator
-    return friction.of_law(rates, _GLIDING_VELOCITY[state])
+    return replace(FORMULATIONS["linear", "newton"], model=spring, spring=spring, friction=law)
 
 
 def integrated(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
@@ -252,9 +227,10 @@ def integrated(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
     back to that.
     """
     if model == "flight":
-        return FLIGHT[coordinates]
-    cheaper = INTEGRATED.get((model, coordinates))
-    return _with_law(cheaper, law) if cheaper else formulation(model, coordinates, law)
+        return raised(coordinates)
+    if model == "gliding" and (CENTRE, coordinates) in FORMULATIONS:
+        return replace(FORMULATIONS[CENTRE, coordinates], friction=law)
+    return formulation(model, coordinates, law)
 
 
 def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
@@ -269,10 +245,10 @@ def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation
         raise InputError(
             f"formulation: got {coordinates!r}, expected one of: {', '.join(COORDINATES)}"
         )
-    if (model, coordinates) not in FORMULATIONS:
-        known = ", ".join(dict.fromkeys(name for name, _ in FORMULATIONS))
-        raise InputError(f"model: got {model!r}, expected one of: {known}")
-    return _with_law(FORMULATIONS[model, coordinates], law)
+    if model not in MODELS:
+        raise InputError(f"model: got {model!r}, expected one of: {', '.join(MODELS)}")
+    found = FORMULATIONS[model, coordinates]
+    return replace(found, friction=law) if model == "gliding" else found
 
 
 def contact_terms(

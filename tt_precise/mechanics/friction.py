@@ -13,14 +13,13 @@ accuracy down to any size. Twice, like every motion: as vectors, and in the pape
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 from tt_precise.mechanics import euler, newton, rolling
 from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.arithmetic import Functions, Scalar, StateOfAny
+from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 
@@ -52,22 +51,6 @@ def cone_margin(body: Parameters, state: NewtonState) -> Scalar:
     """
     force = rolling.constraint_force(body, state)
     return body.mu * body.mu * force[2] * force[2] - force[0] * force[0] - force[1] * force[1]
-
-
-def of_law(
-    rates: Callable[..., StateOfAny],
-    velocity: Callable[[Parameters, StateOfAny], tuple[Scalar, Scalar]],
-) -> Callable[..., StateOfAny]:
-    """The equations of motion ``rates`` of a viscous top as those of the body's own law.
-
-    ``velocity(body, state)`` is the gliding velocity in the state's own frame.
-    """
-
-    def own_rates(body: Parameters, state: StateOfAny, fn: Functions) -> StateOfAny:
-        vx, vy = velocity(body, state)
-        return rates(viscous_at(body, vx, vy, fn), state, fn)
-
-    return own_rates
 
 
 def largest_coefficient(body: Parameters, speed: Scalar) -> Scalar:
