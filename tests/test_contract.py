@@ -101,7 +101,7 @@ def test_thresholds(printed: Printed) -> None:
 
 
 def test_claims(printed: Printed) -> None:
-    found = printed("claims", "NUM-23", "--jobs", "1")
+    found = printed("claims", "NUM-23", "--workers", "1")
     assert {"claims", "counts"} <= set(found)
     (claim,) = found["claims"]
     assert set(claim) >= {"id", "verdict", "printed", "measured", "note"}

@@ -102,7 +102,7 @@ NO_NUMBERS = {
     for name in (
         "_version", "runtime",
         *(f"runtime.{tool}" for tool in (
-            "cache", "docstrings", "errors", "files", "lazy", "notebook", "plotting", "processes",
+            "cache", "errors", "files", "lazy", "notebook", "plotting", "processes",
             "progress", "registry", "sources", "startup", "terminal", "untyped", "workers",
         )),
     )

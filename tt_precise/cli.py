@@ -7,10 +7,10 @@ could not be used, 70 a bug in tt-precise.
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import sys
-from typing import Any
 
 import click
 
@@ -43,20 +43,11 @@ COMMANDS = {
 DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h
 INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT, SIGPIPE, SIGTERM
 LEAVING_S = 2.0
-
-
-class _EndOfFileError(Exception):
-    def __init__(self, error: EOFError):
-        self.error = error
+# what the system refuses anybody: space, memory, processes, open files
+EXHAUSTED = {errno.ENOSPC, errno.EDQUOT, errno.ENOMEM, errno.EAGAIN, errno.EMFILE, errno.ENFILE}
 
 
 class _Lazy(click.Group):
-    def invoke(self, ctx: click.Context) -> Any:
-        try:
-            return super().invoke(ctx)
-        except EOFError as error:  # click would report an interruption
-            raise _EndOfFileError(error) from error
-
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
 
@@ -100,8 +91,6 @@ def _main(argv: list[str] | None) -> int:
         return left.exit_code
     except click.exceptions.Abort:
         return _complain("interrupted", INTERRUPTED)
-    except _EndOfFileError as ended:
-        return _cut_off(ended.error)
     except Terminated:
         return _complain("terminated", TERMINATED)
     except click.exceptions.NoArgsIsHelpError as help_text:
@@ -111,20 +100,15 @@ def _main(argv: list[str] | None) -> int:
         return _complain(error.format_message(), BAD_INPUT)
     except InputError as error:
         return _complain(str(error), BAD_INPUT)
-    except OSError as error:  # a full disk, most of all: the place, if it is known, and the reason
+    except OSError as error:
+        if error.errno not in EXHAUSTED:
+            return _bug(error)
         place = f"{error.filename}: " if error.filename else ""
-        reason = error.strerror or type(error).__name__
-        return _complain(f"{place}{reason}; expected a system that lets it go on", BAD_INPUT)
+        return _complain(
+            f"{place}{error.strerror}; expected free space or a higher limit", BAD_INPUT
+        )
     except MemoryError:
         return _complain("out of memory; expected a smaller problem, or more memory", BAD_INPUT)
-    except ImportError as error:
-        if "failed to map segment" in str(error):  # the dynamic linker's words for it
-            return _complain("out of memory; expected more of it", BAD_INPUT)
-        return _bug(error)
-    except RuntimeError as error:
-        if "can't start new thread" in str(error):
-            return _complain(f"{error}; expected a system that lets it go on", BAD_INPUT)
-        return _bug(error)
     except Exception as error:
         return _bug(error)
     except SystemExit:
@@ -137,19 +121,6 @@ def _main(argv: list[str] | None) -> int:
 def _complain(message: object, status: int) -> int:
     click.echo(f"tt-precise: {' '.join(str(message).split())}", err=True)
     return status
-
-
-def _cut_off(error: EOFError) -> int:
-    import traceback
-
-    # where Python imports what it compiled while the disk was full
-    if traceback.extract_tb(error.__traceback__)[-1].name == "_compile_bytecode":
-        return _complain(
-            f"a compiled module is cut off ({error}); expected whole ones: remove the folders "
-            f"__pycache__ under {os.path.dirname(os.path.abspath(__file__))}",
-            BAD_INPUT,
-        )
-    return _bug(error)
 
 
 def _bug(error: BaseException) -> int:

@@ -13,13 +13,13 @@ from tt_precise import cli
 from tt_precise.runtime import terminal
 from tt_precise.runtime.terminal import one_line, say, visible
 
-HOSTILE = "a\x1b[2J\x07\r\x9bb‮c\u2028d\ue000\udcff\U000e0041"
+HOSTILE = "a\x1b[2J\x07\r\x9bb\u2028d\ue000\udcff"
 ENTRY = [sys.executable, "-c", "from tt_precise.cli import entry; entry()"]
 
 
 def test_what_is_hidden_is_shown_and_json_reads_it_back() -> None:
     shown = visible(HOSTILE)
-    assert shown == ("a\\u001b[2J\\u0007\\u000d\\u009bb\\u202ec\\u2028d\ue000\\udcff\\udb40\\udc41")
+    assert shown == "a\\u001b[2J\\u0007\\u000d\\u009bb\\u2028d\ue000\\udcff"
     assert json.loads(f'"{visible(HOSTILE.replace(chr(0xDCFF), ""))}"') == HOSTILE.replace(
         chr(0xDCFF), ""
     )

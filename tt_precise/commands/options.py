@@ -48,13 +48,12 @@ def names(text: str | None) -> tuple[str, ...]:
 
 
 def workers(default: str) -> Callable[[F], F]:
-    """``--workers``, with its older name ``--jobs``; ``default`` says what is taken without."""
+    """``--workers``; ``default`` says what is taken without."""
     from tt_precise.runtime.workers import most_workers
 
     kind = click.IntRange(1, most_workers())
 
     def decorate(function: F) -> F:
-        hidden = click.option("--jobs", "workers", type=kind, hidden=True)
-        return click.option("--workers", type=kind, help=f"Processes; {default}.")(hidden(function))
+        return click.option("--workers", type=kind, help=f"Processes; {default}.")(function)
 
     return decorate

@@ -37,7 +37,6 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
 from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.docstrings import docstring
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.laws import COULOMB, LAWS
@@ -97,7 +96,7 @@ class Identity:
     @property
     def statement(self) -> str:
         """The identity in words and formulas."""
-        return " ".join(docstring(self.residuals).split())
+        return " ".join(str(self.residuals.__doc__).split())
 
     def prove(self, body: Parameters | None = None) -> IdentityProof:
         """Prove or refute it; a symbolic one for a single exact ``body``, where one is given."""

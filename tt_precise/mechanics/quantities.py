@@ -20,7 +20,6 @@ from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import Vector, cross, dot, subtracted
 from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.docstrings import docstring
 from tt_precise.scene.body import SPRINGS, Dimension, Parameters
 
 
@@ -181,7 +180,7 @@ def quantity(
 
     def register(function: Callable[[Motion], Scalar]) -> Callable[[Motion], Scalar]:
         key = name or function.__name__
-        meaning = docstring(function).partition("\n")[0]
+        meaning = str(function.__doc__).partition("\n")[0]
         QUANTITIES[key] = Quantity(key, function, dimension, meaning, pole, radians)
         return function
 
