@@ -288,3 +288,10 @@ def test_a_right_example_passes() -> None:
         "```console\n$ tt-precise run nowhere  # exit status 2\n```\n"
     )
     assert run_all(right, long=False) == 5
+
+
+def test_the_engine_of_the_tutorial_is_the_example() -> None:
+    """The tutorial writes it, so that it works without a checkout."""
+    page = (ROOT / "docs/tutorials/limits.md").read_text("utf-8")
+    assert f"%%writefile engine.py\n{(ROOT / 'examples/engine.py').read_text('utf-8')}```" in page
+    assert "parents[1]" not in page

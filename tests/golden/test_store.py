@@ -168,13 +168,17 @@ def test_a_folder_in_the_working_directory_does_not_beat_the_package(
         assert len(tt.golden.load(by_path)) == 7
 
 
-def test_a_folder_is_replaced_and_other_files_stay(tmp_path: Path) -> None:
+def test_a_folder_is_replaced_and_other_files_and_modes_stay(tmp_path: Path) -> None:
     target = tmp_path / "scene"
     store.replace_folder(target, {"a": "old\n", "proof": "of others\n"})
+    (target / "a").chmod(0o600)
+    target.chmod(0o700)
     store.replace_folder(target, {"a": "new\n", "b": "new\n"})
     found = {path.name: path.read_text() for path in target.iterdir()}
     assert found == {"a": "new\n", "b": "new\n", "proof": "of others\n"}
     assert [path.name for path in tmp_path.iterdir()] == ["scene"]
+    assert (target / "a").stat().st_mode & 0o777 == 0o600
+    assert target.stat().st_mode & 0o777 == 0o700
 
 
 @pytest.mark.parametrize("at", ["new", "old"])

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tt_precise.golden.store import home
-from tt_precise.vectors.states import JOINED, LAWS, STATES
+from tt_precise.vectors.states import JOINED, LAWS
 
 READERS = Path(__file__).parents[2] / "examples" / "readers"
 COMPILERS: dict[str, Sequence[str]] = {
@@ -57,7 +57,8 @@ def list_trajectory(folder: Path) -> None:
 def test_it_reads_all_and_agrees(reader: list[str]) -> None:
     done = run(reader, home())
     files = json.loads((home() / "index.json").read_text())["files"]
-    expected = f"{len(files)} files, {len((*LAWS, *JOINED)) * STATES} states"
+    states = json.loads((home() / "vectors/states.json").read_text())["cases"]
+    expected = f"{len(files)} files, {len(states)} states"
     assert (done.returncode, done.stdout[: len(expected)]) == (0, expected), done.stderr
 
 
@@ -71,6 +72,14 @@ def test_a_wrong_force_does_not_pass(reader: list[str], copied: Path, law: str) 
         case["expected"]["F"][1] = str(float(case["expected"]["F"][1]) + wrong * weight)
         states.write_text(json.dumps(file, indent=1))
         assert run(reader, copied).returncode == (wrong > 0)
+
+
+def test_an_invalid_case_must_not_agree(reader: list[str], copied: Path) -> None:
+    states = copied / "vectors" / "states.json"
+    file = json.loads(states.read_text())
+    file["cases"][0]["result"] = "invalid"
+    states.write_text(json.dumps(file, indent=1))
+    assert run(reader, copied).returncode == 1
 
 
 def test_an_axis_that_is_no_unit_vector_does_not_pass(reader: list[str], copied: Path) -> None:

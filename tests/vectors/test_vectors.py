@@ -33,18 +33,47 @@ def committed(name: str) -> Any:
     return json.loads((home() / "vectors" / name).read_text("utf-8"))
 
 
+def valid_states() -> list[dict[str, Any]]:
+    return [one for one in committed("states.json")["cases"] if one["result"] == "valid"]
+
+
 def test_states_are_what_is_computed_now() -> None:
     file = committed("states.json")
     assert file["cases"] == states.state_file()
-    assert (file["schema"], file["digits"]) == ("tt_precise.vectors.states/2", 34)
-    laws = [case["contact"].get("force", case["friction"]["law"]) for case in file["cases"]]
+    assert (file["schema"], file["digits"]) == ("tt_precise.vectors.states/3", 34)
+    laws = [case["contact"].get("force", case["friction"]["law"]) for case in valid_states()]
     many = {"coulomb": 10, "sticking": 10}  # five of either stick or slip soon
     assert {law: laws.count(law) for law in states.LAWS} == dict.fromkeys(states.LAWS, 5) | many
 
 
+def test_an_invalid_case_is_a_valid_one_with_a_mistake_that_shows() -> None:
+    """In the force, so that whoever compares that alone notices; and flags name the mistake."""
+    valid = {one["name"]: one for one in valid_states()}
+    wrong = [one for one in committed("states.json")["cases"] if one["result"] == "invalid"]
+    for one in wrong:
+        right = valid[one["name"].partition("-mistake")[0]]
+        same = ("body", "friction", "contact", "state")
+        assert all(one[key] == right[key] for key in same)
+        weight = float(one["body"]["m"]) * float(one["body"]["g"])
+        off = numpy.subtract(floats(one["expected"]["F"]), floats(right["expected"]["F"]))
+        assert numpy.linalg.norm(off) > 1e-5 * weight, one["name"]
+        assert one["flags"][0] == right["friction"]["law"]
+    assert {one["flags"][1] for one in wrong} == states.MISTAKES.keys()
+    assert len(wrong) == len(states.MISTAKEN) * len(states.MISTAKES) - 1  # rolling has no friction
+
+
+def test_the_description_says_the_force_of_every_law() -> None:
+    file = committed("states.json")
+    laws = {one["friction"]["law"] for one in file["cases"]}
+    laws |= {one["contact"].get("force", "rigid") for one in file["cases"]}
+    assert file["forces"].keys() == laws
+    for law in SPRINGS:
+        assert "max(0, " in file["forces"][law]
+
+
 def test_what_a_constraint_keeps_zero_is_printed_as_zero() -> None:
     """Where the contact rests no part of v_A_dot is left, and none upwards on a rigid table."""
-    for case in committed("states.json")["cases"]:
+    for case in valid_states():
         rests = case["friction"]["law"] in ("rolling", "sticking")
         if case["contact"]["law"] == "rigid":
             parts = [Fraction(part) for part in case["expected"]["v_A_dot"]]
@@ -54,7 +83,7 @@ def test_what_a_constraint_keeps_zero_is_printed_as_zero() -> None:
 
 def test_every_term_again_from_newtons_law_in_numpy() -> None:
     """m s_ddot = F - m g z, L_dot = a x F, and a contact point that stays on a rigid table."""
-    for case in committed("states.json")["cases"]:
+    for case in valid_states():
         body = {name: float(value) for name, value in case["body"].items()}
         given = {name: numpy.array(value, float) for name, value in case["state"].items()}
         want = {name: numpy.array(value, float) for name, value in case["expected"].items()}
@@ -86,7 +115,7 @@ def test_every_term_again_from_newtons_law_in_numpy() -> None:
 
 
 def test_friction_is_that_of_the_law() -> None:
-    for case in committed("states.json")["cases"]:
+    for case in valid_states():
         law = case["friction"]["law"]
         v = numpy.array(case["expected"]["v_A"], float)[:2]
         force = numpy.array(case["expected"]["F"], float)
@@ -104,7 +133,7 @@ def test_friction_is_that_of_the_law() -> None:
 
 
 def test_an_elastic_table_pushes_as_its_law_says() -> None:
-    elastic = [c for c in committed("states.json")["cases"] if c["contact"]["law"] == "compliant"]
+    elastic = [c for c in valid_states() if c["contact"]["law"] == "compliant"]
     assert len(elastic) == 2 * states.STATES
     for case in elastic:
         stiffness, damping = (float(case["contact"][name]) for name in ("stiffness", "damping"))
@@ -204,7 +233,7 @@ def floats(texts: list[str]) -> list[float]:
 
 
 def test_flight_keeps_angular_momentum() -> None:
-    given = {case["name"]: case for case in committed("states.json")["cases"]}
+    given = {case["name"]: case for case in valid_states()}
     for one in committed("steps.json")["cases"]:
         case = given[one["name"]]
         if case["friction"]["law"] != "none":

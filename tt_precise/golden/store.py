@@ -23,7 +23,7 @@ from typing import NamedTuple
 from tt_precise.golden.table import Table
 from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.files import atomic_write, shipped
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, parse_scene
 
@@ -67,8 +67,7 @@ class Located(NamedTuple):
 
 def home() -> Path:
     """The folder of golden data: inside an installed package, beside it in a checkout."""
-    installed = PACKAGE / "reference_data"
-    return installed if installed.is_dir() else PACKAGE.parent / "reference_data"
+    return shipped("reference_data")
 
 
 def in_checkout() -> bool:
@@ -245,7 +244,10 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
                 file.write(text)
                 file.flush()
                 os.fsync(file.fileno())
+            if (target / name).exists():
+                shutil.copymode(target / name, fresh / name)
         if target.exists():
+            shutil.copymode(target, fresh)
             target.rename(old)
         try:
             fresh.rename(target)

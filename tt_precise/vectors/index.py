@@ -20,8 +20,8 @@ LICENCE = "MIT"
 INDEX = "index.json"
 SCHEMAS = {
     "index.json": "tt_precise.index/1",
-    "states.json": "tt_precise.vectors.states/2",
-    "steps.json": "tt_precise.vectors.steps/1",
+    "states.json": "tt_precise.vectors.states/3",
+    "steps.json": "tt_precise.vectors.steps/2",
 }
 UNITS = {
     "m": "kg", "R": "m", "alpha": "1", "I1": "kg m^2", "I3": "kg m^2", "g": "m/s^2",
@@ -33,6 +33,18 @@ UNITS = {
     "height": "m, of the lowest point above the table",
     "omega_dot": "rad/s^2", "s_ddot": "m/s^2", "v_A_dot": "m/s^2", "step_s": "s",
 }  # fmt: skip
+FORCES = {
+    "viscous": "F_t = -mu g_n v_A",
+    "regularised": "F_t = -mu g_n v_A / sqrt(v_A^2 + epsilon^2)",
+    "coulomb": "F_t = -mu g_n v_A / |v_A| while the contact glides",
+    "sticking": "v_A = 0, by a force of which |F_t| <= mu g_n",
+    "rolling": "v_A = 0, by whatever force it takes",
+    "none": "free flight, F = 0",
+    "rigid": "g_n keeps the contact on the table: the vertical part of v_A_dot is 0",
+    "linear": "g_n = max(0, stiffness delta + damping delta_dot) where delta = -height > 0, else 0",
+    "hunt-crossley": "g_n = stiffness delta^(3/2) max(0, 1 + damping delta_dot) where "
+    "delta = -height > 0, else 0",
+}
 KINDS = {
     store.SCENE: ("scene", "exact decimals and fractions"),
     store.TRAJECTORY: ("trajectory", "decimal strings"),
@@ -121,7 +133,8 @@ def vector_texts(progress: Progress = silent) -> dict[str, str]:
     first = {
         "meaning": "seeded states under every law of friction and contact, and each term of the "
         "equations of motion there; k is the body's third axis, s the centre of mass, a from it "
-        "to the contact",
+        "to the contact. What is expected of an invalid case is wrong, by the mistake that its "
+        "last flag names: a comparison that passes it looks at nothing",
         "cases": states.state_file(),
     }
     second = {
@@ -138,6 +151,7 @@ def _text(name: str, content: dict[str, Json]) -> str:
         "licence": LICENCE,
         "digits": states.DIGITS,
         "units": UNITS,
+        "forces": FORCES,
         "frame": "inertial, z up, the table at z = 0",
     }
     return json.dumps(head | content, indent=1) + "\n"

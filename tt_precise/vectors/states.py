@@ -7,18 +7,20 @@ so that rounding them does not show in the 34 of what is expected.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
 from tt_precise.exact.arithmetic import arithmetic_of, decimal, own_context
+from tt_precise.mechanics import flight, newton
 from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.pose import Pose, pose
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Vector
+from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.body import SPRINGS, top_of
@@ -37,6 +39,8 @@ DAMPING = {"linear": ("0.05", "0.5"), "hunt-crossley": ("0.2", "2")}  # N s/m, s
 INPUT_DIGITS, DIGITS, WORKING_DIGITS = 50, 34, 80
 AGREEMENT = 40  # digits in which two formulations have to agree
 ROUNDING = 1e-60
+VALID, INVALID = "valid", "invalid"
+MISTAKEN = ("viscous", "regularised", "coulomb", "rolling")  # laws whose first state has mistakes
 STEP = 26  # -log10 of s; central differences over it are off by some 1e-45
 
 
@@ -178,15 +182,87 @@ def _pressed(case: StateCase) -> bool:
     return bool(sticks and q.force[2] > q.body.m * q.body.g / 10)
 
 
+def _inertia(name: str) -> Callable[[StateCase], Motion]:
+    def off(case: StateCase) -> Motion:
+        body = case.motion.body
+        more = getattr(body, name) * case.number(Fraction(101, 100))
+        return _seen(case, body=replace(body, **{name: more}))
+
+    return off
+
+
+def _friction_reversed(case: StateCase) -> Motion:
+    return _seen(case, body=replace(case.motion.body, mu=-case.motion.body.mu))
+
+
+def _centred_mass(case: StateCase) -> Motion:
+    return _seen(case, body=replace(case.motion.body, alpha=case.number(Fraction(0))))
+
+
+def _omega_in_body_frame(case: StateCase) -> Motion:
+    w, x, y, z = case.pose_of(case.motion)[:4]
+    return _seen(case, omega=flight.turned((w, -x, -y, -z), case.motion.omega))
+
+
+def _quaternion_inverse(case: StateCase) -> Motion:
+    w, x, y, z = case.pose_of(case.motion)[:4]
+    return _seen(case, k=flight.turned((w, -x, -y, -z), (0, 0, 1)))
+
+
+# What engines get wrong: the terms of the same state with one mistake, by the flag that names it.
+MISTAKES: dict[str, Callable[[StateCase], Motion]] = {
+    "I1 plus 1 %": _inertia("I1"),
+    "I3 plus 1 %": _inertia("I3"),
+    "friction reversed": _friction_reversed,
+    "centre of mass at the centre of the sphere": _centred_mass,
+    "omega in the body frame": _omega_in_body_frame,
+    "quaternion inverse": _quaternion_inverse,
+}
+
+
+def _seen(
+    case: StateCase, body: Any = None, k: Vector | None = None, omega: Vector | None = None
+) -> Motion:
+    """The case's motion to somebody with another body, axis or angular velocity."""
+    q = case.motion
+    body, k, w = body or q.body, k or q.k, omega or q.omega
+    L = added(scaled(body.I1, w), scaled((body.I3 - body.I1) * dot(w, k), k))
+    v = added(q.s_dot, cross(w, newton.arm(body, k)))
+    return Motion(body, NewtonState(*k, *L, *v[:2]), q.fn, q.model)
+
+
 def state_file() -> list[dict[str, Json]]:
-    """The entries of ``states.json``.
+    """The entries of ``states.json``: each state, and after some the same with a mistake.
 
     Raises
     ------
     ArithmeticError
         Two formulations do not agree; there is nothing to publish then.
     """
-    return [_entry(case) for case in cases()]
+    return [entry for case in cases() for entry in _entries(case)]
+
+
+def _entries(case: StateCase) -> Iterator[dict[str, Json]]:
+    entry = _entry(case)
+    flags = [case.law, *(["joins"] if case.name.rpartition("-")[0] in JOINED else [])]
+    yield {**entry, "result": VALID, "flags": flags, "expected": _texts(case, expected(case))}
+    if case.law not in MISTAKEN or case.name != f"{case.law}-1":
+        return
+    for number, (flag, mistaken) in enumerate(MISTAKES.items(), start=1):
+        if flag == "friction reversed" and case.law == "rolling":
+            continue
+        wrong = _texts(case, terms(mistaken(case)))
+        name = {"name": f"{case.name}-mistake-{number}"}
+        yield {**entry, **name, "result": INVALID, "flags": [case.law, flag], "expected": wrong}
+
+
+def _texts(case: StateCase, found: dict[str, Scalar | Vector]) -> dict[str, Json]:
+    return {
+        name: _vector(case, value, DIGITS)
+        if isinstance(value, tuple)
+        else _shown(case, value, DIGITS)
+        for name, value in found.items()
+    }
 
 
 def _entry(case: StateCase) -> dict[str, Json]:
@@ -216,12 +292,6 @@ def _entry(case: StateCase) -> dict[str, Json]:
         "friction": friction,
         "contact": contact,
         "state": given,
-        "expected": {
-            name: _vector(case, value, DIGITS)
-            if isinstance(value, tuple)
-            else _shown(case, value, DIGITS)
-            for name, value in expected(case).items()
-        },
     }
 
 
