@@ -14,7 +14,7 @@ import jsonschema
 import pytest
 
 from tt_precise import cli
-from tt_precise.certify.pieces import Accepted
+from tt_precise.certify.certificate import Accepted
 from tt_precise.commands.golden import SCHEMA as GOLDEN_SCHEMA
 from tt_precise.integration.precision import BITS
 from tt_precise.integration.propagate import Status

@@ -13,7 +13,7 @@ import flint
 
 import tt_precise as tt
 from tt_precise.certify import Proof, prove
-from tt_precise.certify.certificate import certify
+from tt_precise.certify.golden_proof import certify
 from tt_precise.golden import proofs, store
 
 pytestmark = pytest.mark.proofs

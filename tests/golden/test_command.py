@@ -86,12 +86,12 @@ def test_what_cannot_be_certified_is_found_out_before_the_work(
     small: Small, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, wrong: str
 ) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
-    from tt_precise.certify import certificate
+    from tt_precise.certify import golden_proof
 
     def unwritable(path: Path) -> None:
         raise InputError(f"{path}: Permission denied")
 
-    monkeypatch.setattr(certificate, "attempted", lambda *_: pytest.fail("minutes of work"))
+    monkeypatch.setattr(golden_proof, "attempted", lambda *_: pytest.fail("minutes of work"))
     scenes = ["reference"]
     if wrong == "no such scene":
         scenes.append("nowhere")
@@ -141,10 +141,10 @@ def test_certificates_of_ones_own_data_are_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     pytest.importorskip("flint", reason="needs the extra certify")
-    from tt_precise.certify import pieces
+    from tt_precise.certify import certificate
 
     mine = shutil.copytree(small.folder / "reference", tmp_path / "golden" / "mytop")
-    (mine / pieces.FILE).write_bytes(b"nothing that anybody wrote")
+    (mine / certificate.FILE).write_bytes(b"nothing that anybody wrote")
     monkeypatch.chdir(tmp_path)
     assert main(["golden", "certify", "mytop", "--check"]) == 1
     assert "mytop: refused: the certificate cannot be read" in capsys.readouterr().out

@@ -1,35 +1,52 @@
-"""A second opinion that trusts nobody: checks a certificate of golden data on its own.
+"""A second opinion that trusts nobody: pieces in, enclosures out.
 
-It shares with the prover the mechanics, the start of a scene and the ball arithmetic, nothing else.
-A piece's polynomial is the Taylor series of the equations, in integers; S1 to S4 of the theorem in
-``tt_precise.certify`` are then verified for it, in the norm max |x_i|. ``checked_zeros`` finds all
-zeros of a function in a piece, and ``checking`` holds the printed tables against all that.
+It shares with the prover the ball arithmetic (``balls``), the mechanics with their events, and the
+parser of scenes; nothing else. It knows nothing of tables: ``comparison`` holds those against what
+is enclosed here, as it does for the prover.
+
+A piece's polynomials are the Taylor series of the equations, in integers; S1 to S4 of the theorem
+in ``tt_precise.certify`` are verified for them, in the norm max |x_i|, with the errors measured
+from p(0). Zeros of a function are looked for from t = 0 on. Where it vanishes there, formal
+arithmetic says to which order, and balls say which sign follows.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
+from fractions import Fraction
+from functools import cached_property
 from math import isqrt
 from operator import mul
 
 import flint
 import numpy
-from flint import arb, arb_mat, arb_poly, arb_series, fmpz
+from flint import arb, arb_mat, arb_poly, arb_series, fmpq, fmpq_mpoly_ctx, fmpz
 
 from tt_precise.certify.balls import Balls, ball, series_length
-from tt_precise.certify.pieces import Refused
-from tt_precise.golden.store import Stored, scene_sha256
-from tt_precise.integration.quadratures import extended_rates
-from tt_precise.mechanics.formulations import integrated
+from tt_precise.certify.certificate import MOST_POWER, Refused, bounded, exactly
+from tt_precise.certify.comparison import CONTACT_LOST, Enclosed, Happening
+from tt_precise.integration.events import Event, catalogue, event_named
+from tt_precise.integration.quadratures import QUADRATURE_SCALE, extended_rates
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, integrated
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Arithmetic, Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene
 
+MOST_BITS, MOST_ORDER = 10_000, 10_000
 GUARD = 40  # bits of the balls beyond those of the pieces
 LOW, LOW_BITS = 10, 80  # degree and bits of the polynomials that bound derivatives
 TERMS = 30  # of the flow's polynomial
 TUBE = arb(2) ** -70
+CLOSEST = arb(2) ** -200  # of a piece, to which a sign is looked for
+NEWTON = 100  # steps, at most
+VANISHING = 6  # the highest order to which a function may vanish at t = 0
+
+Function = Callable[[Motion], Scalar]
 
 
 class Ring:
@@ -168,6 +185,7 @@ class Room:
         return Poly(arb_poly([c.mid() for c in found.coeffs()]), self)
 
     def cut(self, p: arb_poly) -> Poly:
+        """A polynomial of any length; what is cut off goes into the constant term."""
         if p.degree() > self.degree:
             tail = p.right_shift(self.degree + 1)(self.interval) * self.beyond
             p = p.truncate(self.degree + 1) + tail
@@ -175,7 +193,7 @@ class Room:
 
 
 class Dual(Ring):
-    """A value and its derivatives by the components of the state (None for zero)."""
+    """A value and its derivatives (None for zero), over any arithmetic."""
 
     def __init__(self, value: Scalar, by: Sequence[Scalar]):
         self.value, self.by = value, by
@@ -203,7 +221,7 @@ class Dual(Ring):
         if isinstance(other, Dual):
             inverse = 1 / other.value
             return self * other._map(inverse, -1 * (inverse * inverse))
-        return self * (1 / arb(other))
+        return Dual(self.value / other, [None if d is None else d / other for d in self.by])
 
     def __rtruediv__(self, other: Scalar) -> Dual:
         inverse = 1 / self.value
@@ -214,6 +232,82 @@ class Dual(Ring):
         return self._map(root, 1 / (2 * root))
 
 
+FORMAL = fmpq_mpoly_ctx.get(("t", "r", "pi"), "lex")
+ONE = FORMAL.constant(1)
+
+
+class Formal(Ring):
+    """A number as a rational function of t = tan(theta/2), of a root r and of pi.
+
+    What is zero as such a function is zero. (What is not may still be; balls decide.)
+    """
+
+    def __init__(self, above: Scalar, below: Scalar = ONE):
+        common = above.gcd(below)
+        self.above, self.below = above / common, below / common
+
+    @classmethod
+    def of(cls, x: Scalar) -> Formal:
+        if isinstance(x, Formal):
+            return x
+        exact = Fraction(x)
+        return cls(FORMAL.constant(fmpq(exact.numerator, exact.denominator)))
+
+    def __add__(self, other: Scalar) -> Scalar:
+        if isinstance(other, Dual):
+            return NotImplemented
+        y = Formal.of(other)
+        return Formal(self.above * y.below + y.above * self.below, self.below * y.below)
+
+    def __neg__(self) -> Formal:
+        return Formal(-self.above, self.below)
+
+    def __mul__(self, other: Scalar) -> Scalar:
+        if isinstance(other, Dual):
+            return NotImplemented
+        y = Formal.of(other)
+        return Formal(self.above * y.above, self.below * y.below)
+
+    def __truediv__(self, other: Scalar) -> Scalar:
+        if isinstance(other, Dual):
+            return NotImplemented
+        y = Formal.of(other)
+        if not y.above:
+            raise Refused("a division by zero at t = 0")
+        return Formal(self.above * y.below, self.below * y.above)
+
+    def __rtruediv__(self, other: Scalar) -> Formal:
+        return Formal.of(other) / self
+
+
+class FormalFunctions:
+    """Functions at one start: of its inclination, and the root of one number."""
+
+    def __init__(self) -> None:
+        t, self.root, self.pi = (Formal(x) for x in FORMAL.gens())
+        self.sine, self.cosine = 2 * t / (1 + t * t), (1 - t * t) / (1 + t * t)
+        self.radicand: Formal | None = None
+
+    def sin(self, angle: Formal) -> Formal:
+        return self.sine
+
+    def cos(self, angle: Formal) -> Formal:
+        return self.cosine
+
+    def acos(self, x: Formal) -> Formal:
+        return self.pi
+
+    def sqrt(self, x: Scalar) -> Scalar:
+        if isinstance(x, Dual):
+            root = self.sqrt(x.value)
+            return x._map(root, 1 / (2 * root))
+        if self.radicand is None:
+            self.radicand = Formal.of(x)
+        if (Formal.of(x) - self.radicand).above:
+            raise Refused("the roots of two numbers at t = 0")
+        return self.root
+
+
 class Checker:
     """Goes through the pieces of a certificate; the state is then proved within the present one.
 
@@ -221,14 +315,13 @@ class Checker:
     bands of y of low degree. Components that are not ``free`` are zero, exactly.
     """
 
-    def __init__(self, stored: Stored, content: dict[str, Json]):
-        self.scene = scene = stored.scene
-        named = content["scene"], content["scene_sha256"]
-        if named != (stored.name, scene_sha256(stored.scene_text)):
-            raise Refused("the certificate is about another scene")
-        self.bits, self.order = int(content["bits"]), int(content["order"])
+    def __init__(self, scene: Scene, bits: int, order: int):
+        if scene.lifts:
+            raise Refused("the scene flies, or stands on an elastic table: other equations")
+        self.scene, self.bits, self.order = scene, bits, order
         self.form = integrated(scene.model, "newton", scene.body.friction)
         self.start = InitialState.of(scene, Arithmetic(Balls, ball))
+        self.beginning = Beginning(scene)
         self.finish = arb(0)
         self.end = [arb(x) for x in self.start.first_row(self.form, scene.record)]
         self.free = self._moving(self.end)
@@ -248,8 +341,14 @@ class Checker:
             free = found
 
     def rates(self, state: Sequence[Scalar]) -> list[Scalar]:
+        """The right-hand side, with the quadratures that the scene records."""
         record = self.scene.record
         return extended_rates(self.form, record, self.start.body, tuple(state), Balls)
+
+    def motion(self, state: Sequence[Scalar]) -> Motion:
+        """What events and quantities are functions of."""
+        vectors = state[: len(self.form.columns)]
+        return self.form.motion(self.start.body, self.form.State(*vectors), Balls)
 
     def near(self, polynomials: Sequence[Scalar], radius: arb) -> list[Scalar]:
         """Polynomials, or their values, with this error; none where a component stays zero."""
@@ -260,15 +359,17 @@ class Checker:
         if not (length > 0 and length.is_exact() and all(x.is_exact() for x in start)):
             raise Refused("a piece that goes nowhere, or from no exact state")
         self.time, self.unit = self.finish, arb(2) ** power
-        gaps = [x - y for x, y in zip(self.end, start, strict=True)]
-        if any(not gap.is_zero() for i, gap in enumerate(gaps) if i not in self.free):
-            raise Refused("a component that is zero begins elsewhere")
-        n = len(self.free)
-        self.box += self.basis.inv() * arb_mat(n, 1, [gaps[i] for i in self.free])
         self.length, self.finish = length, self.time + length * self.unit
         self.p = self._taylor(start, power)
         if not all(c.is_exact() for p in self.p for c in p.coeffs()):
             raise Refused("a polynomial that is not exact")
+        # to where the polynomial begins, which is not quite the state that the piece names
+        gaps = [x - p[0] for x, p in zip(self.end, self.p, strict=True)]
+        still = (i for i in range(len(self.p)) if i not in self.free)
+        if any(not (gaps[i].is_zero() and start[i].is_zero()) for i in still):
+            raise Refused("a component that is zero begins elsewhere")
+        n = len(self.free)
+        self.box += self.basis.inv() * arb_mat(n, 1, [gaps[i] for i in self.free])
         before = _norm((self.basis * self.box).entries())
         room = Room(length, self.order)
         exact = self.rates([Poly(p, room) for p in self.p])
@@ -310,10 +411,6 @@ class Checker:
         if not (s >= 0 and s <= self.length):
             raise Refused(f"t = {float(time):.6g} is not in one piece")
         return self.at(s)
-
-    def motion(self, state: Sequence[Scalar]) -> Motion:
-        vectors = state[: len(self.form.columns)]
-        return self.form.motion(self.start.body, self.form.State(*vectors), Balls)
 
     def _taylor(self, start: Sequence[arb], power: int) -> list[arb_poly]:
         bits, finer = self.bits + 8, max(0, -_exponent(self.length))
@@ -394,3 +491,283 @@ def _orthogonal(image: arb_mat, box: arb_mat) -> arb_mat:
     lengths = numpy.linalg.norm(columns, axis=0) * (edges / (edges.max() or 1.0) + 1e-30)
     factor, _ = numpy.linalg.qr(columns[:, numpy.argsort(-lengths, kind="stable")])
     return arb_mat(factor.tolist())
+
+
+class Zeros:
+    """The zeros of functions in the present piece of a checker, none of them at t = 0.
+
+    In the first piece, and where the checker's tube leaves a sign undecided, a ``sharp`` one is
+    used.
+    """
+
+    def __init__(self, checker: Checker, sharp: bool = False):
+        self.piece, self.sharp = checker, sharp or checker.time == 0
+        tube = checker.tube
+        if self.sharp:
+            room = Room(checker.length, checker.order)
+            tube = checker.near([Poly(p, room) for p in checker.p], checker.reach)
+        # the state, and with derivatives of each order along the motion
+        self.states: list[Sequence[Scalar]] = [tube]
+        self.motions = [checker.motion(tube)]
+
+    def lost(self) -> arb | None:
+        """When the contact force ceases to be positive, if it does, or raise ``Refused``."""
+        force, checker = QUANTITIES["g_n"].evaluate, self.piece
+        if force(self.motions[0]).p(checker.low.interval) > 0:
+            return None
+        if not self._value(force, arb(0)) > 0:
+            raise Refused(f"the contact force may vanish near t = {float(checker.time):.6g}")
+        found = self.of(force, checker.finish)
+        return found[0][1] if found else None
+
+    def of(
+        self, function: Function, until: arb, touches: Sequence[arb] = ()
+    ) -> list[tuple[int, arb]]:
+        """Direction and time of each zero of a function after t = 0, in order, up to ``until``.
+
+        At the times ``touches`` the function and its derivative are known to be zero: where its
+        second derivative has a sign it does not change its own, and has no other zero. ``Refused``
+        is raised where a sign is undecided.
+        """
+        try:
+            return self._of(function, until, touches)
+        except Refused:
+            if self.sharp:
+                raise
+        return self._sharper.of(function, until, touches)
+
+    @cached_property
+    def _sharper(self) -> Zeros:
+        return Zeros(self.piece, sharp=True)
+
+    def _of(self, function: Function, until: arb, touches: Sequence[arb]) -> list[tuple[int, arb]]:
+        checker, found = self.piece, []
+        value = function(self.motions[0])
+        if not isinstance(value, Poly) or not value.p.length():
+            return []  # it is the same number always
+        begin = self._past_the_start(function) if checker.time == 0 else arb(0)
+        end = min(checker.length, ((until - checker.time) / checker.unit).upper())
+        waiting, slope = [(begin, end)] if end > begin else [], arb_poly([])
+        while waiting:
+            a, b = waiting.pop()
+            where = a.union(b)
+            if not value.p(where).contains(0):
+                continue
+            if not slope.length():
+                slope = self._derivative(function, 1)
+                if not slope.length():
+                    return []  # constant
+            if not slope(where).contains(0):
+                before, after = (self._value(function, s) for s in (a, b))
+                if before.contains(0) or after.contains(0):
+                    raise self._undecided
+                if (before > 0) != (after > 0):
+                    zero = self._refined(function, slope, where)
+                    found.append((1 if after > 0 else -1, checker.time + zero * checker.unit))
+                continue
+            within = any(a < (t - checker.time) / checker.unit < b for t in touches)
+            if within and not self._derivative(function, 2)(where).contains(0):
+                continue
+            if not b - a > checker.length * CLOSEST:
+                raise self._undecided
+            middle = ((a + b) / 2).mid()
+            waiting += [(middle, b), (a, middle)]
+        found = [(way, time) for way, time in found if not time > until]
+        if any(not time < until for _, time in found):
+            raise self._undecided
+        return found
+
+    def _past_the_start(self, function: Function) -> arb:
+        """Some b such that a function that vanishes at t = 0 has no zero in (0, b]; 0 of others.
+
+        By Taylor's theorem its first derivative that does not vanish there would have one as well.
+        """
+        if not self._value(function, arb(0)).contains(0):
+            return arb(0)
+        order, b = self.piece.beginning.order(function), self.piece.length
+        if not order:
+            return arb(0)
+        derivative = self._derivative(function, order)
+        while derivative(arb(0).union(b)).contains(0):
+            b = (b / 2).mid()
+            if not b > self.piece.length * CLOSEST:
+                raise self._undecided
+        return b
+
+    @property
+    def _undecided(self) -> Refused:
+        return Refused(f"a sign near t = {float(self.piece.time):.6g} is undecided")
+
+    def _refined(self, function: Function, slope: arb_poly, zero: arb) -> arb:
+        """The only zero in a part, by interval Newton."""
+        for _ in range(NEWTON):
+            middle, before = zero.mid(), zero.rad()
+            zero = zero.intersection(middle - self._value(function, middle) / slope(zero))
+            if not zero.rad() < before / 2:
+                break
+        return zero
+
+    def _value(self, function: Function, s: arb) -> arb:
+        return arb(function(self.piece.motion(self.piece.at(s))))
+
+    def _derivative(self, function: Function, order: int) -> arb_poly:
+        """The derivative of this order by s."""
+        while len(self.motions) <= order:
+            state = self.states[-1]
+            rates = [f * self.piece.unit for f in self.piece.rates(state)]
+            self.states.append(_along(state, rates))
+            self.motions.append(self.piece.motion(self.states[-1]))
+        found = _peeled(function(self.motions[order]), order)
+        return found.p if isinstance(found, Poly) else arb_poly([])
+
+
+def _along(state: Sequence[Scalar], rates: Sequence[Scalar]) -> list[Dual]:
+    return [Dual(y, [f]) for y, f in zip(state, rates, strict=True)]
+
+
+def _peeled(found: Scalar, order: int) -> Scalar:
+    """The derivative of a function of a state that was taken ``_along`` so many times."""
+    for _ in range(order):
+        found = found.by[0] if isinstance(found, Dual) else None
+    return 0 if found is None else found
+
+
+class Beginning:
+    """How functions of a scene begin, at t = 0 exactly."""
+
+    def __init__(self, scene: Scene):
+        self.form = integrated(scene.model, "newton", scene.body.friction)
+        formal, balls = FormalFunctions(), Arithmetic(Balls, ball)
+        begins = InitialState.in_si(scene, Arithmetic(formal, Formal.of))
+        near = InitialState.of(scene, balls)
+        self.known = ((begins.body, formal), (near.body, Balls))
+        self.states: list[list[Sequence[Scalar]]] = [
+            [begins.state(self.form), near.state(self.form)]
+        ]
+
+    def order(self, function: Function) -> int:
+        """To which order a function vanishes; ``Refused`` where that is undecided."""
+        for order in range(VANISHING + 1):
+            formal, value = self._derivative(function, order)
+            if Formal.of(formal).above:
+                if arb(value).contains(0):
+                    break
+                return order
+        raise Refused(f"a sign at t = 0 is undecided, in order {order}")
+
+    def sign(self, function: Function, order: int) -> int:
+        """The sign of the derivative of that order."""
+        return 1 if self._derivative(function, order)[1] > 0 else -1
+
+    def _derivative(self, function: Function, order: int) -> list[Scalar]:
+        """In formal arithmetic, and in balls."""
+        form = self.form
+        while len(self.states) <= order:
+            self.states.append([
+                _along(state, form.rates(body, form.State(*state), fn))
+                for (body, fn), state in zip(self.known, self.states[-1], strict=True)
+            ])  # fmt: skip
+        return [
+            _peeled(function(form.motion(body, form.State(*state), fn)), order)
+            for (body, fn), state in zip(self.known, self.states[order], strict=True)
+        ]
+
+
+def enclose(scene: Scene, content: dict[str, Json], progress: Progress = silent) -> Enclosed:
+    """What the pieces of a certificate enclose, or raise ``Refused``."""
+    try:
+        order = bounded(content["order"], 0, MOST_ORDER)
+        bits = bounded(content["bits"], 2, MOST_BITS)
+        with flint.ctx.workprec(bits + GUARD):
+            walk = _Walk(Checker(scene, bits, order))
+            for i, (power, *numbers) in enumerate(content["pieces"]):
+                length, *start = map(exactly, numbers)
+                walk.through(bounded(power, -MOST_POWER, MOST_POWER), length, start)
+                progress((i + 1) / len(content["pieces"]))
+            return walk.finished()
+    except Refused:
+        raise
+    except (ArithmeticError, InputError, LookupError, TypeError, ValueError) as error:
+        raise Refused(f"the certificate cannot be used ({type(error).__name__}: {error})") from None
+
+
+class _Walk:
+    """Collects samples and events, piece by piece."""
+
+    def __init__(self, checker: Checker):
+        self.checker, self.scene = checker, checker.scene
+        self.seconds, self.until = checker.start.units.time, checker.start.until
+        self.times = list(reversed(self.scene.sample_times))
+        self.rows: list[tuple[Fraction, dict[str, arb | None]]] = []
+        self.lost: Happening | None = None
+        names = catalogue(self.scene.model)
+        self.kinds = {name: event_named(name, self.scene.model) for name in names}
+        self.events: dict[str, list[Happening]] = {name: [] for name in names}
+
+    def through(self, power: int, length: arb, start: Sequence[arb]) -> None:
+        """Verify the next piece, and what happens in it."""
+        if self.lost:
+            raise Refused("a piece after the loss of contact")
+        checker = self.checker
+        checker.advance(power, length, start)
+        zeros = Zeros(checker)
+        lost = zeros.lost()
+        if lost is not None and lost > self.until:
+            lost = None
+        end = self.until if lost is None else lost
+        while self.times and (time := ball(self.times[-1]) / self.seconds) < checker.finish:
+            if lost is not None and not time < lost:
+                break
+            self.rows.append((self.times.pop(), self._columns(checker.state(time))))
+        for name, event in self.kinds.items():
+            found = zeros.of(event.function, end, self._touches(event, zeros, end))
+            self.events[name] += [
+                self._happening(way, time) for way, time in found if event.direction in (0, way)
+            ]
+        if lost is not None:
+            self.lost = self._happening(-1, lost)
+
+    def _touches(self, event: Event, zeros: Zeros, until: arb) -> list[arb]:
+        """Where phi_dot is zero without changing sign, because the motion comes back.
+
+        Without friction, and rolling, time may be reversed in a mirror: a motion that starts at a
+        turning point of theta, with phi_dot = 0, has that phi_dot at every turn of the same kind.
+        """
+        scene, turn = self.scene, self.kinds["theta_max"].function
+        turns = scene.start.theta_dot == 0 == scene.start.phi_dot
+        loses = scene.body.mu and scene.model == "gliding"
+        begins = self.checker.beginning
+        if event.name != "phi_dot_zero" or not turns or loses:
+            return []
+        try:
+            if begins.order(turn) != 1:
+                return []
+        except Refused:
+            return []
+        same = begins.sign(turn, 1)
+        return [time for way, time in zeros.of(turn, until) if way == same]
+
+    def _happening(self, way: int, time: arb) -> Happening:
+        return Happening(way, time * self.seconds, self._columns(self.checker.state(time)))
+
+    def _columns(self, state: Sequence[arb]) -> dict[str, arb | None]:
+        """Vectors, Euler angles and quadratures in SI; None where one does not exist."""
+        motion, units = self.checker.motion(state), self.checker.start.units
+        vectors = zip(motion.state._fields, motion.state, strict=True)
+        euler = zip(motion.euler._fields, motion.euler, strict=True)
+        recorded = (x * QUADRATURE_SCALE for x in state[len(self.checker.form.columns) :])
+        found: dict[str, arb | None] = {}
+        quadratures = zip(self.scene.record, recorded, strict=True)
+        for name, x in itertools.chain(vectors, euler, quadratures):
+            number = arb(x) * units.of_dimension(STATE_DIMENSIONS[name])
+            found[name] = number if number.is_finite() else None
+        return found
+
+    def finished(self) -> Enclosed:
+        """What is enclosed, if that is everything; else raise ``Refused``."""
+        if self.lost is None and not self.checker.finish > self.until:
+            raise Refused(f"the pieces end at t = {float(self.checker.finish):.6g}")
+        events = dict(self.events)
+        if self.lost:
+            events[CONTACT_LOST] = [self.lost]
+        return Enclosed(self.rows, events)

@@ -51,7 +51,7 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import Balls, around, between, bounds, largest
-from tt_precise.certify.printed import outward, rounded
+from tt_precise.certify.comparison import outward, rounded
 from tt_precise.certify.problem import BALLS
 from tt_precise.certify.verdict import NotProved
 from tt_precise.golden.runs import exact_decimal

@@ -12,6 +12,7 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import largest
+from tt_precise.certify.comparison import CONTACT_LOST, Enclosed, Happening
 from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
 from tt_precise.certify.energy_well import Held, forever
 from tt_precise.certify.events import ProvedEvents, search
@@ -116,6 +117,23 @@ class Proof:
         """Time in s and state at an event."""
         with flint.ctx.workprec(self.enclosure.working_bits):
             return zero.time * units_of(self.scene).time, columns_in_si(self.scene, zero.state)
+
+    @cached_property
+    def enclosed(self) -> Enclosed:
+        """All samples and events that are enclosed."""
+        events, undecided = {}, {}
+        for name, one in self.all_events.items():
+            if one.failure:
+                undecided[name] = str(one.failure)
+            else:
+                events[name] = [self._happening(zero) for zero in one.zeros]
+        if self.lost:
+            events[CONTACT_LOST] = [self._happening(self.lost)]
+        failure = self.enclosure.failure
+        return Enclosed(list(self.rows()), events, undecided, str(failure) if failure else None)
+
+    def _happening(self, zero: Zero) -> Happening:
+        return Happening(zero.direction, *self.event_state(zero))
 
     @cached_property
     def normal_force_bound(self) -> arb:

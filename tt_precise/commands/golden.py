@@ -164,7 +164,7 @@ def certify_command(
     from tt_precise.runtime.errors import InputError
 
     try:
-        from tt_precise.certify.certificate import attempted, write
+        from tt_precise.certify.golden_proof import attempted
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise
@@ -199,7 +199,6 @@ def certify_command(
                 nothing.append(call.key)
                 click.echo(f"{call.key}: {result}", err=True)
                 continue
-            write(result, folder)
             found.append(result)
             if not as_json:
                 click.echo(result.summary)
@@ -307,8 +306,8 @@ def _facts(one: Verification) -> dict[str, Json]:
 def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: bool) -> int:
     from dataclasses import asdict
 
-    from tt_precise.certify import pieces, prove
-    from tt_precise.certify.checking import check
+    from tt_precise.certify import certificate, prove
+    from tt_precise.certify.golden_proof import check
     from tt_precise.certify.verdict import NotProved
     from tt_precise.golden import store
     from tt_precise.runtime.progress import progress_bar
@@ -316,18 +315,18 @@ def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: boo
     results: list[dict[str, Json]] = []
     for name in scenes:
         stored = store.read(name, folder)
-        path = stored.folder / stored.name / pieces.FILE
+        path = stored.folder / stored.name / certificate.FILE
         try:
             if path.is_file():
-                content = pieces.unpacked(path.read_bytes())
+                content = certificate.unpacked(path.read_bytes())
             else:
                 with progress_bar(f"proving {name}") as progress:
-                    content = pieces.content_of(
+                    content = certificate.content_of(
                         stored, prove(stored.scene, bits, progress=progress)
                     )
             with progress_bar(f"checking {name}") as progress:
                 found = check(stored, content, progress)
-        except (pieces.Refused, NotProved) as why:
+        except (certificate.Refused, NotProved) as why:
             results.append({"scene": name, "verdict": "refused", "reason": str(why)})
             line = f"{name}: refused: {why}"
         else:

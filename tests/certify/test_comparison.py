@@ -9,7 +9,8 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import bounds
-from tt_precise.certify.printed import compare, outward, tally
+from tt_precise.certify.comparison import is_whole, outward, tally
+from tt_precise.certify.comparison import printed as compare
 
 
 @pytest.mark.parametrize(
@@ -51,19 +52,34 @@ def test_a_printed_zero_stands_for_little() -> None:
 
 
 def test_a_tally_counts_and_takes_the_worst() -> None:
-    with flint.ctx.workprec(100):
+    last = "0" * 31
+    with flint.ctx.workprec(200):
         cells = [
-            ("1.25e+00", arb("1.25", "1e-9"), False),
-            ("1.3e+00", arb("1.31", "1e-9"), False),
-            ("1.4e+00", arb("1.31", "1e-9"), True),
-            ("", arb(1), False),
-            ("1.0e+00", None, False),
+            (f"1.25{last}e+0", arb("1.25", "1e-9")),
+            (f"1.30{last}e+0", arb("1.31", "1e-9")),
+            (f"1.50{last}e+0", arb("1.5", "1e-40")),
+            ("", arb(1)),
+            (f"1.40{last}e+0", None),
+            ("1.4e+0", arb("1.4", "1e-40")),  # not with all digits
         ]
         one = tally(cells, Fraction(0))
-    assert (one.digits, one.entries, one.enclosed, one.rounded, one.wrong) == (2, 4, 3, 2, 1)
-    assert one.within == "9.1e-2"
-    assert one.settled
+    assert (one.digits, one.entries, one.enclosed, one.rounded, one.wrong) == (2, 5, 3, 1, 1)
+    assert one.within == "1.1e-2"
+    assert not one.settled
     assert "enclosed" not in one.as_dict()
+
+
+@pytest.mark.parametrize(
+    "cell", ["0e9", "0.0", "-0", "1.5e+0", "1.50e0", " 0", "nan", f"0.{'1' * 33}e+1",
+             f"1.{'0' * 33}e+00", f"1.{'0' * 33}E+0", f"1.{'0' * 34}e+0", f"+1.{'0' * 33}e+0"],
+)  # fmt: skip
+def test_cells_in_another_form(cell: str) -> None:
+    assert not is_whole(cell)
+
+
+@pytest.mark.parametrize("cell", ["0", f"-1.{'0' * 33}e-12", f"9.{'9' * 33}e+0"])
+def test_cells_in_their_form(cell: str) -> None:
+    assert is_whole(cell)
 
 
 @pytest.mark.parametrize(

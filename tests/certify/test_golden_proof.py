@@ -14,8 +14,8 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 import pandas
 
 import tt_precise as tt
-from tt_precise.certify.certificate import certify, compared
-from tt_precise.certify.pieces import FILE
+from tt_precise.certify.certificate import FILE, Refused
+from tt_precise.certify.golden_proof import certify, checked, compared
 from tt_precise.certify.proof import Proof, prove
 from tt_precise.certify.verdict import NotProved
 from tt_precise.commands.golden import certify_command as command
@@ -97,11 +97,13 @@ def _spoiled(table: Table, row: int, column: str, place: int) -> Table:
 
 def test_every_printed_digit_is_proved(stored: Stored, proof: Proof) -> None:
     certificate = compared(stored, proof)
-    assert certificate.complete
+    assert certificate.record.complete
+    assert not certificate.complete  # the checker was not asked
+    assert checked(stored, certificate).complete
     assert certificate.digits == 34
     assert certificate.content["rounded"] == certificate.content["entries"] > 100
     assert certificate.content["unproved"] == 0
-    assert certificate.wrong == 0
+    assert certificate.compared.count("wrong") == 0
     assert certificate.content["contact"]["g_n_positive"]
     assert certificate.content["contact"]["energy_never_grows"]
 
@@ -115,7 +117,7 @@ def test_a_digit_spoiled_in_the_30th_place_is_proved_wrong(
     changed = replace(stored, events=spoiled) if in_events else replace(stored, trajectory=spoiled)
     certificate = compared(changed, proof)
     assert not certificate.complete
-    assert certificate.wrong == 1
+    assert certificate.compared.count("wrong") == 1
     assert certificate.content[file]["columns"]["vy"]["wrong"] == 1
     assert "1 WRONG" in certificate.summary
 
@@ -214,7 +216,7 @@ def test_numbers_that_no_proof_reaches_are_counted(stored: Stored, proof: Proof)
 
 def test_too_few_bits_prove_fewer_digits(stored: Stored) -> None:
     certificate = compared(stored, prove(stored.scene, bits=100))
-    assert certificate.wrong == 0
+    assert certificate.compared.count("wrong") == 0
     assert certificate.digits is not None
     assert 15 < certificate.digits < 30
     assert certificate.content["rounded"] < certificate.content["entries"]
@@ -259,14 +261,31 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, tmp_path: 
                 assert abs(ball.low / Fraction(Decimal(printed)) - 1) < Fraction(1, 10**33)
 
 
+def test_what_the_checker_refuses_is_not_written(
+    stored: Stored, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _write(stored, tmp_path)
+
+    def refused(*given: object) -> None:
+        raise Refused("as if")
+
+    monkeypatch.setattr("tt_precise.certify.golden_proof.check", refused)
+    certificate = certify(NAME, folder=tmp_path)
+    assert certificate.record.complete
+    assert certificate.objection == "the checker: as if"
+    assert not (tmp_path / NAME / PROOF).exists()
+    assert _run(NAME, "--folder", str(tmp_path)) == 1
+
+
 def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> None:
     # the tables of one friction, the equations of another that differs in the 30th digit
     text = stored.scene_text.replace('mu = "0.3"', 'mu = "0.300000000000000000000000000001"')
     assert text != stored.scene_text
     _write(replace(stored, scene_text=text), tmp_path)
     certificate = certify(NAME, folder=tmp_path)
-    assert not (tmp_path / NAME / FILE).exists()  # only where it is asked for
-    assert certificate.wrong > 0
+    assert not (tmp_path / NAME / PROOF).exists()  # what is not whole is not written
+    assert not (tmp_path / NAME / FILE).exists()
+    assert certificate.compared.count("wrong") > 0
     assert _run(NAME, "--folder", str(tmp_path)) == 1
 
 
@@ -285,7 +304,7 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
     in_events = file == EVENTS
     changed = replace(stored, events=spoiled) if in_events else replace(stored, trajectory=spoiled)
     _write(changed, tmp_path)
-    monkeypatch.setattr("tt_precise.certify.certificate.prove", None)
+    monkeypatch.setattr("tt_precise.certify.golden_proof.prove", None)
     with pytest.raises(
         InputError, match=rf"{file}, line 3, {column}: got '{cell}', expected a dec"
     ):
@@ -306,7 +325,7 @@ def test_what_no_build_wrote_is_neither_proved_nor_sealed(
     message = "got no digits, evidence" if text == "{}" else "got changed since it was built"
     with pytest.raises(InputError, match=f"manifest.json {message}"):
         record_proof(tmp_path / NAME)
-    monkeypatch.setattr("tt_precise.certify.certificate.prove", None)
+    monkeypatch.setattr("tt_precise.certify.golden_proof.prove", None)
     with pytest.raises(InputError, match=f"manifest.json {message}"):
         certify(NAME, folder=tmp_path)
     assert manifest.read_text() == before

@@ -1,0 +1,57 @@
+"""Golden tables as they would be, for any scene that is proved."""
+
+from __future__ import annotations
+
+from decimal import Decimal, localcontext
+
+import pytest
+
+pytest.importorskip("flint", reason="needs python-flint (extra certify)")
+
+from flint import arb
+
+from tt_precise.certify.balls import bounds
+from tt_precise.certify.comparison import Enclosed, State
+from tt_precise.golden.runs import ORDER, columns, exact_decimal
+from tt_precise.golden.store import Stored
+from tt_precise.golden.table import Table
+from tt_precise.scene.scene import Scene
+
+
+def printed(number: arb | None) -> str:
+    """A ball as golden data would have it."""
+    if number is None:
+        return ""
+    if abs(number) < 1e-40:
+        return "0"
+    low, high = bounds(number)
+    middle = (low + high) / 2
+    with localcontext(prec=60):
+        return f"{Decimal(middle.numerator) / Decimal(middle.denominator):.33e}"
+
+
+def stored_of(scene: Scene, enclosed: Enclosed) -> Stored:
+    """Tables with the correctly rounded numbers of what is enclosed."""
+    names = columns(scene)[1:]
+
+    def cells(state: State) -> list[str]:
+        return [printed(state[name]) for name in names]
+
+    rows = [(str(exact_decimal(t)), *cells(state)) for t, state in enclosed.rows]
+    if enclosed.lost:
+        rows.append((printed(enclosed.lost.time), *cells(enclosed.lost.state)))
+    happened = [
+        (float(one.time), ORDER.index(name), (name, printed(one.time), str(one.direction)), one)
+        for name, kind in enclosed.events.items()
+        for one in kind
+    ]
+    events = [
+        (*label, *cells(one.state)) for *_, label, one in sorted(happened, key=lambda x: x[:2])
+    ]
+    return Stored(
+        scene.name,
+        scene.text,
+        Table(("t", *names), tuple(rows)),
+        Table(("name", "t", "direction", *names), tuple(events)),
+        {},
+    )

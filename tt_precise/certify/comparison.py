@@ -1,0 +1,381 @@
+"""Golden tables against what is proved of their numbers: one comparison, whoever enclosed them.
+
+The prover and the second checker both deliver an ``Enclosed``: balls around the exact state at each
+sample and event. Every cell of the tables is held against that. It has to be written as golden data
+are, with all 34 digits (0 stands for what is at most 1e-34 of the column's largest), and to be the
+correctly rounded number; rows, events, directions and their order have to be those of the motion.
+What differs is named, and belongs to no number that could be called proved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from decimal import ROUND_UP, Decimal, InvalidOperation, localcontext
+from fractions import Fraction
+from itertools import pairwise
+
+from flint import arb
+
+from tt_precise.certify.balls import ball, bounds
+from tt_precise.golden.digits import DIGITS, PRINTED, ZERO, digits_of, scale_of
+from tt_precise.golden.runs import ORDER, SAME_TIME, columns, exact_decimal
+from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
+from tt_precise.golden.table import Table
+from tt_precise.integration.events import catalogue
+from tt_precise.runtime.untyped import Json
+
+CONTACT_LOST = "contact_lost"
+LABELS = ("name", "direction")
+MOST_EXPONENT = 4  # digits of an exponent, its sign included
+
+State = Mapping[str, arb | None]  # of one row or event, by column, SI; None where undefined
+
+
+@dataclass(frozen=True)
+class Happening:
+    """An event: its direction, its time in s and the state then."""
+
+    direction: int
+    time: arb
+    state: State
+
+
+@dataclass(frozen=True)
+class Enclosed:
+    """Balls around the exact solution of a scene.
+
+    ``rows`` has time (s) and state at each sample, ``events`` all that happen by kind, in order of
+    time, and ``CONTACT_LOST`` where contact is lost. Kinds that are ``undecided`` are not among
+    them. ``failure`` says why it ends before the horizon, if it does.
+    """
+
+    rows: Sequence[tuple[Fraction, State]]
+    events: Mapping[str, Sequence[Happening]]
+    undecided: Mapping[str, str] = field(default_factory=dict)
+    failure: str | None = None
+
+    @property
+    def lost(self) -> Happening | None:
+        """The loss of contact."""
+        return next(iter(self.events.get(CONTACT_LOST, ())), None)
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What is proved about one printed column.
+
+    digits
+        Fewest proved digits of its enclosed entries, those printed as 0 apart; None if there are no
+        others.
+    entries, rounded, wrong
+        How many entries are printed, proved to be correctly rounded, proved not to be.
+    within
+        No enclosed entry is farther from the exact number than this (decimal, rounded up).
+    enclosed
+        Of how many entries an enclosure exists; of others nothing is proved.
+    """
+
+    digits: int | None
+    entries: int
+    rounded: int
+    wrong: int
+    within: str
+    enclosed: int
+
+    @property
+    def settled(self) -> bool:
+        """Whether more bits would show no more.
+
+        No ball around zero proves that a column is zero throughout, however small it is.
+        """
+        return self.rounded + self.wrong == self.enclosed or self.digits is None
+
+    def as_dict(self) -> dict[str, Json]:
+        """For proof.json."""
+        return {name: value for name, value in asdict(self).items() if name != "enclosed"}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Tables and enclosure side by side.
+
+    For each file the states that are proved to belong to its rows ({} where none is), and a tally
+    of each column. ``mismatches`` say where they differ in anything but the digits of numbers.
+    """
+
+    states: dict[str, list[State]]
+    tallies: dict[str, dict[str, Tally]]
+    mismatches: list[str]
+
+    @property
+    def all(self) -> list[Tally]:
+        """Every tally."""
+        return [one for columns in self.tallies.values() for one in columns.values()]
+
+    @property
+    def digits(self) -> int | None:
+        """The fewest digits proved in any column; None if nothing is printed but zeros."""
+        return min((one.digits for one in self.all if one.digits is not None), default=None)
+
+    @property
+    def settled(self) -> bool:
+        """Whether more bits would show no more."""
+        return all(one.settled for one in self.all)
+
+    def count(self, name: str) -> int:
+        """``entries``, ``rounded``, ``wrong`` or ``enclosed`` in all columns."""
+        return sum(getattr(one, name) for one in self.all)
+
+    @property
+    def objection(self) -> str:
+        """Why it does not prove every printed number and event; "" where it does."""
+        if self.mismatches:
+            return self.mismatches[0]
+        for file, tallies in self.tallies.items():
+            for name, one in tallies.items():
+                if one.rounded != one.entries:
+                    return f"{file}: {one.entries - one.rounded} entries of {name} are not proved"
+        return ""
+
+
+def compare(stored: Stored, enclosed: Enclosed) -> Comparison:
+    """Hold the golden tables ``stored`` against balls around their numbers."""
+    trajectory = stored.trajectory
+    scales = {name: scale_of(_numbers(trajectory.column(name))) for name in trajectory.columns}
+    rows, found = _rows(stored, enclosed)
+    events, more = _events(stored, enclosed)
+    states = {TRAJECTORY: rows, EVENTS: events}
+    misprints = [one for file in states for one in _misprints(file, stored.table(file))]
+    undecided = [f"{EVENTS}: {name}: {why}" for name, why in enclosed.undecided.items()]
+    failure = [enclosed.failure] if enclosed.failure else []
+    tallies = {
+        file: _tallies(stored.table(file), states[file], scales) for file in (TRAJECTORY, EVENTS)
+    }
+    return Comparison(states, tallies, [*misprints, *found, *more, *undecided, *failure])
+
+
+def _rows(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:
+    """The states of trajectory.csv: at each sample, and at the loss of contact."""
+    table, expected = stored.trajectory, columns(stored.scene)
+    nothing: list[State] = [{} for _ in table.rows]
+    found = _columns(TRAJECTORY, table, expected)
+    if found:
+        return nothing, found
+    proved: list[tuple[str | None, State]] = [
+        (exact_decimal(seconds), {"t": ball(seconds), **state}) for seconds, state in enclosed.rows
+    ]
+    if enclosed.lost:
+        proved.append((None, {"t": enclosed.lost.time, **enclosed.lost.state}))
+    if len(table.rows) != len(proved):
+        found.append(f"{TRAJECTORY}: {len(table.rows)} rows, expected {len(proved)}")
+    states: list[State] = []
+    for line, (row, (printed, state)) in enumerate(zip(table.rows, proved, strict=False), start=2):
+        # an instant without a finite decimal, such as that of the loss, is printed rounded
+        same = row[0] == printed if printed else _is_rounded(row[0], state["t"])
+        if not same:
+            found.append(
+                f"{TRAJECTORY}, line {line}: got t = {row[0][:50]}, expected {printed or 'another'}"
+            )
+        found += _emptiness(f"{TRAJECTORY}, line {line}", table.columns, row, state)
+        states.append(state if same else {})
+    return [*states, *nothing[len(states) :]], found
+
+
+def _events(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:
+    """The states of events.csv, event by event of each kind in order of time."""
+    table, proved = stored.events, enclosed.events
+    states: list[State] = [{} for _ in table.rows]
+    found = _columns(EVENTS, table, ("name", "t", "direction", *columns(stored.scene)[1:]))
+    if found:
+        return states, found
+    lines: dict[str, list[int]] = {}
+    for position, row in enumerate(table.rows):
+        lines.setdefault(row[0], []).append(position)
+    unknown = sorted(lines.keys() - {*catalogue(stored.scene.model), CONTACT_LOST})
+    found += [f"{EVENTS}: an event {name[:50]}, which does not exist" for name in unknown]
+    if CONTACT_LOST in lines and CONTACT_LOST not in proved:
+        found.append(f"{EVENTS}: {CONTACT_LOST}, which is not proved to happen")
+    for name, happenings in proved.items():
+        there = lines.get(name, [])
+        if len(there) != len(happenings):
+            found.append(f"{EVENTS}: {len(there)} events {name}, expected {len(happenings)}")
+        for position, one in zip(there, happenings, strict=False):
+            row, where = table.rows[position], f"{EVENTS}, line {position + 2}"
+            if row[2] != str(one.direction):
+                found.append(f"{where}: direction {row[2][:50]}, expected {one.direction}")
+            else:
+                states[position] = {"t": one.time, **one.state}
+                found += _emptiness(where, table.columns, row, states[position])
+    return states, [*found, *_disorder(table)]
+
+
+def _columns(file: str, table: Table, expected: Sequence[str]) -> list[str]:
+    if table.columns == tuple(expected):
+        return []
+    return [f"{file}: columns {','.join(table.columns)[:80]}, expected {','.join(expected)[:80]}"]
+
+
+def _emptiness(where: str, names: Sequence[str], row: Sequence[str], state: State) -> list[str]:
+    """Cells that are empty where a number is proved to exist, and numbers where none does."""
+    return [
+        f"{where}, {name}: {cell[:50] or 'empty'}, where there is {'no' if cell else 'a'} number"
+        for name, cell in zip(names, row, strict=True)
+        if name not in LABELS and bool(cell) != (state.get(name) is not None)
+    ]
+
+
+def _misprints(file: str, table: Table) -> list[str]:
+    """Cells that are not written as golden data are; times of samples are compared as they are."""
+    return [
+        f"{file}, line {line}, {name}: got {cell[:50]!r}, expected 0 or {DIGITS} digits"
+        for line, row in enumerate(table.rows, start=2)
+        for name, cell in zip(table.columns, row, strict=True)
+        if cell and name not in LABELS and not is_whole(cell)
+        if name != "t" or file == EVENTS
+    ]
+
+
+def is_whole(cell: str) -> bool:
+    """Whether a cell is 0, or a number in the one form that golden data have, with all digits."""
+    if cell == ZERO:
+        return True
+    _, _, exponent = cell.partition("e")
+    if not PRINTED.fullmatch(cell) or len(exponent) > MOST_EXPONENT or digits_of(cell) != DIGITS:
+        return False
+    return cell == f"{Decimal(cell):.{DIGITS - 1}e}" and bool(Decimal(cell))
+
+
+def _numbers(cells: Sequence[str]) -> list[str]:
+    """Those that are written as numbers."""
+    return [cell for cell in cells if is_whole(cell)]
+
+
+def _disorder(table: Table) -> list[str]:
+    """Rows that are not in order of time, those of one instant in the catalogue's order."""
+    for line, (row, after) in enumerate(pairwise(table.rows), start=3):
+        try:
+            time, later = Decimal(row[1]), Decimal(after[1])
+            at_once = abs(later - time) <= SAME_TIME * time
+            named = ORDER.index(row[0]) < ORDER.index(after[0])
+        except (InvalidOperation, ValueError):
+            return [f"{EVENTS}, line {line}: no time, or no event"]
+        if not (named if at_once else time < later):
+            return [f"{EVENTS}, line {line}: not in order of time"]
+    return []
+
+
+def _tallies(
+    table: Table, states: Sequence[State], scales: Mapping[str, Decimal]
+) -> dict[str, Tally]:
+    """What is proved of each column of numbers; a trajectory's times are exact."""
+    skipped = LABELS if "name" in table.columns else ("t",)
+    return {
+        name: tally(
+            zip(table.column(name), (state.get(name) for state in states), strict=True),
+            Fraction(scales.get(name, Decimal(0)).scaleb(-DIGITS)) if name != "t" else Fraction(0),
+        )
+        for name in table.columns
+        if name not in skipped
+    }
+
+
+def tally(cells: Iterable[tuple[str, arb | None]], zero: Fraction) -> Tally:
+    """The tally of a column of printed numbers with their balls; ``zero`` is what 0 stands for."""
+    fewest: int | None = None
+    entries = enclosed = correct = wrong = 0
+    farthest = Fraction(0)
+    for text, exact in cells:
+        entries += bool(text)
+        if not is_whole(text) or exact is None:
+            continue
+        one = printed(text, exact, zero)
+        farthest = max(farthest, one.within)
+        enclosed += 1
+        correct += one.rounded
+        wrong += one.wrong
+        if one.digits is not None:
+            fewest = one.digits if fewest is None else min(fewest, one.digits)
+    return Tally(fewest, entries, correct, wrong, rounded(farthest, ROUND_UP, 2), enclosed)
+
+
+@dataclass(frozen=True)
+class PrintedDigits:
+    """What an enclosure says of one printed number.
+
+    digits
+        Proved significant digits: the exact number differs from the printed one by at most half
+        a unit in that place. None where the number is printed as 0.
+    rounded
+        Proved to be the correctly rounded one, to all digits that are printed.
+    wrong
+        Proved not to be.
+    within
+        The exact number is no farther from the printed one than this.
+    """
+
+    digits: int | None
+    rounded: bool
+    wrong: bool
+    within: Fraction
+
+
+def printed(text: str, exact: arb, zero: Fraction = Fraction(0)) -> PrintedDigits:
+    """Compare a printed decimal with a ball around the exact number.
+
+    ``zero`` is what "0" stands for: anything no larger than that.
+    """
+    low, high = bounds(exact)
+    number = Decimal(text)
+    value = Fraction(number)
+    nearest = max(low - value, value - high, Fraction(0))
+    farthest = max(high - value, value - low)
+    if not value:
+        return PrintedDigits(None, farthest <= zero, nearest > zero, farthest)
+    _, figures, exponent = number.as_tuple()
+    assert isinstance(exponent, int)  # a number, neither NaN nor infinite
+    last = Fraction(10) ** exponent / 2
+    half, digits = last, len(figures)
+    while digits and farthest > half:
+        digits -= 1
+        half *= 10
+    # towards zero the numbers with as many digits lie ten times closer below a power of ten
+    inner = last / 10 if figures[0] == 1 and not any(figures[1:]) else last
+    sign = 1 if value > 0 else -1
+    ends = sorted((sign * (low - value), sign * (high - value)))
+    correct = -inner <= ends[0] and ends[1] <= last
+    wrong = ends[1] < -inner or ends[0] > last
+    return PrintedDigits(digits, correct, wrong, farthest)
+
+
+def _is_rounded(text: str, exact: arb | None) -> bool:
+    return exact is not None and is_whole(text) and printed(text, exact).rounded
+
+
+def outward(exact: arb, digits: int) -> tuple[str, str]:
+    """Midpoint and radius of a ball as decimals that enclose it."""
+    middle, radius, power = exact.mid_rad_10exp(digits)
+    return _decimal(int(middle), int(power)), _upward(int(radius), int(power))
+
+
+def rounded(number: Fraction, rounding: str, figures: int) -> str:
+    """An exact number as a decimal with so many figures, rounded in the given direction."""
+    if not number:
+        return "0"
+    with localcontext(prec=figures, rounding=rounding):
+        return f"{Decimal(number.numerator) / Decimal(number.denominator):.{figures - 1}e}"
+
+
+def _decimal(mantissa: int, power: int) -> str:
+    # digit by digit, as arithmetic on Decimals rounds to the context's precision
+    figures = str(abs(mantissa))
+    sign = "-" if mantissa < 0 else ""
+    text = f"{sign}{figures[0]}.{figures[1:]}".rstrip(".")
+    return f"{text}e{power + len(figures) - 1:+03d}" if mantissa else "0"
+
+
+def _upward(radius: int, power: int) -> str:
+    """The radius with two figures, rounded up."""
+    surplus = max(len(str(radius)) - 2, 0)
+    lead = -(-radius // 10**surplus)
+    return f"{lead}e{power + surplus}" if lead else "0"

@@ -1,0 +1,336 @@
+"""``certify``: golden tables whose every printed number is proved, by two programs.
+
+The prover encloses the exact solution and makes a certificate; the second checker encloses it anew
+from that. Either enclosure is held against the tables by the same comparison (``comparison``). Only
+where both prove every printed number and every event are files written beside the tables:
+``enclosure.csv`` and ``events-enclosure.csv`` (a ball around each exact number, as
+``golden.proofs`` reads it) and ``proof.json`` (what is proved, about the tables with the hashes
+that it names).
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from pathlib import Path
+
+from flint import arb
+
+from tt_precise.certify import checker
+from tt_precise.certify.balls import bounds
+from tt_precise.certify.certificate import FILE, Accepted, Refused, content_of, packed, unpacked
+from tt_precise.certify.comparison import Comparison, State, compare, outward, rounded
+from tt_precise.certify.proof import BITS, Proof, prove
+from tt_precise.certify.verdict import NotProved
+from tt_precise.golden import proofs, store
+from tt_precise.golden.digits import scale_of
+from tt_precise.golden.store import (
+    Stored,
+    record_proof,
+    require_manifest,
+    scene_sha256,
+)
+from tt_precise.golden.table import Table
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.cache import source_hash
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.files import atomic_write, locked
+from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.sources import SOURCES
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.numerals import NUMBER
+
+MORE_BITS = 64
+MOST_BITS = 456
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was proved about the golden data of one scene: ``record`` becomes the three files.
+
+    ``compared`` is what the prover's enclosure says of the tables, ``accepted`` what the checker
+    made of the ``pieces``, or why it refused them; None where it was not asked.
+    """
+
+    record: proofs.Record
+    compared: Comparison
+    pieces: bytes
+    accepted: Accepted | Refused | None = None
+
+    @property
+    def content(self) -> dict[str, Json]:
+        """What becomes proof.json."""
+        return self.record.content
+
+    @property
+    def digits(self) -> int | None:
+        """The fewest digits proved in any column; None if nothing is printed but zeros."""
+        return self.record.digits
+
+    @property
+    def objection(self) -> str:
+        """Why it is not written; "" if both programs prove all there is."""
+        if self.record.incomplete or self.compared.objection:
+            return self.record.incomplete or self.compared.objection
+        return "" if isinstance(self.accepted, Accepted) else f"the checker: {self.accepted}"
+
+    @property
+    def complete(self) -> bool:
+        """Whether every printed number, event and time is proved, by both programs."""
+        return not self.objection
+
+    @property
+    def summary(self) -> str:
+        """One line for people."""
+        content = self.content
+        until = Decimal(content["proved_until_s"]["middle"])
+        parts = [
+            f"{content['scene']}: {content['digits']} digits proved",
+            f"{content['rounded']} of {content['entries']} numbers correctly rounded",
+            f"to t = {until:.6g} s",
+        ]
+        if wrong := self.compared.count("wrong"):
+            parts.append(f"{wrong} WRONG")
+        parts.append(self.objection or "the checker agrees")
+        return ", ".join(parts)
+
+
+def certify(
+    scene: str,
+    *,
+    folder: Path | None = None,
+    bits: int = BITS,
+    pieces: bool = False,
+    progress: Progress = silent,
+) -> Certificate:
+    """Prove the golden data of ``scene``, and write the files if both programs do.
+
+    With ``pieces`` the certificate for the checker is written as well.
+
+    Raises
+    ------
+    InputError
+        There are no golden data of that name, or a cell of theirs is no number.
+    NotProved
+        Nothing at all could be proved.
+    """
+    made = proved(scene, folder, bits, progress=progress)
+    if made.complete:
+        write(made, folder, pieces)
+    return made
+
+
+def attempted(scene: str, folder: Path | None, bits: int, pieces: bool) -> Certificate | str:
+    """What ``certify`` returns, or why nothing could be proved: for a worker process."""
+    try:
+        return certify(scene, folder=folder, bits=bits, pieces=pieces)
+    except NotProved as why:
+        return str(why)
+
+
+def proved(scene: str, folder: Path | None, bits: int, progress: Progress = silent) -> Certificate:
+    """What can be proved about golden data; nothing is written.
+
+    The precision is raised until every printed digit is proved, or ``MOST_BITS`` are reached.
+
+    Raises
+    ------
+    InputError
+        There are no golden data of that name, a cell of theirs is no number, or their manifest is
+        not one that was built.
+    NotProved
+        Nothing at all could be proved.
+    """
+    stored = store.read(scene, folder)
+    require_manifest(stored)
+    _require_numbers(stored)
+    while True:
+        proof = prove(stored.scene, bits, progress=lambda done: progress(done / 2))
+        made = compared(stored, proof)
+        if made.compared.settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
+            break
+        bits += MORE_BITS
+    return checked(stored, made, lambda done: progress((1 + done) / 2))
+
+
+def checked(stored: Stored, made: Certificate, progress: Progress = silent) -> Certificate:
+    """The same with what the second checker says of its pieces."""
+    try:
+        accepted: Accepted | Refused = check(stored, unpacked(made.pieces), progress)
+    except Refused as why:
+        accepted = why
+    return Certificate(made.record, made.compared, made.pieces, accepted)
+
+
+def check(stored: Stored, content: dict[str, Json], progress: Progress = silent) -> Accepted:
+    """What a certificate proves of golden data, in the second checker's eyes.
+
+    Raises
+    ------
+    Refused
+        Not every printed number and event.
+    """
+    if (content["scene"], content["scene_sha256"]) != (
+        stored.name,
+        scene_sha256(stored.scene_text),
+    ):
+        raise Refused("the certificate is about another scene")
+    enclosed = checker.enclose(stored.scene, content, progress)
+    found = compare(stored, enclosed)
+    if found.objection:
+        raise Refused(found.objection)
+    happened = sum(map(len, enclosed.events.values()))
+    lost = enclosed.lost is not None
+    return Accepted(stored.name, len(content["pieces"]), found.count("rounded"), happened, lost)
+
+
+def _require_numbers(stored: store.Stored) -> None:
+    """What is no number is found before the minutes that a proof takes."""
+    for file in (store.TRAJECTORY, store.EVENTS):
+        table = stored.table(file)
+        for line, row in enumerate(table.rows, start=2):
+            for name, cell in zip(table.columns, row, strict=True):
+                written = NUMBER.fullmatch(cell) and "/" not in cell
+                if cell and name not in proofs.LABELS and not written:
+                    raise InputError(
+                        f"{stored.name}: {file}, line {line}, {name}: got {cell[:50]!r}, expected "
+                        f"a decimal; `tt-precise golden verify {stored.name}` says what is wrong"
+                    )
+
+
+def write(certificate: Certificate, folder: Path | None = None, pieces: bool = False) -> None:
+    """Put a certificate's files beside the golden tables that it is about."""
+    stored = store.read(certificate.content["scene"], folder)
+    place = stored.folder / stored.name
+    with locked(stored.folder, store.WORK):
+        # in between, a reader finds the new enclosure beside the old proof, and says so
+        atomic_write(place / proofs.ENCLOSURE, certificate.record.enclosure.csv())
+        atomic_write(place / proofs.EVENTS_ENCLOSURE, certificate.record.events.csv())
+        atomic_write(place / store.PROOF, store.proof_text(certificate.content))
+        if pieces:
+            atomic_write(place / FILE, certificate.pieces)
+        record_proof(place)
+
+
+def compared(stored: Stored, proof: Proof) -> Certificate:
+    """What ``proof`` says of the golden tables ``stored``."""
+    found = compare(stored, proof.enclosed)
+    failure, within = proof.enclosure.failure, {}
+    try:
+        for name, bound in proof.drift_bounds.items():
+            within[name] = rounded(bounds(bound)[1], ROUND_CEILING, 2)
+    except NotProved as why:
+        failure = why
+    enclosure, at_events = (_balls(stored, file, found.states[file]) for file in found.states)
+    decided = {name: one for name, one in proof.all_events.items() if not one.failure}
+    content = {
+        "schema": proofs.SCHEMA,
+        "scene": stored.name,
+        "scene_sha256": scene_sha256(stored.scene_text),
+        "theorem": "docstring of tt_precise.certify",
+        "prover": {
+            "version": proofs.PROVER,
+            "sources_sha256": source_hash("certify", *SOURCES),
+        },
+        "bits": proof.enclosure.bits,
+        "steps": len(proof.enclosure.stretches),
+        "proved_until_s": _number(proof.finish_s, 12),
+        "failure": str(failure) if failure else None,
+        "digits": found.digits,
+        "entries": found.count("entries"),
+        "rounded": found.count("rounded"),
+        "unproved": found.count("entries") - found.count("enclosed"),
+        "mismatches": found.mismatches,
+        "contact": _contact(proof),
+        "inversion": _inversion(proof),
+        "forever": _forever(proof),
+        "conserved_within": within,
+        "proved_events": {name: len(one.zeros) for name, one in decided.items()},
+        "undecided_events": {
+            name: str(one.failure) for name, one in proof.all_events.items() if one.failure
+        },
+        **{
+            file: {
+                "sha256": stored.table(file).sha256,
+                "columns": {name: one.as_dict() for name, one in tallies.items()},
+            }
+            for file, tallies in found.tallies.items()
+        },
+        proofs.ENCLOSURE: {"sha256": enclosure.sha256},
+        proofs.EVENTS_ENCLOSURE: {"sha256": at_events.sha256},
+        "versions": {n: importlib.metadata.version(n) for n in ("heyoka", "python-flint")},
+    }
+    record = proofs.Record(content, enclosure, at_events)
+    return Certificate(record, found, packed(content_of(stored, proof)))
+
+
+def _balls(stored: Stored, file: str, states: Sequence[State]) -> Table:
+    """A ball for every number of ``file`` as ``golden.proofs`` reads it.
+
+    ``states`` belong to its rows; {} where nothing is proved. The table ends before the first row
+    in which a printed number has no enclosure.
+    """
+    printed, golden = stored.table(file), stored.trajectory
+    label, *names = (name for name in printed.columns if name != "direction")
+    scales = {name: scale_of(golden.column(name)) for name in golden.columns if name != "t"}
+    rows: list[tuple[str, ...]] = []
+    for cells, state in zip(printed.rows, states, strict=True):
+        texts = dict(zip(printed.columns, cells, strict=True))
+        found = [
+            _ball(texts[name], state.get(name), scales.get(name, Decimal(0))) for name in names
+        ]
+        if any(texts[name] and not ball for name, ball in zip(names, found, strict=True)):
+            break
+        rows.append((texts[label], *found))
+    return Table((label, *names), tuple(rows))
+
+
+def _ball(text: str, exact: arb | None, scale: Decimal) -> str:
+    if not text or exact is None:
+        return ""
+    return proofs.ball_text(*bounds(exact), proofs.ball_place(text, scale))
+
+
+def _contact(proof: Proof) -> dict[str, Json]:
+    # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles that of E'; rolling conserves E
+    if proof.lost:
+        time, _ = proof.event_state(proof.lost)
+        return {"g_n_positive": "until contact is lost", "lost_at_s": _number(time, 34)}
+    bound = proof.normal_force_bound
+    positive = bool(bound > 0)
+    return {
+        "g_n_positive": positive,
+        "g_n_at_least_mg": rounded(bounds(bound)[0], ROUND_FLOOR, 6) if positive else None,
+        "energy_never_grows": positive or proof.scene.model == "rolling",
+    }
+
+
+def _inversion(proof: Proof) -> dict[str, Json]:
+    try:
+        times = proof.inversion
+    except NotProved as why:
+        return {"failure": str(why)}
+    found: dict[str, Json] = {"equator": _number(times.equator, 40)}
+    for name in "ABC":
+        climb = getattr(times, name)
+        found[name] = {
+            "t_init": _number(climb.t_init, 40),
+            "t_end": _number(climb.t_end, 40),
+        }
+    return found
+
+
+def _forever(proof: Proof) -> dict[str, Json]:
+    try:
+        return {name: one.as_dict() for name, one in proof.forever.items()}
+    except NotProved as why:
+        return {"failure": str(why)}
+
+
+def _number(exact: Scalar, digits: int) -> dict[str, str] | None:
+    if exact is None:
+        return None
+    middle, radius = outward(arb(exact), digits)
+    return {"middle": middle, "radius": radius}
