@@ -20,7 +20,6 @@ from tt_precise.extremes.case import (
     together,
     within,
 )
-from tt_precise.runtime.registry import Registry
 
 
 def one(function: Any = Observation, **arguments: Any) -> ExtremeCase:
@@ -68,7 +67,7 @@ def test_finite_refuses_nan_and_leaves_out_what_is_missing() -> None:
 
 
 def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "_registered", Registry("case"))
+    monkeypatch.setattr(registry, "_registered", {})
 
     @registry.case(
         "k = {k}, {word}",
@@ -81,7 +80,7 @@ def test_over_makes_a_case_of_each_combination(monkeypatch: pytest.MonkeyPatch) 
     def echo(k: int, word: str, truth: str = "") -> Observation:
         return same(truth or word, word)
 
-    made = list(registry._registered)
+    made = list(registry._registered.values())
     assert [case.name for case in made] == ["k = 1, a", "k = 1, b", "k = 2, a", "k = 2, b"]
     assert [case.quick for case in made] == [False, False, True, True]
     outcomes = [case.outcome() for case in made]

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from tt_precise.extremes.contact_loss import LOSING, losing
-from tt_precise.extremes.friction import FRICTIONS, LIMIT_S, ROUGH
-from tt_precise.extremes.pole_passages import vector_distance
+from tt_precise.extremes.contact import LOSING, NAMES, _at_both_zeros, blowing_up, losing
+from tt_precise.extremes.horizons import there_and_back
+from tt_precise.extremes.parameters import FRICTION_S, FRICTIONS, ROUGH
 from tt_precise.extremes.sensitivity import NUDGE, VARIED, _nudged
-from tt_precise.extremes.singular_contact import NAMES, _at_both_zeros, blowing_up
-from tt_precise.extremes.toy import varied
+from tt_precise.extremes.tops import distance, varied
 from tt_precise.integration import integrate
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -40,9 +39,9 @@ def test_they_end_as_quad_does(which: str) -> None:
 
 SENSITIVE = load_scene("reference").varied(until="3.2")  # about where it is most so
 COMPLETE = {
-    **{f"mu = {mu}": varied(mu=mu, until=LIMIT_S) for mu in dict.fromkeys((*FRICTIONS, *ROUGH))},
-    "mu for the slope": varied(mu="1e-5", until=LIMIT_S),
-    "rolling": replace(varied(until=LIMIT_S), model="rolling"),
+    **{f"mu = {mu}": varied(mu=mu, until=FRICTION_S) for mu in dict.fromkeys((*FRICTIONS, *ROUGH))},
+    "mu for the slope": varied(mu="1e-5", until=FRICTION_S),
+    "rolling": replace(varied(until=FRICTION_S), model="rolling"),
     **{
         f"{name}, {sign:+}": _nudged(SENSITIVE, name, sign * NUDGE)
         for name in VARIED
@@ -59,4 +58,12 @@ def test_they_have_the_states_that_quad_has(which: str) -> None:
         integrate(COMPLETE[which], name, events=()) for name in ("quad", "triple-double", "double")
     )
     assert fine.status == quad.status == "complete"
-    assert vector_distance(quad, fine) < 1e-29 < vector_distance(rough, fine)
+    assert distance(quad, fine) < 1e-29 < distance(rough, fine)
+
+
+@pytest.mark.slow
+def test_eight_seconds_and_back_in_mp() -> None:
+    found = there_and_back("8", "mp")
+    assert found.right
+    # in 200 bits, more than double has in all
+    assert float(found.found.split("; ")[1].split()[0]) > 20

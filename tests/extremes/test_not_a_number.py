@@ -11,9 +11,9 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.extremes import horizons, pole_starts, sensitivity
+from tt_precise.extremes import geometry, horizons, sensitivity
 from tt_precise.extremes.case import NotFiniteError
-from tt_precise.extremes.pole_starts import start_at_a_pole
+from tt_precise.extremes.geometry import start_at_a_pole
 from tt_precise.integration import integrate
 
 
@@ -56,7 +56,7 @@ def test_an_end_at_once(entry: str) -> None:
 
 @pytest.mark.parametrize("entry", ["kx", "vy"])
 def test_a_start_at_a_pole(entry: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pole_starts, "integrate", spoiling(entry))
+    monkeypatch.setattr(geometry, "integrate", spoiling(entry))
     with pytest.raises(NotFiniteError):
         start_at_a_pole("0", "double")
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import pytest
 
-from tt_precise.extremes.case import ExtremeCase, Observation
-from tt_precise.extremes.run import run_all
+from tt_precise.extremes.case import ExtremeCase, Observation, run_all
 
 SLEEP = f"600.{os.getpid()}"  # seconds, and how to find the process among those of other runs
 

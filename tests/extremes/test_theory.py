@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import mpmath
@@ -20,8 +21,7 @@ TINY = FN.mpf(10) ** -40
 def body(**changes: Any) -> Parameters:
     """The reference top, dimensionless, with some parameters replaced."""
     top = load_scene("reference").body.dimensionless(FN, rounding_to(FN))
-    values = {name: FN.convert(value) for name, value in vars(top).items()}
-    return Parameters(**{**values, **{name: FN.mpf(value) for name, value in changes.items()}})
+    return replace(top.map(FN.convert), **{name: FN.mpf(value) for name, value in changes.items()})
 
 
 @pytest.mark.parametrize("side", [1, -1])

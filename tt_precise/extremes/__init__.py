@@ -1,9 +1,15 @@
 """Numerical stability at the extremes: everything driven to its edges, a case at a time.
 
-The cases of a topic are functions with ``@case`` in its modules; ``case.TOPICS`` lists them.
+The cases of a topic are functions with ``@case`` in its module; ``case.TOPICS`` lists them.
 """
 
-from tt_precise.extremes.case import TOPICS, ExtremeCase, Observation, Outcome, cases
-from tt_precise.extremes.run import run_all
+from tt_precise.extremes.case import (
+    TOPICS,
+    ExtremeCase,
+    Observation,
+    Outcome,
+    cases,
+    run_all,
+)
 
 __all__ = ["TOPICS", "ExtremeCase", "Observation", "Outcome", "cases", "run_all"]

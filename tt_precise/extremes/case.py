@@ -23,24 +23,27 @@ import importlib
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import product
 
 from tt_precise.runtime.arithmetic import Scalar
-from tt_precise.runtime.registry import Registry
+from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
+from tt_precise.runtime.workers import Call, Failure, local_pool
 
-# the modules of each topic
-TOPICS: dict[str, tuple[str, ...]] = {
-    "geometry": ("pole_starts", "pole_passages", "conversions"),
-    "parameters": ("body_shape", "spin", "friction", "scaling"),
-    "contact": ("contact_loss", "singular_contact"),
-    "time": ("horizons",),
-    "sensitivity": ("sensitivity",),
-    "machine": ("machine",),
+# heyoka.real arrays leak memory, so a worker is replaced now and then
+CASES_OF_A_WORKER = 200
+# the module of each topic
+TOPICS = {
+    "geometry": "geometry",
+    "parameters": "parameters",
+    "contact": "contact",
+    "time": "horizons",
+    "sensitivity": "sensitivity",
+    "machine": "machine",
 }
-_topic_of = {module: topic for topic, modules in TOPICS.items() for module in modules}
+_topic_of = {module: topic for topic, module in TOPICS.items()}
 LIMIT_S = 60.0  # a case that takes longer is taken for one that hangs
 
 
@@ -148,17 +151,17 @@ class NotFiniteError(ArithmeticError):
     """A NaN or an infinity where a number was expected."""
 
 
-def within(value: Scalar, limit: float, unit: str = "", **data: Json) -> Observation:
+def within(value: Scalar, limit: float, unit: str = "") -> Observation:
     """Right if ``value`` is at most ``limit``; in words "3.2 eps (allowed: 10)"."""
     number = float(value)
     found = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
-    return Observation(found, number <= limit, number, data)
+    return Observation(found, number <= limit, number)
 
 
-def same(got: object, expected: object, value: float | None = None, **data: Json) -> Observation:
+def same(got: object, expected: object, value: float | None = None) -> Observation:
     """Right if ``got`` equals ``expected``, such as a status."""
     found = str(got) if got == expected else f"{got}, not {expected}"
-    return Observation(found, bool(got == expected), value, data)
+    return Observation(found, bool(got == expected), value)
 
 
 def together(*findings: Observation) -> Observation:
@@ -185,7 +188,7 @@ def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:
     return found
 
 
-_registered: Registry[ExtremeCase] = Registry("case")
+_registered: dict[str, ExtremeCase] = {}
 
 
 def case(
@@ -226,7 +229,9 @@ def case(
                 quick=quick(**arguments) if callable(quick) else quick,
                 limit_s=limit_s,
             )
-            _registered.enter(filled, made, function.__module__)
+            if filled in _registered:
+                raise ValueError(f"case {filled}: got it twice, expected each name once")
+            _registered[filled] = made
         return function
 
     return register
@@ -237,7 +242,7 @@ def _all_cases() -> tuple[ExtremeCase, ...]:
     for module in _topic_of:
         importlib.import_module(f"{__package__}.{module}")
     order = {topic: place for place, topic in enumerate(TOPICS)}
-    return tuple(sorted(_registered, key=lambda one: order[one.topic]))
+    return tuple(sorted(_registered.values(), key=lambda one: order[one.topic]))
 
 
 def cases(topics: Sequence[str] = (), quick: bool = False) -> tuple[ExtremeCase, ...]:
@@ -299,3 +304,43 @@ def families(outcomes: Iterable[Outcome]) -> list[Family]:
     for one in outcomes:
         groups.setdefault((one.case.topic, one.case.family), []).append(one)
     return [Family(group) for group in groups.values()]
+
+
+# ---- running -----------------------------------------------------------------------------------
+
+
+def run_all(
+    chosen: Iterable[ExtremeCase],
+    progress: Progress = silent,
+    workers: int = 2,
+) -> list[Outcome]:
+    """Run ``chosen`` in worker processes; outcomes in the order of the cases.
+
+    Processes are started afresh (a script needs the usual
+    ``if __name__ == "__main__"``), and none is left behind, whatever happens.
+    """
+    wanted = {one.name: one for one in chosen}
+    # the families that may take longest first, so that no core idles at the end
+    limits: dict[str, float] = {}
+    for one in wanted.values():
+        limits.setdefault(one.family, one.limit_s)
+    calls = [
+        # the controls are the tests' affair, and may be lambdas, which cannot be sent
+        Call(one.name, (replace(one, control={}),), limit_s=one.limit_s)
+        for one in sorted(wanted.values(), key=lambda one: -limits[one.family])
+    ]
+    found: dict[str, Outcome] = {}
+    pool = local_pool(workers, inline=False, recycle_after=CASES_OF_A_WORKER)
+    with pool:
+        for call, finding in pool.perform(observed, calls, progress):
+            one = wanted[call.key]
+            if isinstance(finding, Failure):
+                found[one.name] = one.failed(str(finding.error))
+            else:
+                found[one.name] = Outcome(one, finding)
+    return [found[name] for name in wanted]
+
+
+def observed(one: ExtremeCase) -> Observation:
+    """What a case finds, in a worker."""
+    return one.outcome().finding

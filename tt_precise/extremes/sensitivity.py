@@ -7,9 +7,8 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
-from tt_precise.extremes import perturbed
 from tt_precise.extremes.case import Observation, case, finite, together, within
-from tt_precise.extremes.perturbed import Integrate
+from tt_precise.extremes.tops import Integrate, integrating
 from tt_precise.golden import load, scenes
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.variational import sensitivity
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
 EPS = 2.0**-52
 QUICK = ("reference", "contact-lost", "frictionless", "inverted", "kicked", "rocking")
-POINTS = 41  # of a curve in the report
 VARIED = {"alpha": "parameter", "mu": "parameter", "omega_3": "start", "nu_y": "start"}
 NUDGE = Fraction(1, 10**12)
 
@@ -60,21 +58,12 @@ def error_against_condition(scene: str, integrate: Integrate = integrate) -> Obs
     possible = EPS * how.rounding * a_sample**0.5
     ratio = found / possible
     finite([*found, *possible])
-    chosen = numpy.linspace(0, len(how.times) - 1, min(POINTS, len(how.times))).round().astype(int)
-    least = EPS / 2  # an error of zero would have infinitely many digits
     return together(
         within(ratio.max(), 1, "of what the condition allows"),
         Observation(
             f"condition up to {how.condition.max():.2g}, {how.condition[-1]:.2g} at the end; "
             f"at the worst time {-numpy.log10(found.max()):.1f} digits",
             True,
-            data={
-                "scene": scene,
-                "t": _listed(how.times[chosen]),
-                "condition": _listed(how.condition[chosen]),
-                "digits_possible": _listed(-numpy.log10(possible[chosen])),
-                "digits_found": _listed(-numpy.log10(numpy.maximum(found[chosen], least))),
-            },
         ),
     )
 
@@ -92,10 +81,6 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
         errors = [float(abs(run.precision.context.mpf(x) - exact) / unit) for x, exact in pairs]
         found = numpy.maximum(found, errors)
     return found / how.sizes
-
-
-def _listed(values: Array) -> str:
-    return " ".join(f"{float(value):.4g}" for value in values)
 
 
 @case(
@@ -149,7 +134,7 @@ def lambda_carried_along(scene: str, spoil: float = 0.0) -> Observation:
     expected="the difference quotient of two runs in triple-double",
     source="higher precision",
     over={"name": tuple(VARIED)},
-    control={"varied": perturbed.integrating(alpha="1e-6")},
+    control={"varied": integrating(alpha="1e-6")},
 )
 def derivative_by_differences(name: str, varied: Integrate = integrate) -> Observation:
     """Matrices of variational equations against runs that know nothing of them."""

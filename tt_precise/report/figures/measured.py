@@ -205,7 +205,7 @@ def all_pictures(cases: Sequence[Case]) -> list[Figure]:
 
 def digits_beside_the_poles(cases: Sequence[Case]) -> Figure | None:
     """Digits of the tilt that theta keeps near pi, in every precision."""
-    from tt_precise.extremes.conversions import digits_of_the_tilt
+    from tt_precise.extremes.geometry import digits_of_the_tilt
     from tt_precise.integration.precision import BITS
 
     decades = range(0, 71, 2)

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from tt_precise.extremes.singular_contact import NAMES, blow_up, blowing_up, lost_first
+from tt_precise.extremes.contact import NAMES, blow_up, blowing_up, lost_first
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,0 +1,306 @@
+"""The contact at its edges: g_n to 0, and the denominator of g_n to 0."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cache
+
+from tt_precise.exact.arithmetic import own_context
+from tt_precise.extremes import theory
+from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.tops import Integrate, exact_start, integrating, refused, varied
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.scene import Scene, load_scene
+
+NARROW_S = Fraction("1e-13")
+PLANE = {"theta": "1", "theta_dot": "50", "omega_3": "0", "mu": "0", "until": "1"}
+LOSING = ("contact-lost", "mu = 2", "mu = 3", "mu = 4")
+# two tops: the paper's, and one with a greater eccentricity and three times the mass
+TOPS: dict[str, dict[str, str]] = {
+    "toy": {},
+    "heavier": {"m": "0.06", "alpha": "0.4"},
+}
+MOTIONS = (
+    *(("toy", mu) for mu in ("2", "2.5", "3", "3.5", "4")),
+    *(("heavier", mu) for mu in ("2.5", "3", "3.5", "4")),
+)
+NAMES = tuple(f"{top} top, mu = {mu}" for top, mu in MOTIONS)
+THETA = "2"  # of the starts at both zeros; cos theta < 0 lets the numerator vanish
+
+
+def losing(name: str) -> Scene:
+    """A scene that loses contact: a shipped one, or the reference start with a rough table."""
+    if name.startswith("mu"):
+        return varied(mu=name.removeprefix("mu = "), until="1")
+    return load_scene(name)
+
+
+@case(
+    "contact lost, {scene}, in {precision}",
+    expected="at the same time as in a finer arithmetic",
+    source="higher precision: triple-double",
+    over={"scene": LOSING, "precision": ("double", "extended", "quad")},
+    quick=lambda scene, precision: scene == "mu = 3" and precision != "quad",
+    control={"integrate": integrating(I3="1e-12")},
+)
+def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Observation:
+    """The end of the model is a root, found as well as the state is known."""
+    fine = _until_lost(scene, "triple-double")
+    run = integrate(losing(scene), precision)
+    error = abs(fine.precision.context.mpf(run.t_end) - fine.t_end) / run.precision.eps
+    finite(value for value in run.state.values.values())
+    return together(within(error, 30, "eps s"), same(run.status, "contact_lost"))
+
+
+@case(
+    "contact lost in a plane, in {precision}",
+    expected="theta and time at which the centripetal force is the weight",
+    source="the plane motion: a root of its energy, and an integral over theta",
+    over={"precision": ("double", "extended", "quad", "mp")},
+    quick=True,
+    control={"integrate": integrating(theta_dot="1e-9")},
+)
+def plane_loss(precision: str, integrate: Integrate = integrate) -> Observation:
+    """A closed form of the loss: no spin, no friction, over the equator and off the table."""
+    run = integrate(varied(**PLANE), precision)
+    angle, time = _plane()
+    fn = own_context(80)
+    eps = fn.convert(run.precision.eps)
+    return together(
+        within(abs(fn.mpf(run.state.theta) - angle) / eps, 30, "eps rad"),
+        within(abs(fn.mpf(run.t_end) / time - 1) / eps, 30, "eps of the time"),
+        same(run.status, "contact_lost"),
+    )
+
+
+@case(
+    "a horizon {side} the loss of contact",
+    expected="complete before it, contact_lost after it, 1e-13 s away",
+    source="g_n changes its sign there, in triple-double",
+    over={"side": ("before", "after")},
+    quick=True,
+    control={"shift": "1e-12"},
+)
+def narrow_horizon(side: str, shift: str = "0") -> Observation:
+    """The model holds to the last instant, and not an instant longer."""
+    lost = Fraction(str(_until_lost("mu = 3", "triple-double").t_end)) + Fraction(shift) * (
+        1 if side == "before" else -1
+    )
+    until = lost + (-NARROW_S if side == "before" else NARROW_S)
+    run = integrate(varied(mu="3", until=str(until)))
+    return same(run.status, "complete" if side == "before" else "contact_lost")
+
+
+@case(
+    "a start with {what}",
+    expected="refused in one line that says what to change",
+    source="eq (7): the table cannot pull, and no force exists beyond the singular contact",
+    over={"what": ("g_n < 0", "g_n = 0", "its denominator < 0")},
+    quick=True,
+    control={"harmless": True},
+)
+def start_off_the_table(what: str, harmless: bool = False) -> Observation:
+    """Starts that are no motion of a top on a table."""
+    return refused(lambda: integrate(varied(**({} if harmless else _off_the_table(what)))))
+
+
+@case(
+    "a start with {what}, contact bilateral",
+    expected="that g_n, E as without friction, and a status that says so",
+    source="eq (7) by hand; a vertical force at a frictionless contact does no work",
+    over={"what": ("g_n < 0", "g_n = 0")},
+    quick=True,
+    control={"contact": "unilateral"},
+)
+def bilateral(what: str, contact: str = "bilateral") -> Observation:
+    """The paper's equations beyond their meaning, on request."""
+    run = integrate(varied(**_off_the_table(what)), contact=contact)
+    table = run.frame("g_n", "E")
+    energy = finite(table["E"], "E")
+    found = "g_n = 0" if abs(table["g_n"][0]) < 1e-14 else "g_n < 0"
+    drift = (max(energy) - min(energy)) / abs(energy[0]) / 2.0**-52
+    return together(
+        within(drift, 100, "eps in E"), same(found, what), same(run.status, "contact_ignored")
+    )
+
+
+@case(
+    "a start with its denominator < 0, contact bilateral",
+    expected="refused: no contact force exists there, whatever the table can do",
+    source="eq (7): g_n jumps from +infinity to -infinity where its denominator changes sign",
+    quick=True,
+    control={"what": "g_n < 0"},
+)
+def beyond_the_singularity(what: str = "its denominator < 0") -> Observation:
+    """What even ``--contact bilateral`` does not run."""
+    return refused(lambda: integrate(varied(**_off_the_table(what)), contact="bilateral"))
+
+
+def _off_the_table(what: str) -> dict[str, str]:
+    """Starts made by hand from eq (7)."""
+    if what == "its denominator < 0":
+        return {"theta": "1", "mu": "3", "nu_x": "20", "until": "0.02"}
+    fn = own_context(60)
+    alpha, R, g = fn.mpf("0.3"), fn.mpf("0.02"), fn.mpf("9.82")
+    # g_n = 0 with phi_dot = 0: 1 + alpha (R/g) cos theta theta_dot^2 = 0
+    rate = fn.sqrt(-g / (R * alpha * fn.cos(2)))
+    if what == "g_n = 0":
+        # one unit of the 40th digit beyond: exactly zero is no decimal
+        rate *= 1 + fn.mpf("1e-40")
+    else:
+        rate *= 2
+    return {
+        "theta": "2", "theta_dot": fn.nstr(rate, 55), "omega_3": "0", "mu": "0", "until": "0.02",
+    }  # fmt: skip
+
+
+@cache
+def _until_lost(scene: str, precision: str) -> Trajectory:
+    return integrate(losing(scene), precision)
+
+
+@cache
+def _plane() -> tuple[Scalar, Scalar]:
+    """Angle and time in s of the loss of contact in the plane, from theory."""
+    start, fn = exact_start(varied(**PLANE))
+    body = start.body.map(fn.convert)
+    theta, rate = fn.convert(start.euler.theta), fn.convert(start.euler.theta_dot)
+    angle = theory.plane_loss(body, theta, rate, fn)
+    return angle, theory.plane_time(body, theta, rate, angle, fn) * fn.convert(start.units.time)
+
+
+def blowing_up(name: str) -> Scene:
+    """The reference start on a rough table; it loses contact first."""
+    top, mu = dict(zip(NAMES, MOTIONS, strict=True))[name]
+    return varied(**TOPS[top], mu=mu, until="2")
+
+
+@case(
+    "denominator of g_n to 0, {motion}",
+    expected="stopped as singular_contact before the blow-up, by less than 1e-12 s, and where "
+    "the fine run stops",
+    source="the denominator falls as the square root of the time that is left: its square, taken "
+    "from the states in triple-double, is extrapolated to zero",
+    over={"motion": NAMES},
+    quick=lambda motion: motion in (NAMES[2], NAMES[6]),
+    control={"integrate": integrating(I1="1e-12")},
+)
+def blow_up(motion: str, integrate: Integrate = integrate) -> Observation:
+    """The time of the blow-up is bracketed from below by every run."""
+    scene = blowing_up(motion)
+    run, fine = integrate(scene, contact="bilateral"), _fine(motion)
+    finite(run.state.values.values())
+    fn = fine.precision.context
+    left = _blow_up_time(motion) - fine.t_end
+    return together(
+        within(abs(fn.mpf(run.t_end) - fine.t_end) / 2.0**-52, 30, "eps s from the fine run's"),
+        Observation(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
+        same(run.status, "singular_contact"),
+    )
+
+
+@case(
+    "the blow-up of g_n, {motion}",
+    expected="the denominator falls as the square root of the time left, so g_n is integrable "
+    "and the time finite",
+    source="eq (7): g_n is one over the denominator, whose rate is in proportion to g_n",
+    over={"motion": (NAMES[0], NAMES[2], NAMES[6])},
+    quick=lambda motion: motion == NAMES[2],
+    control={"exponent": 1},
+)
+def square_root(motion: str, exponent: int = 2) -> Observation:
+    """The law of the approach, over four decades of the time left."""
+    fine, fn = _fine(motion), _fine(motion).precision.context
+    end = _blow_up_time(motion)
+    left = [fn.mpf(10) ** -k for k in (8, 12)]
+    early, late = (_denominator(fine, end - span) ** exponent / span for span in left)
+    # corrections are in proportion to the denominator, which is 0.002 at the first of the two
+    return within(abs(late / early - 1), 0.01, "off the law")
+
+
+@case(
+    "contact lost before the denominator of g_n vanishes, {motion}",
+    expected="contact_lost, at a time before the blow-up",
+    source="g_n > 0 drives the denominator away from zero, so the table has to let go first",
+    over={"motion": NAMES},
+    quick=lambda motion: motion in (NAMES[2], NAMES[6]),
+    control={"contact": "bilateral"},
+)
+def lost_first(motion: str, contact: str = "unilateral") -> Observation:
+    """A table that only pushes never sees the blow-up."""
+    run = integrate(blowing_up(motion), contact=contact)
+    earlier = float(_blow_up_time(motion) - run.t_end)
+    return together(
+        same(run.status, "contact_lost"), Observation(f"{earlier:.3f} s before", earlier > 1e-6)
+    )
+
+
+@case(
+    "numerator and denominator of g_n both at 1e-{k} I1",
+    expected="no blow-up: double ends as triple-double does, at the same time",
+    source="higher precision",
+    over={"k": (1, 3, 5, 7, 9, 12)},
+    quick=lambda k: k in (3, 12),
+    control={"integrate": integrating(nu_x="-1e-9")},
+)
+def both_at_once(k: int, integrate: Integrate = integrate) -> Observation:
+    """A force 0/0 at the start: it is 1 m g there, and small changes decide what follows."""
+    scene = _at_both_zeros(k)
+    run, fine = integrate(scene), _both_fine(k)
+    finite(run.state.values.values())
+    fn = fine.precision.context
+    apart = abs(fn.mpf(run.t_end) - fine.t_end) / fine.precision.exact(scene.until)
+    return together(
+        same(run.status, fine.status), within(apart / 2.0**-52, 30, "eps of the horizon")
+    )
+
+
+def _at_both_zeros(k: int) -> Scene:
+    """A start made by hand from eq (7): phi_dot = 0, and both terms 1e-k I1."""
+    fn = own_context(60)
+    scene = varied(mu="3")
+    alpha, R, g, mu = (
+        fn.mpf(x.numerator) / x.denominator
+        for x in (scene.body.alpha, scene.body.R, scene.body.g, scene.body.mu)
+    )
+    inertia = scene.body.I1 / (scene.body.m * scene.body.R**2)
+    I1 = fn.mpf(inertia.numerator) / inertia.denominator
+    s, c = fn.sin(fn.mpf(THETA)), fn.cos(fn.mpf(THETA))
+    small = fn.mpf(10) ** -k
+    theta_dot = fn.sqrt((1 - small) * g / (-R * alpha * c))
+    nu_x = (I1 * (1 - small) + alpha**2 * s * s) / (alpha * s * (1 - alpha * c) * mu)
+    return scene.varied(
+        theta=THETA, omega_3="0", theta_dot=fn.nstr(theta_dot, 50),
+        nu_x=fn.nstr(nu_x, 50), until="0.01", sample_every="0.001",
+    )  # fmt: skip
+
+
+@cache
+def _both_fine(k: int) -> Trajectory:
+    return integrate(_at_both_zeros(k), "triple-double")
+
+
+@cache
+def _fine(motion: str) -> Trajectory:
+    return integrate(blowing_up(motion), "triple-double", contact="bilateral")
+
+
+@cache
+def _blow_up_time(motion: str) -> Scalar:
+    """Where the square of the denominator, extrapolated from two states, vanishes (s)."""
+    fine = _fine(motion)
+    fn = fine.precision.context
+    first, second = (fine.t_end - fn.mpf(span) for span in ("1e-12", "1e-14"))
+    a, b = (_denominator(fine, t) ** 2 for t in (first, second))
+    return second + (second - first) * b / (a - b)
+
+
+def _denominator(run: Trajectory, t: Scalar) -> Scalar:
+    """The denominator of g_n in units of I1, by hand from the Euler state; eq (7)."""
+    fn, state = run.precision.context, run.at(t)
+    body, units = run.start.body, run.start.units
+    s, c = fn.sin(state.theta), fn.cos(state.theta)
+    glide = body.mu * state.nu_x / (units.length / units.time)
+    alpha = body.alpha
+    return (body.I1 + alpha**2 * s * s - alpha * s * (1 - alpha * c) * glide) / body.I1

@@ -1,0 +1,514 @@
+"""The poles: starts at every distance from them, passages beside them, and conversions there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+from tt_precise.exact.arithmetic import own_context, rounding_to
+from tt_precise.extremes import theory
+from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.tops import (
+    Integrate,
+    distance,
+    exact_start,
+    integrating,
+    refused,
+    tilt_error,
+    varied,
+)
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.precision import BITS, precision_named
+from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene, load_scene
+
+POLES = ("", "pi - ")
+PRECISIONS = ("double", "extended", "quad", "mp")
+DECADES = tuple(f"{first} to {first + 9}" for first in range(1, 300, 10))
+LINEAR = "the equations linearised at the pole, whose exponential is taken with 80 digits"
+PROBE_S = "0.1"
+THETA, THETA_DOT, OMEGA_3 = "0.5", "-10", "20"  # rad, rad/s, rad/s
+AFTER_S = "0.1"  # well behind the passage, which is at 0.04 s
+ENERGY = "the energy of the frictionless top, a function of theta with L.z and L.k as constants"
+DISTANCES = tuple(range(1, 14))
+QUADRATURE_DIGITS = 30  # for a comparison in double
+LARGEST_DOUBLE = math.log10(2) * 1024  # its decimal exponent
+RATES = {"theta_dot": "0.7", "phi_dot": "-1.9", "omega_3": "12.3", "nu_x": "0.11", "nu_y": "-0.23"}
+FN = own_context(700)  # pi - 1e-300, and some digits more
+Convert = Callable[..., Scalar]
+
+
+@case(
+    "theta(0) = {pole}1e-k, k = {decades}",
+    expected="after 0.1 s k, L and v per unit of tilt are those of the linear equations, "
+    "but for theta(0)^2",
+    source=LINEAR,
+    over={"pole": POLES, "decades": DECADES},
+    quick=lambda pole, decades: decades in (DECADES[0], DECADES[-1]),
+    control={"integrate": integrating(mu="1e-9")},
+)
+def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Observation:
+    """Ten decades of starts in double."""
+    first, last = map(int, decades.split(" to "))
+    errors, eps = [], float(precision_named("double").eps)
+    for k in range(first, last + 1):
+        scene = varied(theta=f"{pole}1e-{k}", until=PROBE_S)
+        neglected = 10.0 ** (-2 * k)
+        errors.append(tilt_error(integrate(scene), scene) * eps / (eps + neglected))
+    # 24 steps of about 1 eps each; the coefficient of theta^2 is about 1
+    return within(max(errors), 30, "(eps + theta^2)")
+
+
+@case(
+    "theta(0) = {pole}1e-300 in {precision}",
+    expected="the tilt of the linear equations to rounding",
+    source=LINEAR,
+    over={"precision": PRECISIONS, "pole": POLES},
+    quick=True,
+    control={"integrate": integrating(mu="1e-12")},
+)
+def start_beside_a_pole_in_every_precision(
+    precision: str, pole: str, integrate: Integrate = integrate
+) -> Observation:
+    """The farthest decade in every arithmetic."""
+    scene = varied(theta=f"{pole}1e-300", until=PROBE_S)
+    return within(tilt_error(integrate(scene, precision), scene), 30, "eps")
+
+
+@case(
+    "theta(0) = {pole} exactly, in {precision}",
+    expected="the axis and L stay where they are, to the last bit, for 2 s",
+    source="by symmetry nothing can push the axis to any side",
+    over={"pole": ("0", "pi"), "precision": PRECISIONS},
+    quick=True,
+    control={"moved": "1e-300"},
+)
+def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
+    """No rounding may break the symmetry."""
+    upright = pole == "0"
+    theta = (moved if upright else f"pi - {moved}") if moved else pole
+    run = integrate(varied(theta=theta, until="2"), precision)
+    state, earlier = run.state, run.at(1)
+    names = ("kx", "ky", "Lx", "Ly", "vx", "vy")
+    sideways = max(map(abs, finite(getattr(state, name) for name in names)))
+    unchanged = state.kz == (1 if upright else -1) and state.Lz == earlier.Lz
+    scene, fn = varied(), run.precision.context
+    expected = fn.mpf(scene.body.I3.numerator) / scene.body.I3.denominator * 155 * state.kz
+    return together(
+        same(run.status, "complete"),
+        same(f"moved sideways by {float(sideways):g}", "moved sideways by 0", float(sideways)),
+        same("vertical as before" if unchanged else "changed", "vertical as before"),
+        within(abs(fn.mpf(state.Lz) / expected - 1) / run.precision.eps, 2, "eps in L.z"),
+    )
+
+
+@case(
+    "Euler form from theta(0) = {theta}",
+    expected="refused in one line that says what to do: Euler angles do not exist there",
+    source="theta is the angle of a direction x-hat that a vertical axis does not have",
+    over={"theta": ("0", "pi", "pi - 1e-16", "pi - 1e-300")},
+    quick=True,
+    control={"moved": "1e-3"},
+)
+def euler_start_at_a_pole(theta: str, moved: str = "") -> Observation:
+    """Exactly at the poles, and where theta cannot be distinguished from pi in double."""
+    return refused(lambda: integrate(varied(theta=moved or theta, until="0"), formulation="euler"))
+
+
+@case(
+    "climb from theta(0) = 1e-{k} against the climb from its square",
+    expected="the equator is reached later by k ln 10/(growth rate of the tilt)",
+    source="the growing mode of the linear equations, from their characteristic polynomial",
+    over={"k": (16, 25, 50, 100, 150)},
+    quick=lambda k: k == 16,
+    control={"integrate": integrating(alpha="1e-9")},
+)
+def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Observation:
+    """Every decade of theta(0) delays the inversion by the same time."""
+    start, fn = exact_start(varied(theta="1e-9"))
+    growth = fn.re(theory.tilt_modes(start.body, 1, start.euler.omega_3, fn)[0])
+    delay = k * fn.log(10) / growth * start.units.time
+    times = []
+    for power in (k, 2 * k):
+        until = str(int(power * fn.log(10) / growth * start.units.time) + 5)
+        run = integrate(varied(theta=f"1e-{power}", until=until), events=("equator",))
+        if not len(run.events):
+            return Observation(f"no equator before {until} s ({run.status})", False)
+        times.append(run.events["t"][0])
+    # a random walk: every step moves the logarithm of the tilt by about 1 eps
+    walk = float(run.precision.eps / growth * start.units.time) * run.steps**0.5
+    return within(abs(times[1] - times[0] - float(delay)) / walk, 10, "roundings of the steps")
+
+
+@cache
+def passage(k: int) -> Scene:
+    """A frictionless top whose L.z - L.k makes it pass the pole at about 1e-k rad."""
+    scene = varied(
+        theta=THETA, theta_dot=THETA_DOT, omega_3=OMEGA_3, mu="0", until=AFTER_S,
+    )  # fmt: skip
+    fn = own_context(80)
+    theta, omega_3 = fn.mpf(THETA), fn.mpf(OMEGA_3)
+    ratio = fn.mpf(scene.body.I3.numerator * scene.body.I1.denominator) / (
+        scene.body.I3.denominator * scene.body.I1.numerator
+    )
+    missed = -fn.mpf(THETA_DOT) * fn.mpf(10) ** -k
+    phi_dot = (missed + ratio * omega_3 * (1 - fn.cos(theta))) / fn.sin(theta) ** 2
+    return scene.varied(phi_dot=fn.nstr(phi_dot, 70))
+
+
+@cache
+def nearest(k: int) -> tuple[Scalar, Scalar]:
+    """Least theta of ``passage(k)``, and the rate of theta just before (dimensionless), in theory.
+
+    mpmath numbers of 80 digits.
+    """
+    start, fn = exact_start(passage(k))
+    body = start.body.map(fn.convert)
+    theta, theta_dot, phi_dot, omega_3 = (fn.convert(x) for x in start.euler[:4])
+    s, c = fn.sin(theta), fn.cos(theta)
+    spin = body.I3 * omega_3
+    vertical = body.I1 * phi_dot * s * s + spin * c
+    energy = (
+        (body.I1 + body.alpha**2 * s * s) * theta_dot**2 / 2
+        + (vertical - spin * c) ** 2 / (2 * body.I1 * s * s)
+        + spin**2 / (2 * body.I3)
+        + 1 - body.alpha * c
+    )  # fmt: skip
+    least = theory.frictionless_turn(body, spin, vertical, energy, fn)
+    return least, fn.sqrt(2 * theory.missing_energy(body, spin, energy) / body.I1)
+
+
+@case(
+    "passing the pole at 1e-{k} rad in double",
+    expected="the least theta is the turning point that the energy allows",
+    source=ENERGY,
+    over={"k": DISTANCES},
+    quick=True,
+    control={"integrate": integrating(phi_dot="1e-13")},
+)
+def passing(k: int, precision: str = "double", integrate: Integrate = integrate) -> Observation:
+    """The axis keeps an absolute accuracy of some eps, at every distance."""
+    run = integrate(passage(k), precision, events=("theta_min",))
+    fn = run.precision.context
+    (found,) = finite(run.events["theta"])
+    error = abs(fn.mpf(found) - fn.convert(nearest(k)[0])) / run.precision.eps
+    return together(within(error, 10, "eps"), same(run.status, "complete"))
+
+
+@case(
+    "passing the pole at 1e-{k} rad in quad",
+    expected="the least theta is the turning point that the energy allows",
+    source=ENERGY,
+    over={"k": (12, 20, 30)},
+    quick=lambda k: k == 20,
+    control={"integrate": integrating(phi_dot="1e-31")},
+)
+def passing_in_quad(k: int, integrate: Integrate = integrate) -> Observation:
+    """The same with 34 digits."""
+    return passing(k, "quad", integrate)
+
+
+@case(
+    "Euler form past the pole at 1e-{k} rad",
+    expected="no digit of the state is lost; the price is steps, in proportion to the decades",
+    source="the state from Newton's form in quad; steps of e^-2 times the distance from the spike "
+    "(the rule of Jorba and Zou) make 34 a decade, fewer where its height loosens the tolerance",
+    over={"k": (2, 4, 6, 8, 10, 12)},
+    quick=lambda k: k in (6, 12),
+    control={"integrate": integrating(omega_3="1e-13")},
+)
+def euler_passing(k: int, integrate: Integrate = integrate) -> Observation:
+    """Steps against the distance, and the error behind the passage."""
+    euler = integrate(passage(k), formulation="euler", record=("phi",))
+    newton = _passage(k, "quad")
+    if euler.status != "complete":
+        return Observation(f"{euler.status} at {euler.t_end} s", False)
+    # the first 15 steps are those before the approach, as many as Newton's form takes in all
+    a_decade = (euler.steps - 15) / k
+    return together(
+        within(distance(euler, newton) / euler.precision.eps, 50, "eps"),
+        Observation(f"{a_decade:.0f} steps a decade", 24 < a_decade < 38),
+    )
+
+
+@case(
+    "Euler form past the pole at 1e-{k} rad, where double ends",
+    expected="it ends as failed within 1e-12 s of the passage, with the numbers before it; the "
+    "Taylor coefficients of phi_dot, about (rate/theta)^order, have no double",
+    source="2^1024, the order of the method, and the time of the least theta in quad",
+    over={"k": (15, 20, 30)},
+    quick=lambda k: k == 20,
+    control={"k": 13},
+)
+def euler_overflowing(k: int) -> Observation:
+    """Where the Euler form stops in double, which quad does not."""
+    euler = _euler(k)
+    quad = integrate(passage(k), "quad", events=("theta_min",))
+    (passed,) = quad.events["t"]
+    least, rate = nearest(k)
+    size = (euler.order + 1) * math.log10(float(rate / least))
+    finite(euler.state.values.values())
+    return together(
+        same(euler.status, "failed"),
+        within(abs(float(passed) - euler.t_end), 1e-12, "s before the passage"),
+        Observation(f"coefficients about 1e{size:.0f}", size > LARGEST_DOUBLE),
+    )
+
+
+@case(
+    "Newton's form straight through the pole, from theta(0) = {theta} without spin",
+    expected="the axis reaches half that tilt on the other side when the plane motion does",
+    source="the plane motion, whose time is an integral over theta",
+    over={"theta": ("1e-3", "0.1", "1", "2", "3")},
+    quick=lambda theta: theta == "1",
+    control={"integrate": integrating(g="1e-12")},
+)
+def through_the_pole(theta: str, integrate: Integrate = integrate) -> Observation:
+    """A top that does not spin falls in a plane, through the pole and up again."""
+    run = integrate(falling(theta, until=2 * _fall(theta, 0.0) - _fall(theta, 0.5)))
+    angle = float(theta) / 2
+    errors = (run.state.kx + math.sin(angle), run.state.ky, run.state.kz - math.cos(angle))
+    worst = max(map(abs, errors)) / float(run.precision.eps)
+    return together(same(run.status, "complete"), within(worst, 40, "eps"))
+
+
+@case(
+    "Euler form straight into the pole, from theta(0) = {theta} without spin",
+    expected="it ends as pole, at the time of the fall",
+    source="the plane motion, whose time is an integral over theta",
+    over={"theta": ("1e-3", "0.1", "1", "2", "3")},
+    quick=lambda theta: theta == "1",
+    control={"integrate": integrating(g="1e-12")},
+)
+def into_the_pole(theta: str, integrate: Integrate = integrate) -> Observation:
+    """Where the paper's equations stop, and Newton's go on."""
+    fall = _fall(theta, 0.0)
+    run = integrate(falling(theta, until=2 * fall), formulation="euler")
+    eps = float(run.precision.eps)
+    error = abs(run.t_end / float(fall) - 1) / eps
+    return together(same(run.status, "pole"), within(error, 40, "eps of the time"))
+
+
+def falling(theta: str, until: Scalar) -> Scene:
+    """A frictionless top at rest, tilted by ``theta``; ``until`` in s, an mpmath number."""
+    return varied(
+        theta=theta, omega_3="0", mu="0", until=own_context(60).nstr(until, 50), sample_every="1"
+    )
+
+
+@cache
+def _fall(theta: str, part: float) -> Scalar:
+    """Seconds from ``theta`` down to this part of it, from theory."""
+    start, _ = exact_start(falling(theta, own_context(60).mpf(1)))
+    fn = own_context(QUADRATURE_DIGITS)
+    body = start.body.map(lambda x: +fn.convert(x))
+    angle = fn.mpf(theta)
+    return theory.fall_time(body, angle, part * angle, fn) * fn.convert(start.units.time)
+
+
+@cache
+def _passage(k: int, precision: str) -> Trajectory:
+    return integrate(passage(k), precision)
+
+
+@cache
+def _euler(k: int) -> Trajectory:
+    return integrate(passage(k), formulation="euler")
+
+
+class RoundTripArithmetic(NamedTuple):
+    """A module of functions, numbers rounded into it and taken out exactly, and its eps."""
+
+    fn: Functions
+    into: Callable[[Scalar], Scalar]
+    out: Callable[[Scalar], Scalar]
+    eps: Scalar
+
+
+class Trip(NamedTuple):
+    """Relative errors in eps: of the tilt on the way there, of the worst rate on the way back."""
+
+    tilt: Scalar
+    rate: Scalar
+
+
+def arithmetic(precision: str) -> RoundTripArithmetic:
+    """The arithmetic that quantities of this precision are computed in."""
+    bits = BITS[precision]
+    eps = FN.ldexp(1, 1 - bits)
+    if precision in ("quad", "mp"):
+        context = own_context(15)
+        context.prec = bits
+        # converting keeps all digits of a number from a finer context; adding nothing rounds it
+        return RoundTripArithmetic(context, lambda x: +context.convert(x), FN.convert, eps)
+    import numpy
+
+    if precision == "double":
+        return RoundTripArithmetic(numpy, lambda x: numpy.float64(float(x)), FN.mpf, eps)
+
+    def exactly(x: Scalar) -> Scalar:
+        return FN.mpf(int(x.as_integer_ratio()[0])) / int(x.as_integer_ratio()[1])
+
+    return RoundTripArithmetic(numpy, lambda x: numpy.longdouble(FN.nstr(x, 30)), exactly, eps)
+
+
+def round_trip(
+    precision: str, k: int, inverted: bool, known: bool, there: Convert, back: Convert
+) -> Trip:
+    """Convert a state 1e-k from a pole and back.
+
+    ``known`` hands over sine and cosine with full digits, as a scene does; else theta alone.
+    """
+    fn, into, out, eps = arithmetic(precision)
+    body = _body(precision)
+    offset = FN.mpf(10) ** -k
+    theta = FN.pi - offset if inverted else offset
+    sine, cosine = FN.sin(offset), FN.cos(offset) * (-1 if inverted else 1)
+    euler = EulerState(into(theta), *(into(FN.mpf(x)) for x in RATES.values()))
+    sine_cosine = (into(sine), into(cosine)) if known else None
+    vectors = there(body, euler, fn, sine_cosine=sine_cosine)
+    finite([out(x) for x in vectors], "vectors")
+    again = back(body, vectors, fn)
+    finite([out(x) for x in again], "Euler state")
+    tilted = FN.sqrt(out(vectors.kx) ** 2 + out(vectors.ky) ** 2)
+    # beyond the rounding of pi itself x-hat may point the other way, and with it these signs
+    changes = [
+        abs(abs(out(getattr(again, name))) - abs(out(getattr(euler, name)))) / abs(FN.mpf(size))
+        for name, size in RATES.items()
+    ]
+    return Trip(abs(tilted / sine - 1) / eps, max(changes) / eps)
+
+
+def digits_of_the_tilt(precision: str, k: int, known: bool) -> float:
+    """Decimal digits of the tilt that are right 1e-k rad from the inverted pole."""
+    trip = round_trip(precision, k, True, known, vectors_from_euler, euler_from_vectors)
+    eps = arithmetic(precision).eps
+    # half an eps is what rounding leaves of a tilt that is exact
+    return max(0.0, float(-FN.log10(max(trip.tilt, FN.mpf(1) / 2) * eps)))
+
+
+@case(
+    "Euler to vectors and back, 1e-k rad from the upright pole, in {precision}",
+    expected="no digit lost at any k from 0 to 300",
+    source="theta and sin theta have the same relative error there; some ten roundings",
+    over={"precision": PRECISIONS},
+    quick=True,
+    control={"back": "printed"},
+)
+def beside_the_upright_pole(
+    precision: str, back: Convert | str = euler_from_vectors
+) -> Observation:
+    """Both ways, every decade."""
+    convert = _printed_back if isinstance(back, str) else back
+    trips = [
+        round_trip(precision, k, False, False, vectors_from_euler, convert) for k in range(0, 301)
+    ]
+    return together(
+        within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
+        within(max(trip.rate for trip in trips), 40, "eps of the rates"),
+    )
+
+
+@case(
+    "Euler to vectors and back, 1e-k rad from the inverted pole, in {precision}",
+    expected="no digit lost at any k from 0 to 300, where the distance from pi is what is given",
+    source="as at the upright pole; a scene stores the distance from the nearer pole",
+    over={"precision": PRECISIONS},
+    quick=True,
+    control={"known": False},
+)
+def beside_the_inverted_pole(precision: str, known: bool = True) -> Observation:
+    """With the sine and cosine that a scene's ``pi - 1e-300`` leads to."""
+    trips = [
+        round_trip(precision, k, True, known, vectors_from_euler, euler_from_vectors)
+        for k in range(0, 301)
+    ]
+    return together(
+        within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
+        within(max(trip.rate for trip in trips), 40, "eps of the rates"),
+    )
+
+
+@case(
+    "theta alone, 1e-k rad from the inverted pole, in {precision}",
+    expected="the tilt is off by up to eps 10^k, and by no more: digits are lost in proportion to "
+    "the decades; the rates keep theirs",
+    source="numbers near pi are 2 eps apart",
+    over={"precision": PRECISIONS},
+    quick=True,
+    control={"known": True},
+)
+def digits_of_theta_near_pi(precision: str, known: bool = False) -> Observation:
+    """The law by which the Euler form loses digits; it ends where no digit is left."""
+    last = int(BITS[precision] * 0.30103) - 1
+    there, back = vectors_from_euler, euler_from_vectors
+    trips = {k: round_trip(precision, k, True, known, there, back) for k in range(1, last + 1)}
+    share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
+    return together(
+        within(share, 1.5, "eps 10^k"),
+        Observation("reached in part" if share > 0.3 else "never reached", bool(share > 0.3)),
+        within(max(trip.rate for trip in trips.values()), 40, "eps of the rates"),
+    )
+
+
+@case(
+    "theta = 1e-{k} in double, where numbers have fewer digits",
+    expected="the tilt keeps the digits that the number theta has",
+    source="subnormal numbers are 2^-1074 apart",
+    over={"k": (308, 312, 318, 323)},
+    quick=True,
+    control={"fewer": 100.0},
+)
+def subnormal_theta(k: int, fewer: float = 1.0) -> Observation:
+    """No NaN and no lost digit beyond those that no number has."""
+    trip = round_trip("double", k, False, False, vectors_from_euler, euler_from_vectors)
+    spacing = FN.ldexp(1, -1074) * FN.mpf(10) ** k * FN.ldexp(1, 52)
+    return within(fewer * (trip.tilt / (spacing + 1)), 1, "spacings of the numbers")
+
+
+@case(
+    "Euler form from theta(0) = {pole}1e-k",
+    expected="beside the upright pole as good as Newton's; beside the inverted one off by "
+    "eps 10^k, which is digits lost in proportion to the decades",
+    source="the linear equations of the tilt, and the spacing of numbers near pi",
+    over={"pole": ("", "pi - ")},
+    quick=True,
+    control={"pole_of_the_law": "other"},
+)
+def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Observation:
+    """Integrated in Euler form in double, against the linear theory."""
+    errors = {}
+    for k in range(8, 16):
+        scene = varied(theta=f"{pole}1e-{k}", until="0.1")
+        run = integrate(scene, formulation="euler", record=("phi",))
+        errors[k] = tilt_error(run, scene)
+    lost = bool(pole) != bool(pole_of_the_law)
+    shares = [error * (10.0**-k if lost else 1) for k, error in errors.items()]
+    visible = max(shares) > (0.1 if lost else 0)
+    # each of 25 steps rounds theta again
+    return together(
+        within(max(shares), 30, "eps 10^k" if lost else "eps"),
+        Observation("the law is reached in part" if visible else "the law is not reached", visible),
+    )
+
+
+@cache
+def _body(precision: str) -> Parameters:
+    top = load_scene("reference").body.dimensionless(FN, rounding_to(FN))
+    into = arithmetic(precision).into
+    return top.map(lambda x: into(FN.convert(x)))
+
+
+def _printed_back(body: Parameters, state: NewtonState, fn: Functions) -> EulerState:
+    """The textbook's phi_dot = (Lz - cos L.k)/(I1 sin^2), which cancels beside the poles."""
+    right = euler_from_vectors(body, state, fn)
+    sine_squared = state.kx * state.kx + state.ky * state.ky
+    along = body.I3 * right.omega_3
+    numerator = state.Lz - state.kz * along
+    return right._replace(phi_dot=numerator / (body.I1 * sine_squared) if sine_squared else along)

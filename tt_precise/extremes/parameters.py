@@ -1,0 +1,605 @@
+"""Parameters at their edges: shape of the body, spin, friction, and the units."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+
+from tt_precise.exact.arithmetic import own_context, rounding_to
+from tt_precise.exact.thresholds import Determination, thresholds
+from tt_precise.extremes import theory
+from tt_precise.extremes.case import Observation, case, finite, same, together, within
+from tt_precise.extremes.tops import (
+    Integrate,
+    distance,
+    integrating,
+    refused,
+    state_distance,
+    tilt_error,
+    varied,
+)
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.mechanics import thresholds as formulas
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.rolling import constraint_force
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Units
+from tt_precise.scene.scene import Scene
+
+SHAPE_S = "0.05"
+SIDES = {"upright": 1, "inverted": -1}
+TILT_THEORY = "the linear equations of the tilt, exponentiated with 80 digits"
+SHAPE_DECADES = (1, 2, 4, 8, 16, 30, 100, 300)
+GAMMAS = ("1/2", "0.7", "0.7000000000001", "1", "1.2999999999999", "1.3", "2", "10", "1e3")
+SPINS = ("0", "1e-3", "1", "10", "100", "1e3", "1e4", "1e5", "1e6", "1e7")
+TURN = Fraction("6.2831853")
+GROWTH_DIGITS = 80
+INVERTED = -1
+LEAST_TILT = "1e-200"  # grows to 1e-100 where it grows fastest
+GROWTH_S = "100"
+TINY = Fraction("1e-3")  # of lambda, for the slope of the rate
+FRICTIONS = ("0", "1e-12", "1e-6", "1e-3", "0.03", "0.3", "3", "10", "100", "1e3", "1e4")
+ROUGH = ("10", "30", "100", "300", "1e3", "3e3", "1e4")
+REFERENCE_S = "0.5"
+FRICTION_S = "0.05"
+TIMINGS = 4  # the first compiles; the best of the others counts
+CONSERVED = ("lambda", "E", "L_z", "omega_3", "s_dot_x", "s_dot_y")
+SCALED_S = Fraction("0.2")
+POWERS = (-6, -4, -2, 2, 4, 6)
+
+
+def beside(pole: str, **changes: str) -> Scene:
+    """A start 1e-20 rad from a pole, for 0.05 s."""
+    theta = "1e-20" if pole == "upright" else "pi - 1e-20"
+    return varied(theta=theta, until=SHAPE_S, **changes)
+
+
+def with_gamma(gamma: str | int | Fraction) -> dict[str, Scalar]:
+    """The change that gives the reference top this I1/I3, in units of m R^2."""
+    body = varied().body
+    return {"I1": Fraction(gamma) * body.I3 / (body.m * body.R**2)}
+
+
+def tilt_found(scene: Scene, integrate: Integrate) -> Observation:
+    """The tilt at the end against the linear theory."""
+    run = integrate(scene)
+    walk = max(1, run.steps) ** 0.5
+    return together(
+        within(tilt_error(run, scene) / walk, 10, "eps sqrt(steps)"), same(run.status, "complete")
+    )
+
+
+@case(
+    "alpha = 1e-{k}, {pole}",
+    expected="the tilt of the linear equations",
+    source=TILT_THEORY,
+    over={"k": SHAPE_DECADES, "pole": tuple(SIDES)},
+    quick=lambda k, pole: k in (1, 300),
+    control={"integrate": integrating(omega_3="1e-9")},
+)
+def centred(k: int, pole: str, integrate: Integrate = integrate) -> Observation:
+    """The centre of mass at the centre of the sphere, but for 1e-k R."""
+    return tilt_found(beside(pole, alpha=f"1e-{k}"), integrate)
+
+
+@case(
+    "alpha = 1 - 1e-{k}, {pole}",
+    expected="the tilt of the linear equations",
+    source=TILT_THEORY,
+    over={"k": SHAPE_DECADES, "pole": tuple(SIDES)},
+    quick=lambda k, pole: k in (1, 300),
+    control={"integrate": integrating(omega_3="1e-9")},
+)
+def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Observation:
+    """The centre of mass on the surface of the sphere, but for 1e-k R."""
+    return tilt_found(beside(pole, alpha=str(1 - Fraction(f"1e-{k}"))), integrate)
+
+
+@case(
+    "alpha = 1e-{k} with I1 = I3",
+    expected="gliding decays as exp(-mu g (1 + m R^2/I) t), but for alpha",
+    source="a ball with its centre of mass in the middle; the exponential",
+    over={"k": (4, 8, 16, 100, 300)},
+    quick=True,
+    control={"integrate": integrating(mu="1e-1")},
+)
+def ball(k: int, integrate: Integrate = integrate) -> Observation:
+    """The simplest limit: a closed form for a whole nonlinear motion."""
+    scene = varied(
+        alpha=f"1e-{k}", **with_gamma(1), nu_x="0.3", nu_y="0.4", theta="1", until=SHAPE_S
+    )
+    run = integrate(scene)
+    fn, body = own_context(40), scene.body
+    rate = body.mu * body.g * (1 + body.m * body.R**2 / body.I3)
+    speed = fn.mpf("0.5") * fn.exp(-rounding_to(fn)(rate * scene.until))
+    found = fn.hypot(*finite((run.state.vx, run.state.vy)))
+    # the torque of gravity changes v by about alpha g t
+    neglected = 10.0**-k + float(run.precision.eps)
+    return within(abs(found / speed - 1) / neglected, 30, "(eps + alpha)")
+
+
+@case(
+    "gamma = {gamma}, {pole}",
+    expected="the tilt of the linear equations, which know no edge at 1 -+ alpha",
+    source=TILT_THEORY,
+    over={"gamma": GAMMAS, "pole": tuple(SIDES)},
+    quick=lambda gamma, pole: gamma in ("1/2", "0.7", "1.3"),
+    control={"integrate": integrating(I3="-1e-9")},
+)
+def inertia_ratio(gamma: str, pole: str, integrate: Integrate = integrate) -> Observation:
+    """Flat as can be (1/2), both edges of Theorem 1.1, and long as a pencil."""
+    return tilt_found(beside(pole, **with_gamma(gamma)), integrate)
+
+
+@case(
+    "lambda_{which} for gamma {side} its edge by 1e-{k}",
+    expected="exists inside (1 - alpha, 1 + alpha) and changes the stability there by its sign; "
+    "does not exist outside",
+    source="growth rates from the linear equations, worked out by hand",
+    over={
+        "which": ("up", "thres"), "side": ("inside", "outside"), "k": (1, 6, 12, 30, 100, 300),
+    },
+    quick=lambda which, side, k: k in (6, 300),
+    control={"off": "1e-4"},
+)  # fmt: skip
+def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Observation:
+    """The formula of Theorem 1.1 against eigenvalues just below and just above it."""
+    upright = which == "up"
+    edge = 1 + (-1 if upright else 1) * varied().body.alpha
+    inwards = 1 if upright else -1
+    gamma = edge + inwards * (1 if side == "inside" else -1) * Fraction(f"1e-{k}")
+    top = varied(**with_gamma(gamma)).body
+    fn = own_context(80 + 4 * k)
+    body = top.dimensionless(fn, rounding_to(fn))
+    pole, height = (1, 1 - body.alpha) if upright else (-1, 1 + body.alpha)
+
+    def grows(lambda_: Scalar) -> bool:
+        omega_3 = pole * lambda_ / height / body.I3
+        return bool(fn.re(theory.tilt_modes(body, pole, omega_3, fn)[0]) > 0)
+
+    if side == "outside":
+        # eigenvalues far above and below any threshold that there could be
+        signs = [grows(fn.mpf(10) ** power) for power in (-3, 0, k, 2 * k)]
+        return same("grows" if any(signs[1:]) else "decays", "decays" if upright else "grows")
+    formula = formulas.lambda_up if upright else formulas.lambda_thres
+    marginal = formula(body, fn) * (1 + fn.mpf(off))
+    below, above = (grows(marginal * (1 + shift)) for shift in (fn.mpf("-1e-6"), fn.mpf("1e-6")))
+    words = {True: "grows", False: "decays"}
+    expected = "decays, grows" if upright else "grows, decays"
+    return same(f"{words[below]}, {words[above]}", expected)
+
+
+@case(
+    "thresholds, gamma {side} 1 {sign} alpha by 1e-{k}",
+    expected="a threshold with 40 digits agreed inside; outside none, with a reason",
+    source="Theorem 1.1; eigenvalues found numerically",
+    over={"side": ("inside", "outside"), "sign": ("-", "+"), "k": (3, 6)},
+    quick=lambda side, sign, k: k == 3 and sign == "-",
+    control={"wrong_side": True},
+)
+def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = False) -> Observation:
+    """What ``tt-precise thresholds`` says there."""
+    outwards = -1 if sign == "-" else 1
+    edge = 1 + outwards * varied().body.alpha
+    shift = outwards * Fraction(f"1e-{k}") * (1 if side == "outside" else -1)
+    gamma = edge - shift if wrong_side else edge + shift
+    found = thresholds(varied(**with_gamma(gamma)), 40)
+    threshold = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
+    if side == "inside":
+        return same(f"{threshold.digits_agreed} digits agreed", "40 digits agreed")
+    return _none_with_a_reason(threshold)
+
+
+def _none_with_a_reason(threshold: Determination) -> Observation:
+    if threshold.value is not None:
+        return Observation(f"a threshold of {float(threshold.value):g}", False)
+    return Observation(f"none: {threshold.reason.partition(';')[0]}", bool(threshold.reason))
+
+
+@case(
+    "thresholds, gamma = 1 {sign} alpha exactly",
+    expected="no threshold, with a reason, and no division by zero",
+    source="Theorem 1.1 asks for 1 - alpha < gamma < 1 + alpha",
+    over={"sign": ("-", "+")},
+    quick=True,
+    control={"off": "1e-3"},
+)
+def thresholds_on_the_edge(sign: str, off: str = "0") -> Observation:
+    """The edges themselves."""
+    outwards = -1 if sign == "-" else 1
+    gamma = 1 + outwards * (varied().body.alpha - Fraction(off))
+    found = thresholds(varied(**with_gamma(gamma)), 40)
+    threshold = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
+    return _none_with_a_reason(threshold)
+
+
+@case(
+    "a body with {name} = {value}",
+    expected="refused in one line that says what is expected",
+    source="no such body: masses are positive, alpha lies inside the sphere, and no mass "
+    "distribution has I3 > 2 I1",
+    over={
+        "name": ("alpha", "I3", "mu", "m", "g"),
+        "value": ("edge", "beyond"),
+    },
+    quick=True,
+    control={"inside": True},
+)
+def impossible_body(name: str, value: str, inside: bool = False) -> Observation:
+    """Edges that do not belong to the range, and the next number beyond those that do."""
+    body = varied().body
+    least = Fraction("1e-300")
+    at = {
+        "alpha": {"edge": Fraction(0), "beyond": 1 + least},
+        "I3": {"edge": 2 * body.I1 * (1 + least), "beyond": 3 * body.I1},
+        "mu": {"edge": -least, "beyond": Fraction(-1)},
+        "m": {"edge": Fraction(0), "beyond": -least},
+        "g": {"edge": Fraction(0), "beyond": -least},
+    }[name][value]
+    changes = {name: getattr(body, name) if inside else at}
+    return refused(lambda: replace(body, **changes))
+
+
+def seconds(spin: str) -> Fraction:
+    """Ten turns, or 0.1 s if that is shorter."""
+    rate = Fraction(spin)
+    return min(Fraction("0.1"), 10 * TURN / rate) if rate else Fraction("0.1")
+
+
+@case(
+    "spin {spin} rad/s, {pole}",
+    expected="the tilt of the linear equations",
+    source="the linear equations of the tilt, exponentiated with 80 digits",
+    over={"spin": SPINS, "pole": ("upright", "inverted")},
+    quick=lambda spin, pole: spin in ("0", "1e7"),
+    control={"integrate": integrating(mu="1e-3")},
+)
+def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Observation:
+    """Ten turns at every speed."""
+    theta = "1e-20" if pole == "upright" else "pi - 1e-20"
+    scene = varied(theta=theta, omega_3=spin, until=str(seconds(spin)))
+    run = integrate(scene)
+    walk = max(1, run.steps) ** 0.5
+    return together(
+        within(tilt_error(run, scene) / walk, 10, "eps sqrt(steps)"), same(run.status, "complete")
+    )
+
+
+@case(
+    "spin {spin} rad/s from a tilt of 1 rad",
+    expected="double agrees with quad",
+    source="higher precision",
+    over={"spin": SPINS},
+    quick=lambda spin: spin in ("0", "1e7"),
+    control={"integrate": integrating(omega_3="1e-12", I1="1e-12")},
+)
+def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Observation:
+    """Far from the pole, where nothing is linear."""
+    scene = varied(theta="1", omega_3=spin, until=str(seconds(spin)))
+    run = integrate(scene)
+    apart = distance(run, _quad(scene)) / 2.0**-52
+    return together(within(apart, 300, "eps"), same(run.status, _quad(scene).status))
+
+
+@case(
+    "lambda = (1 {sign} 1e-{k}) lambda_thres",
+    expected="the tilt of the inverted spin grows below and decays above, at the rate of its mode",
+    source="the characteristic polynomial of the linear equations",
+    over={"sign": ("-", "+"), "k": tuple(range(1, 13))},
+    quick=lambda sign, k: k in (1, 6),
+    control={"integrate": integrating(omega_3="0.2")},
+)
+def beside_the_threshold(sign: str, k: int, integrate: Integrate = integrate) -> Observation:
+    """The growth rate found in an integration, against the eigenvalue."""
+    off = Fraction(f"{sign}1e-{k}")
+    rate, expected, noise = _growth(off, integrate)
+    return together(
+        within(abs(rate - expected) / noise, 5, "roundings"),
+        same("grows" if rate > 0 else "decays", "grows" if sign == "-" else "decays"),
+        Observation(
+            f"{rate:.3e}/s for {expected:.3e}/s", True,
+            data={"off": float(off), "rate": rate, "eigenvalue": expected},
+        ),
+    )  # fmt: skip
+
+
+@case(
+    "lambda = lambda_thres",
+    expected="the tilt neither grows nor decays",
+    source="the real part of an eigenvalue passes through zero there",
+    quick=True,
+    control={"integrate": integrating(omega_3="1e-9")},
+)
+def at_the_threshold(integrate: Integrate = integrate) -> Observation:
+    """Exactly at the threshold, to 60 digits of omega_3."""
+    rate, _, noise = _growth(Fraction(0), integrate)
+    return within(abs(rate) / noise, 5, "roundings")
+
+
+def _growth(off: Fraction, integrate: Integrate) -> tuple[float, float, float]:
+    """Rates per second of the tilt beside the inverted pole: found, in theory, and the noise.
+
+    The noise is eps of the logarithm of the tilt a step, as a random walk, and what eps in the
+    numbers of the scene makes of the rate.
+    """
+    scene, expected = _inverted(off)
+    _, shifted = _inverted(off + TINY)
+    slope = abs(shifted - expected) / float(TINY)
+    run = integrate(scene)
+    fn, tilt = own_context(GROWTH_DIGITS), scene.start.theta.offset
+    grown = fn.log(fn.hypot(run.state.kx, run.state.ky) / rounding_to(fn)(tilt))
+    span = float(scene.until)
+    return float(grown / span), expected, 2.0**-52 * (run.steps**0.5 / span + slope)
+
+
+@cache
+def _inverted(off: Fraction) -> tuple[Scene, float]:
+    """A start in the slowest mode beside inverted spin with lambda = (1 + ``off``) lambda_thres.
+
+    And the mode's rate per second. theta_dot and phi_dot are those of the mode, so are nu_x and
+    nu_y; the other modes are left out.
+    """
+    fn = own_context(GROWTH_DIGITS)
+    scene, convert = varied(), rounding_to(fn)
+    body = scene.body.dimensionless(fn, convert)
+    units = Units.of(scene.body, fn, convert)
+    momentum = formulas.L1(body, formulas.lambda_thres(body, fn) * (1 + convert(off)))
+    omega_3 = -momentum / body.I3
+    rate = theory.tilt_modes(body, INVERTED, omega_3, fn)[0]
+    tilt = fn.mpf(LEAST_TILT)
+    gliding = tilt * theory.mode(body, INVERTED, omega_3, rate).v * units.length / units.time
+    start = {
+        "omega_3": omega_3 / units.time,
+        "theta_dot": -tilt * rate.real / units.time,  # theta is pi less the tilt
+        "phi_dot": rate.imag / units.time,
+        "nu_x": gliding.real,
+        "nu_y": gliding.imag,
+    }
+    texts = {name: fn.nstr(value, 60) for name, value in start.items()}
+    whole = varied(theta=f"pi - {LEAST_TILT}", until=GROWTH_S, sample_every="1", **texts)
+    return whole, float(rate.real / units.time)
+
+
+@cache
+def _quad(scene: Scene) -> Trajectory:
+    return integrate(scene, "quad")
+
+
+@case(
+    "mu = {mu} s/m beside the {pole} pole",
+    expected="the tilt of the linear equations",
+    source="the linear equations of the tilt, exponentiated with 80 digits",
+    over={"mu": FRICTIONS, "pole": ("upright", "inverted")},
+    quick=lambda mu, pole: mu in ("0", "1e-12", "1e3"),
+    control={"integrate": integrating(alpha="1e-8")},
+)
+def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> Observation:
+    """A closed form at every friction, the stiff ones too."""
+    theta = "1e-20" if pole == "upright" else "pi - 1e-20"
+    scene = varied(theta=theta, mu=mu, until=FRICTION_S)
+    run = integrate(scene)
+    # rounding errors add up like a random walk, of about 1 eps a step
+    return together(
+        within(tilt_error(run, scene) / max(1, run.steps) ** 0.5, 10, "eps sqrt(steps)"),
+        same(run.status, "complete"),
+    )
+
+
+@case(
+    "mu = {mu} s/m from the reference start",
+    expected="double agrees with triple-double",
+    source="higher precision",
+    over={"mu": FRICTIONS},
+    quick=lambda mu: mu == "1e-12",
+    control={"integrate": integrating(alpha="1e-12")},
+)
+def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation:
+    """Steps and time against mu are for the picture; the verdict is about the state."""
+    scene = varied(mu=mu, until=REFERENCE_S)
+    seconds = []
+    for _ in range(TIMINGS):
+        begin = time.perf_counter()
+        run = integrate(scene)
+        seconds.append(time.perf_counter() - begin)
+    short = varied(mu=mu, until=FRICTION_S)
+    apart = distance(integrate(short), _fine(short))
+    return together(
+        within(apart / 2.0**-52, 30, "eps"),
+        same(run.status, "complete"),
+        Observation(
+            f"{run.steps} steps to {REFERENCE_S} s", True,
+            data={"mu": float(mu), "steps": run.steps, "seconds": round(min(seconds), 5)},
+        ),
+    )  # fmt: skip
+
+
+@case(
+    "steps in proportion to mu",
+    expected="ten times the friction takes ten times the steps where gliding decays faster than "
+    "anything else moves",
+    source="an explicit method is stable only for steps in proportion to the decay time 1/mu",
+    quick=True,
+    control={"frictions": ("0.1", "1")},
+)
+def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Observation:
+    """What stiffness costs an explicit Taylor method."""
+    fewer, more = (integrate(varied(mu=mu, until=FRICTION_S)).steps for mu in frictions)
+    return together(
+        within(abs(more / fewer / 10 - 1), 0.1, "off a ratio of 10"),
+        Observation(f"{fewer} and {more} steps", True),
+    )
+
+
+@case(
+    "rolling limit, mu = {mu} s/m",
+    expected="v_A = -F/(mu g_n) with the force F that keeps the top rolling, but for 1/mu",
+    source="singular perturbation: gliding is slaved to the force that the constraint needs",
+    over={"mu": ROUGH},
+    quick=lambda mu: mu in ("100", "1e3"),
+    control={"integrate": integrating(mu="0.5")},
+)
+def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
+    """The gliding velocity against the constraint force of the rolling top; and the distance."""
+    rolling, gliding = _rolling(), integrate(varied(mu=mu, until=FRICTION_S))
+    fn, units = rolling.precision.context, rolling.start.units
+    force = _constraint_force(rolling)
+    speed = units.length / units.time
+    stiff = fn.mpf(mu) * speed  # dimensionless
+    found = [stiff * fn.mpf(v) / speed for v in finite((gliding.state.vx, gliding.state.vy))]
+    expected = [-x / force[2] for x in force[:2]]
+    off = fn.hypot(*(a - b for a, b in zip(found, expected, strict=True))) / fn.hypot(*expected)
+    axis = [fn.mpf(getattr(gliding.state, n)) - getattr(rolling.state, n) for n in ("kx", "ky")]
+    distance = float(fn.hypot(*axis))
+    return together(
+        # the coefficient of 1/mu, which is 1.3 in the limit
+        within(off * fn.mpf(mu), 3, "/mu off, relative"),
+        Observation(
+            f"the axis is {distance:.1e} from the rolling one's", True,
+            data={"mu": float(mu), "distance": distance},
+        ),
+    )  # fmt: skip
+
+
+@case(
+    "distance from the rolling solution in proportion to 1/mu",
+    expected="ten times the friction brings the axis ten times nearer, but for 1/mu",
+    source="singular perturbation: the first correction is of order 1/mu",
+    quick=True,
+    control={"frictions": ("0.3", "3")},
+)
+def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Observation:
+    """The exponent of the limit."""
+    rolling = _rolling()
+    fn = rolling.precision.context
+    far, near = (
+        fn.hypot(
+            *(
+                fn.mpf(getattr(run.state, name)) - getattr(rolling.state, name)
+                for name in ("kx", "ky")
+            )
+        )
+        for run in (integrate(varied(mu=mu, until=FRICTION_S)) for mu in frictions)
+    )
+    return within(abs(far / near / 10 - 1), 0.02, "off a ratio of 10")
+
+
+@case(
+    "mu = {mu} s/m against no friction",
+    expected="the distance from the frictionless solution is in proportion to mu",
+    source="the solution depends smoothly on mu; the slope from mu = 1e-5 in triple-double",
+    over={"mu": ("1e-6", "1e-9", "1e-12")},
+    quick=lambda mu: mu == "1e-12",
+    control={"integrate": integrating(mu="1e-3")},
+)
+def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observation:
+    """Linear response at the other edge of friction."""
+    none, some = (_fine(varied(mu=one, until=FRICTION_S)) for one in ("0", "1e-5"))
+    little = integrate(varied(mu=mu, until=FRICTION_S), "triple-double")
+    fn = none.precision.context
+    per_mu = [
+        (fn.mpf(run.state.Lx) - none.state.Lx) / fn.mpf(one)
+        for one, run in (("1e-5", some), (mu, little))
+    ]
+    # the quadratic term, about mu itself, and 46 digits less those of mu
+    return within(abs(per_mu[1] / per_mu[0] - 1), 1e-4, "off the slope")
+
+
+@case(
+    "mu = 0, {until} s in {precision}",
+    expected="lambda, E, L.k, L.z and the horizontal momentum keep their values",
+    source="eq (1) with mu = 0: no force but the vertical one",
+    over={"until": ("8",), "precision": ("double", "extended")},
+    quick=True,
+    control={"mu": "1e-12"},
+)
+def frictionless(until: str, precision: str, mu: str = "0") -> Observation:
+    """All integrals of the frictionless scene."""
+    run = integrate(varied(mu=mu, until=until, sample_every="0.1"), precision)
+    table = run.frame(*CONSERVED)
+    rim = abs(table["omega_3"][0]) * float(run.scene.body.R)
+    drifts = []
+    for name in CONSERVED:
+        values = finite(table[name], name)
+        scale = rim if name.startswith("s_dot") else abs(values[0])
+        drifts.append((max(values) - min(values)) / scale)
+    # 100 roundings of about 1 eps each, of quantities that are sums of larger ones
+    return within(max(drifts) / run.precision.eps, 100, "eps")
+
+
+@cache
+def _fine(scene: Scene) -> Trajectory:
+    return integrate(scene, "triple-double")
+
+
+@cache
+def _rolling() -> Trajectory:
+    return integrate(replace(varied(until=FRICTION_S), model="rolling"), "triple-double")
+
+
+def _constraint_force(run: Trajectory) -> Scalar:
+    """The dimensionless force on the rolling top at the end."""
+    momentum = run.start.units.mass * run.start.units.length**2 / run.start.units.time
+    state = run.state
+    Lx, Ly, Lz = (entry / momentum for entry in (state.Lx, state.Ly, state.Lz))
+    vectors = NewtonState(state.kx, state.ky, state.kz, Lx, Ly, Lz, 0, 0)
+    return constraint_force(run.start.body, vectors)
+
+
+def rescaled(mass: Fraction, length: Fraction, time: Fraction) -> Scene:
+    """The reference scene in a world whose kg, m and s are so many of ours."""
+    scene = varied()
+    body, start = scene.body, scene.start
+    return varied(
+        m=body.m * mass, R=body.R * length,
+        g=body.g * length / time**2, mu=body.mu * time / length,
+        omega_3=str(start.omega_3 / time), until=str(SCALED_S * time), sample_every=str(time / 100),
+    )  # fmt: skip
+
+
+@case(
+    "{parameter} times 10^{power}",
+    expected="every number scales by its dimension, but for rounding",
+    source="dimensions: a top with other m, R and g is the same top in other units",
+    over={"parameter": ("m", "R", "g"), "power": POWERS},
+    quick=lambda parameter, power: abs(power) == 6,
+    control={"integrate": integrating(I1="1e-12")},
+)
+def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -> Observation:
+    """Twelve decades of m, of R at constant g, and of g at constant R."""
+    factor = Fraction(10) ** power
+    half = Fraction(10) ** (power // 2)  # a square root; the powers are even
+    mass, length, time = {
+        "m": (factor, Fraction(1), Fraction(1)),
+        "R": (Fraction(1), factor, half),
+        "g": (Fraction(1), Fraction(1), 1 / half),
+    }[parameter]
+    run = integrate(rescaled(mass, length, time))
+    units = {"k": Fraction(1), "L": mass * length**2 / time, "v": length / time}
+    apart = float(state_distance(run.state, _plain(), _plain().state, units))
+    # decimal numbers round in another way: a few eps, times what 0.2 s make of them
+    return together(within(apart / 2.0**-52, 100, "eps"), same(run.status, "complete"))
+
+
+@case(
+    "kg, m and s times {powers}",
+    expected="the same bits",
+    source="powers of two change exponents only",
+    over={"powers": ("2^20, 2^-20, 2^10", "2^-40, 2^30, 2^-20", "2^7, 2^12, 2^-33")},
+    quick=True,
+    control={"off": "1e-14"},
+)
+def power_of_two(powers: str, off: str = "0") -> Observation:
+    """Scaling without any rounding."""
+    mass, length, time = (Fraction(2) ** int(power[2:]) for power in powers.split(", "))
+    mass, length = mass * (1 + Fraction(off)), length * (1 + Fraction(off))
+    run = integrate(rescaled(mass, length, time))
+    units = {"k": Fraction(1), "L": mass * length**2 / time, "v": length / time}
+    apart = float(state_distance(run.state, _plain(), _plain().state, units))
+    return same(f"{apart:g} apart", "0 apart", apart)
+
+
+@cache
+def _plain() -> Trajectory:
+    return integrate(rescaled(Fraction(1), Fraction(1), Fraction(1)))

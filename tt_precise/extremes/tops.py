@@ -1,0 +1,126 @@
+"""What cases share: the paper's top driven to an edge, wrong numbers for controls, distances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from typing import Any, TypeAlias
+
+from tt_precise.exact.arithmetic import own_context
+from tt_precise.extremes import theory
+from tt_precise.extremes.case import Observation, finite
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.precision import precision_named
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene, load_scene
+
+DIGITS = 80  # of the theory; mp has 60
+ONE = Fraction(1)
+Integrate: TypeAlias = Callable[..., Trajectory]
+"""What a case integrates with: ``integrate``, or one of its replacements by ``integrating``."""
+
+
+def varied(**changes: Any) -> Scene:
+    """The reference scene with ``changes``, as of ``Scene.varied``."""
+    return load_scene("reference").varied(**changes)
+
+
+def integrating(**relative: str) -> Integrate:
+    """An ``integrate`` with wrong numbers: each named parameter or rate off by a relative size.
+
+    ``integrating(alpha="1e-9")`` integrates the scene of a top whose alpha is larger by 1e-9.
+    """
+
+    def wrongly(scene: Scene, *arguments: Any, **options: Any) -> Trajectory:
+        return integrate(scene.perturbed(**relative), *arguments, **options)
+
+    return wrongly
+
+
+def refused(attempt: Callable[[], object]) -> Observation:
+    """Right if ``attempt`` raises ``InputError`` with one line that states an expectation."""
+    try:
+        got = attempt()
+    except InputError as error:
+        line = str(error)
+        return Observation(f"refused: {line}", "expected" in line and "\n" not in line)
+    return Observation(f"accepted: {got!r}", False)
+
+
+# ---- distances ----------------------------------------------------------------------------------
+
+
+def exact_start(scene: Scene) -> tuple[InitialState, Scalar]:
+    """The scene's dimensionless start with ``DIGITS`` digits and more, and an own context."""
+    return InitialState.of(scene, precision_named("mp", 300).arithmetic), own_context(DIGITS)
+
+
+def side_of(scene: Scene) -> int:
+    """1 if the start is beside the upright pole, -1 beside the inverted one."""
+    return -1 if scene.start.theta.from_pi else 1
+
+
+def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
+    """Error of the final tilt in eps, relative, against the linear theory of the scene ``wanted``.
+
+    The largest of those of k, L and v; v is compared with the speed spin times tilt, because v
+    itself may be nearly nothing. The linear equations neglect theta^2.
+    """
+    offset = wanted.start.theta.offset
+    # the tilt per unit of tilt does not know its size: one answer for all starts of a kind
+    typical = replace(wanted.start, theta=wanted.start.theta._replace(offset=ONE))
+    expected, omega_3, fn = _expected(replace(wanted, start=typical, text=""))
+    units, state = trajectory.start.units, trajectory.state
+    momentum = units.mass * units.length**2 / units.time
+    tilt = fn.sin(fn.mpf(offset.numerator) / offset.denominator)
+    found = [
+        fn.mpc(*(fn.convert(x) / fn.convert(unit) for x in finite(pair))) / tilt
+        for pair, unit in (
+            ((state.kx, state.ky), 1),
+            ((state.Lx, state.Ly), momentum),
+            ((state.vx, state.vy), units.length / units.time),
+        )
+    ]
+    scales = (*map(abs, expected[:2]), max(abs(expected.v), abs(omega_3 * expected.k)))
+    errors = [abs(a - b) / scale for a, b, scale in zip(found, expected, scales, strict=True)]
+    return float(max(errors) / fn.convert(trajectory.precision.eps))
+
+
+@cache
+def _expected(scene: Scene) -> tuple[theory.Tilt, Scalar, Scalar]:
+    start, fn = exact_start(scene)
+    omega_3, t = fn.convert(start.euler.omega_3), fn.convert(start.until)
+    body = start.body.map(fn.convert)
+    return theory.tilt_at(body, side_of(scene), omega_3, t, fn), omega_3, fn
+
+
+def distance(run: Trajectory, reference: Trajectory) -> Scalar:
+    """Largest difference of k, L and v at the end, each relative to the size of its vector."""
+    return state_distance(run.state, reference, reference.state)
+
+
+def state_distance(
+    state: Any, reference: Trajectory, expected: Any, units: Mapping[str, Any] | None = None
+) -> Scalar:
+    """The same of two states; ``units`` are those of k, L and v in which ``state`` is given.
+
+    v, which may be nearly nothing, is relative to the speed of the rim at least.
+    """
+    fn = reference.precision.context
+    rim = abs(expected.omega_3) * fn.convert(float(reference.scene.body.R))
+    worst = fn.mpf(0)
+    for vector in "kLv":
+        names = [name for name in NewtonState._fields if name.startswith(vector)]
+        mine = finite(getattr(state, name) for name in names)
+        better = finite(getattr(expected, name) for name in names)
+        scale = max([*map(abs, better), rim] if vector == "v" else map(abs, better)) or 1
+        unit = fn.convert(float(units[vector])) if units else 1
+        worst = max(
+            [worst, *(abs(fn.mpf(a) / unit - b) / scale for a, b in zip(mine, better, strict=True))]
+        )
+    return worst
