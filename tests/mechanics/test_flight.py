@@ -7,7 +7,7 @@ import pytest
 
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.mechanics.vectors import cross, dot, scaled
+from tt_precise.mechanics.vectors import cross, dot, rotation, scaled, turned
 from tt_precise.scene.body import Parameters
 
 BODY = (1.7, 0.6, 0.3, 0.37, 0.41, 9.82, 0)
@@ -22,7 +22,7 @@ def free(mp: Any) -> tuple[Parameters, RigidBodyState]:
 
 
 def axis(state: RigidBodyState) -> Any:
-    return flight.turned(state[:4], (0, 0, 1))
+    return turned(state[:4], (0, 0, 1))
 
 
 def momentum(body: Parameters, state: RigidBodyState) -> Any:
@@ -48,7 +48,7 @@ def test_the_orientation_turns_with_omega(free: Any, mp: Any) -> None:
     omega = (here.wx, here.wy, here.wz)
     for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
         ahead, now, behind = (
-            flight.turned(flight.flown(body, start, t + s, mp)[:4], e) for s in (h, 0, -h)
+            turned(flight.flown(body, start, t + s, mp)[:4], e) for s in (h, 0, -h)
         )
         for one, other, rate in zip(ahead, behind, cross(omega, now), strict=True):
             assert abs((one - other) / (2 * h) - rate) < mp.mpf("1e-35")
@@ -59,4 +59,4 @@ def test_the_parabola(free: Any, mp: Any) -> None:
     t = mp.mpf(2)
     assert flight.flown(body, start, t, mp).vcz == start.vcz - body.g * t
     assert flight.height(body, mp.mpf(3), start.vcz, t) == 3 + 2 * start.vcz - 2 * body.g
-    assert flight.rotation((0, 0, 0), t, mpmath) == (1, 0, 0, 0)
+    assert rotation((0, 0, 0), t, mpmath) == (1, 0, 0, 0)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy
 
-from tt_precise.mechanics import flight
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import multiplied
 from tt_precise.runtime.arithmetic import Arithmetic
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene
@@ -59,7 +59,7 @@ def job(
     q: Motion = start.motion(numpy)
     body, half = start.body, start.euler.theta / 2
     tilted = (float(numpy.cos(half)), 0.0, float(numpy.sin(half)), 0.0)
-    w, x, y, z = flight.multiplied(tilted, TURNED)
+    w, x, y, z = multiplied(tilted, TURNED)
     return {
         "schema": SCHEMA,
         "body": {

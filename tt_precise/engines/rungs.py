@@ -17,6 +17,7 @@ from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, load_scene
@@ -96,7 +97,7 @@ def flown(scene: Scene) -> States:
     )
     rows = [flight.flown(body, begun, t, numpy) for t in content["sample_times"]]
     table = numpy.array(rows, dtype=float)
-    axes = [flight.turned(row[:4], (0, 0, 1)) for row in rows]
+    axes = [turned(row[:4], (0, 0, 1)) for row in rows]
     return States(numpy.array(axes, dtype=float), table[:, 4:7], table[:, 7:10])
 
 

@@ -20,7 +20,14 @@ from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.mechanics.vectors import (
+    Quaternion,
+    Vector,
+    cross,
+    multiplied,
+    rotation,
+    turned,
+)
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
@@ -112,25 +119,6 @@ def flight_euler_rates(
     return euler_rates(body, state, 0, fn)
 
 
-Quaternion = tuple[Scalar, Scalar, Scalar, Scalar]
-
-
-def multiplied(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Product of quaternions, scalar first: the rotation q followed by p."""
-    return (
-        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
-        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
-        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
-        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
-    )
-
-
-def turned(q: Quaternion, v: Vector) -> Vector:
-    """The vector ``v`` rotated by the unit quaternion ``q``."""
-    _, x, y, z = multiplied(multiplied(q, (0, *v)), (q[0], -q[1], -q[2], -q[3]))
-    return (x, y, z)
-
-
 def orientation(
     body: Parameters, q: Quaternion, omega: Vector, t: Scalar, fn: Functions
 ) -> Quaternion:
@@ -141,16 +129,6 @@ def orientation(
     about_L = rotation((L[0] / body.I1, L[1] / body.I1, L[2] / body.I1), t, fn)
     about_axis = rotation((0, 0, w3 * (1 - body.I3 / body.I1)), t, fn)
     return multiplied(multiplied(about_L, q), about_axis)
-
-
-def rotation(omega: Vector, t: Scalar, fn: Functions) -> Quaternion:
-    """The rotation by the constant angular velocity ``omega`` for the time ``t``."""
-    rate = fn.sqrt(dot(omega, omega))
-    if rate == 0:
-        return (1, 0, 0, 0)
-    half = rate * t / 2
-    s = fn.sin(half) / rate
-    return (fn.cos(half), s * omega[0], s * omega[1], s * omega[2])
 
 
 def flown(body: Parameters, start: RigidBodyState, t: Scalar, fn: Functions) -> RigidBodyState:

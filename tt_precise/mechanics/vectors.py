@@ -1,10 +1,11 @@
-"""Three-vectors as plain tuples of scalars of any arithmetic."""
+"""Three-vectors and quaternions (scalar first) as plain tuples of scalars of any arithmetic."""
 
 from __future__ import annotations
 
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.arithmetic import Functions, Scalar
 
 Vector = tuple[Scalar, Scalar, Scalar]
+Quaternion = tuple[Scalar, Scalar, Scalar, Scalar]
 
 
 def dot(a: Vector, b: Vector) -> Scalar:
@@ -36,3 +37,29 @@ def added(a: Vector, *others: Vector) -> Vector:
 def subtracted(a: Vector, b: Vector) -> Vector:
     """``a - b``."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+def multiplied(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Product of quaternions, scalar first: the rotation q followed by p."""
+    return (
+        p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
+        p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
+        p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1],
+        p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0],
+    )
+
+
+def turned(q: Quaternion, v: Vector) -> Vector:
+    """The vector ``v`` rotated by the unit quaternion ``q``."""
+    _, x, y, z = multiplied(multiplied(q, (0, *v)), (q[0], -q[1], -q[2], -q[3]))
+    return (x, y, z)
+
+
+def rotation(omega: Vector, t: Scalar, fn: Functions) -> Quaternion:
+    """The rotation by the constant angular velocity ``omega`` for the time ``t``."""
+    rate = fn.sqrt(dot(omega, omega))
+    if rate == 0:
+        return (1, 0, 0, 0)
+    half = rate * t / 2
+    s = fn.sin(half) / rate
+    return (fn.cos(half), s * omega[0], s * omega[1], s * omega[2])

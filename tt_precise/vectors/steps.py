@@ -12,6 +12,7 @@ from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import multiplied, turned
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
@@ -68,9 +69,9 @@ def _flown(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scal
     c, s = (case.number(part) for part in case.half)
     for step in STEPS:
         there = flight.flown(case.start.body, begun, case.number(step), fn)
-        turned = flight.multiplied((c, 0, 0, s), there[:4])
-        k = flight.turned(there[:4], (0, 0, 1))
-        yield turned, {"k": k, "omega": there[4:7], "s_dot": there[7:10]}
+        orientation = multiplied((c, 0, 0, s), there[:4])
+        k = turned(there[:4], (0, 0, 1))
+        yield orientation, {"k": k, "omega": there[4:7], "s_dot": there[7:10]}
 
 
 def _integrated(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scalar]]]:
