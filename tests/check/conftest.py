@@ -36,10 +36,12 @@ def healthy() -> Callable[..., pandas.DataFrame]:
 def rigid_body() -> Callable[[pandas.DataFrame], pandas.DataFrame]:
     """The same motion of the reference top as a physics engine would write it."""
     body = tt.load_scene("reference").body.numbers(float)
-    twist = 0.7  # about the axis, where a quaternion says more than the axis does
+    run = tt.integrate("reference", record=("phi", "psi"))
 
     def written(frame: pandas.DataFrame) -> pandas.DataFrame:
         state = NewtonState(*(frame[name].to_numpy() for name in NewtonState._fields))
+        turned = run.frame("phi", "psi", times=frame["t"].tolist())
+        twist = (0.7 + turned["phi"] + turned["psi"]).to_numpy() / 2
         # the shortest rotation from z to k, after the twist about z
         half = numpy.sqrt((1 + state.kz) / 2)
         half_turn = (half, -state.ky / (2 * half), state.kx / (2 * half))

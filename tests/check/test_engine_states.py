@@ -118,6 +118,7 @@ def test_csv_says_the_same(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> 
 def test_the_origin_can_be_said(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> None:
     arrays = written(pose, scene, "mujoco")
     arrays["qvel"][:, :3] = pose[["vcx", "vcy", "vcz"]]
+    arrays["qpos"][:, :3] = pose[["x", "y", "z"]]
     np.savez(tmp_path / "run.npz", **arrays)  # type: ignore[arg-type]
     assert check(tmp_path / "run.npz", "--from", "mujoco:cm") == 0
     assert check(tmp_path / "run.npz", "--from", "mujoco") in (1, 2)

@@ -187,7 +187,7 @@ def test_what_begins_to_glide_is_joined(monkeypatch: pytest.MonkeyPatch) -> None
     found = EquationResidual.__new__(EquationResidual)
     speeds = numpy.array([0.0, 1.0, 1.0, 0.0, 0.0])
     found._gliding = lambda state: (speeds, 0 * speeds)  # type: ignore[method-assign]
-    scene = SimpleNamespace(lifts=False, body=SimpleNamespace(law="coulomb"))
+    scene = SimpleNamespace(lifts=False, may_stick=True)
     found.setup = SimpleNamespace(scene=scene, body=None)  # type: ignore[assignment]
     solved = SimpleNamespace(stays=lambda steps: steps > 0)
     monkeypatch.setattr(equation_residual, "SolvedRows", lambda *arguments: solved)

@@ -15,6 +15,7 @@ import numpy
 from tt_precise.check.contact_height import ContactVelocity
 from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.finding import Sense
+from tt_precise.check.kinematics import ContactMomentum, Kinematics
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
@@ -191,6 +192,19 @@ def _residual(part: str) -> Callable[[CheckSetup, Samples, float], Watch]:
     return watch
 
 
+def _kinematics_skipped(setup: CheckSetup, first: Samples) -> str:
+    if not setup.columns.azimuth:
+        return "needs the direction of the axis, which Euler angles without phi leave open"
+    return ""
+
+
+def _momentum_skipped(setup: CheckSetup, first: Samples) -> str:
+    if not setup.columns.azimuth or not setup.velocity_known:
+        return _kinematics_skipped(setup, first) or _no_velocity(setup)
+    rises = setup.height_given or setup.columns.name == "rigid body"
+    return "" if rises or not (setup.scene.lifts or setup.flies) else _no_height(setup)
+
+
 def _fall_skipped(setup: CheckSetup, first: Samples) -> str:
     if setup.columns.name == "rigid body" and setup.velocity_given:
         return ""
@@ -228,6 +242,18 @@ CHECKS = (
     RowCheck(
         "equations", "the state changes by the integral of its rates; eq (1)",
         _residual("state"), _evolution_skipped,
+    ),
+    RowCheck(
+        "kinematics",
+        "attitude (rad) and position (over R) follow the velocities, z stands at R (1 - alpha cos "
+        "theta); every law",
+        Kinematics, _kinematics_skipped, 1e-2,
+    ),
+    RowCheck(
+        "contact_momentum",
+        "the angular momentum about the lowest point changes as weight and motion make it, in "
+        "units of m g R alpha; every law",
+        ContactMomentum, _momentum_skipped, 1e-4,
     ),
     RowCheck(
         "contact", "g_n/(m g): the table pushes, it does not pull; eq (7)",

@@ -93,7 +93,7 @@ def known_sets(present: Sequence[str]) -> list[ColumnSet]:
 
 def known_columns(present: Iterable[str]) -> list[str]:
     """Columns among ``present`` that some set has; others are ignored."""
-    ours = {*TRACK, *(name for entry in _ALL for name in entry.names)}
+    ours = {*TRACK, "z", *(name for entry in _ALL for name in entry.names)}
     return [name for name in present if name in ours]
 
 

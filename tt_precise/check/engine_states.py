@@ -50,6 +50,7 @@ CONVENTIONS = {
 # each array by its names in .npz, and its width; in CSV the columns are these with a number behind
 _TIME = ("t", "time")
 _STATE = {"quaternion": 4, "velocity": 3, "angular_velocity": 3}
+_POSITION = ("position",)  # which may be there, three wide
 _MUJOCO = {"qpos": 7, "qvel": 6}
 
 
@@ -69,12 +70,13 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
 
     convention = _convention(engine)
     arrays = _arrays(Path(path), _MUJOCO if engine.startswith("mujoco") else _STATE)
+    position: numpy.ndarray | None
     if "qpos" in arrays:
         quaternion, velocity = arrays["qpos"][:, 3:], arrays["qvel"][:, :3]
-        omega = arrays["qvel"][:, 3:]
+        omega, position = arrays["qvel"][:, 3:], arrays["qpos"][:, :3]
     else:
         quaternion, velocity = arrays["quaternion"], arrays["velocity"]
-        omega = arrays["angular_velocity"]
+        omega, position = arrays["angular_velocity"], arrays.get("position")
     if not convention.scalar_first:
         quaternion = numpy.roll(quaternion, 1, axis=1)
     # rows that blew up are found by the check of finite numbers, which needs them as they are
@@ -85,6 +87,7 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
     if convention.origin == CENTRE_OF_SPHERE:
         arm = float(scene.body.alpha * scene.body.R) * turn.apply([0.0, 0.0, 1.0])
         velocity = velocity - numpy.cross(omega, arm)
+        position = None if position is None else position - arm
     table = {"t": arrays["t"]}
     for names, values in (
         (("qw", "qx", "qy", "qz"), quaternion),
@@ -92,6 +95,8 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
         (("vcx", "vcy", "vcz"), velocity),
     ):
         table |= dict(zip(names, values.T, strict=True))
+    if position is not None:
+        table |= dict(zip(("x", "y", "z"), position.T, strict=True))
     return table
 
 
@@ -154,6 +159,8 @@ def _arrays(path: Path, widths: Mapping[str, int]) -> dict[str, numpy.ndarray]:
     if time is None:
         raise InputError(f"{path}: no array t or time among {', '.join(given) or 'none'}")
     found = {"t": time.reshape(-1)}
+    if "position" in given:
+        widths = {**widths, "position": 3}
     for name, width in widths.items():
         shape = (len(found["t"]), width)
         if name not in given or given[name].shape != shape:
@@ -185,5 +192,5 @@ def _numbered(path: Path) -> dict[str, numpy.ndarray]:
         if isinstance(value, dict)
         else value.to_numpy(dtype=float)
         for name, value in found.items()
-        if name in (*_TIME, *_STATE, *_MUJOCO)
+        if name in (*_TIME, *_STATE, *_POSITION, *_MUJOCO)
     }

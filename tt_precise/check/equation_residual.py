@@ -290,7 +290,6 @@ class SummedResidual:
             self._joins = "landing, a loss of contact" if lifts else "stick or slip"
         self._sum: Array = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
-        self._worst = 0.0
         self._within = numpy.inf  # s: what was followed of the unresolved interval that is worst
         self.intervals = self.unresolved = 0
 
@@ -309,7 +308,6 @@ class SummedResidual:
         bounds = self._bound + numpy.cumsum(numpy.where(resolved, bound, 0.0))
         self._sum, self._bound = sums[:, -1], float(bounds[-1])
         values = numpy.maximum(abs(sums).max(axis=0) - bounds, 0.0)
-        self._worst = max(self._worst, float(values.max()))
         # a row that was passed over has the value of the end before it
         before = numpy.searchsorted(found.ends, numpy.arange(len(samples.t)), side="right")
         return numpy.concatenate(([0.0], values))[before]
@@ -333,8 +331,6 @@ class SummedResidual:
             said += f"; {self.unresolved} of {self.intervals} intervals {what}"
             if self._within > 0:
                 said += f"; rows {_rounded_down(self._within):g} s apart would do"
-        if self._part == "state" and self._worst > self._limit:
-            said += "; if the contact force is another one than the scene's, --friction other"
         return said
 
 

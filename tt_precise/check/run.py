@@ -6,7 +6,7 @@ import math
 import operator
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy
@@ -156,7 +156,7 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
         missed = (*(check.name for check in checks_of(scene)), "golden")
         findings += [CheckFinding(name, "skipped", reason=reason) for name in missed]
     else:
-        findings += [check.finding() for check in running]
+        findings += _with_advice([check.finding() for check in running])
         findings.append(_golden(distance, cutoff, usable.broken, progress))
     end = usable.broken.t if usable.broken else 0.0
     return Result(
@@ -168,6 +168,19 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
         t_last=float(samples.t[-1]) if samples else end,
         checks=tuple(findings),
     )
+
+
+def _with_advice(findings: list[CheckFinding]) -> list[CheckFinding]:
+    """The finding about the equations says what to do where only the force can be another one."""
+    verdicts = {finding.name: finding.verdict for finding in findings}
+    whatever = {verdicts.get("kinematics"), verdicts.get("contact_momentum")}
+    if "fail" in whatever or verdicts.get("equations") != "fail":
+        return findings
+    advice = "if the contact force is another one than the scene's, --friction other"
+    return [
+        replace(one, reason=f"{one.reason}; {advice}") if one.name == "equations" else one
+        for one in findings
+    ]
 
 
 def _golden(

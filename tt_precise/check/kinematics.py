@@ -1,0 +1,342 @@
+"""What no friction law can excuse: attitude and position follow the velocities, and torque weight.
+
+Both checks compare, over windows of four intervals, the change of something with the integral of
+its rate by Boole's rule. Its distance from Simpson's rule says how well the rows resolve the
+motion: ``MARGIN`` times the largest of that and of both neighbours' is subtracted. Where the rest
+is above the limit the check fails; where the subtracted bound is above it, the window is open, and
+a check with more open windows than others is skipped.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy
+
+from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.mechanics import lowest_point
+from tt_precise.mechanics.motion import Motion
+from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.runtime.arithmetic import Array
+
+ROWS = 5  # of a window
+MARGIN = 20.0
+FARTHEST = 2.0  # rad by which the angular momentum lets the axis turn from row to row
+EVEN = 1e-9  # of a window, by which evenly spaced rows differ
+CLOSEST = 0.01  # sqrt(R/g) between rows: what is closer adds roundings only
+SINKS = 0.1  # of R: a soft contact may give way by so much; more is no contact at all
+ROUNDING = 8 * float(numpy.finfo(float).eps)
+# friction is seen where at least so many windows show it, and is as a law where what that keeps
+# deviates by less than this part; gliding below this part of the fastest says nothing
+FEWEST, ALIKE, STILL = 8, 0.05, 0.05
+
+
+class Windows:
+    """Windows of ``ROWS`` rows each over times ``t``, the last one ending in the last row.
+
+    ``rows`` are their indices (windows, ROWS), ``spans`` their lengths in s.
+    """
+
+    def __init__(self, t: Array, apart: float):
+        stride = max(1, math.ceil(apart * (len(t) - 1) / (t[-1] - t[0]))) if len(t) > 1 else 1
+        width = (ROWS - 1) * stride
+        if len(t) <= width:
+            stride, width = 1, ROWS - 1
+        firsts = numpy.arange(0, max(len(t) - width, 0), width)
+        if len(firsts) and firsts[-1] != len(t) - 1 - width:
+            firsts = numpy.append(firsts, len(t) - 1 - width)
+        self.rows = firsts[:, None] + stride * numpy.arange(ROWS)
+        nodes = t[self.rows]
+        self.spans = nodes[:, -1] - nodes[:, 0]
+        self.widest = numpy.diff(nodes).max(axis=1, initial=0.0)
+        x = (nodes - nodes[:, :1]) / self.spans[:, None]
+        # most rows are evenly spaced
+        x = x[:1] if len(x) and numpy.ptp(x, axis=0).max() < EVEN else x
+        self._boole, self._slope = _weights(x), _slopes(x)
+        half, other = _weights(x[:, :3]), _weights(x[:, 2:])
+        self._simpson = numpy.concatenate(
+            (half[:, :2], half[:, 2:] + other[:, :1], other[:, 1:]), 1
+        )
+
+    def unexplained(self, values: Sequence[Array], rates: Sequence[Array]) -> tuple[Array, Array]:
+        """|change - integral of the rate| of a vector in each window, and how far to trust it."""
+        apart = numpy.array([self.change(value) for value in values])
+        integrals = numpy.array([self.integral(rate) for rate in rates])
+        coarse = numpy.array([self.integral(rate, self._simpson) for rate in rates])
+        rough = MARGIN * numpy.sqrt(((integrals - coarse) ** 2).sum(axis=0))
+        return numpy.sqrt(((apart - integrals) ** 2).sum(axis=0)), spread(rough)
+
+    def middle_rate(self, value: Array) -> Array:
+        """Of an entry, in the middle row of each window, by the polynomial through all five."""
+        found: Array = (value[self.rows] * self._slope).sum(axis=1) / self.spans
+        return found
+
+    def change(self, value: Array) -> Array:
+        """From the first row of each window to the last."""
+        entries = numpy.broadcast_to(value, self.rows.max(initial=-1) + 1)
+        return entries[self.rows[:, -1]] - entries[self.rows[:, 0]]
+
+    def integral(self, rate: Array, weights: Array | None = None) -> Array:
+        """Of a rate over each window, by Boole's rule."""
+        entries = numpy.broadcast_to(rate, self.rows.max(initial=-1) + 1)[self.rows]
+        found: Array = self.spans * (entries * (self._boole if weights is None else weights)).sum(1)
+        return found
+
+
+def spread(values: Array) -> Array:
+    """The largest of each value and its two neighbours."""
+    padded = numpy.concatenate((values[:1], values, values[-1:]))
+    return numpy.maximum(numpy.maximum(padded[:-2], padded[2:]), values)
+
+
+def _weights(x: Array) -> Array:
+    """Weights of the integral of the polynomial through the nodes ``x`` (windows, n)."""
+    width = x[:, -1:] - x[:, :1]
+    powers = numpy.arange(x.shape[1])
+    matrix = ((x - x[:, :1]) / width)[:, None, :] ** powers[None, :, None]
+    right = numpy.broadcast_to(1.0 / (powers + 1), x.shape)[:, :, None]
+    found: Array = numpy.linalg.solve(matrix, right)[:, :, 0] * width
+    return found
+
+
+def _slopes(x: Array) -> Array:
+    """Weights of the slope in the middle node of the polynomial through the nodes ``x``."""
+    powers = numpy.arange(x.shape[1])
+    matrix = (x - x[:, 2:3])[:, None, :] ** powers[None, :, None]
+    right = numpy.broadcast_to(powers == 1, x.shape).astype(float)[:, :, None]
+    found: Array = numpy.linalg.solve(matrix, right)[:, :, 0]
+    return found
+
+
+def _product(p: Array, q: Array) -> Array:
+    """Of quaternions, scalar first."""
+    u, v = (p[1], p[2], p[3]), (q[1], q[2], q[3])
+    w = cross(u, v)
+    return numpy.array(
+        [
+            p[0] * q[0] - dot(u, v),
+            *(p[0] * b + q[0] * a + c for a, b, c in zip(u, v, w, strict=True)),
+        ]
+    )
+
+
+def _conjugate(q: Array) -> Array:
+    return numpy.array([q[0], -q[1], -q[2], -q[3]])
+
+
+class _OverWindows:
+    """Values for the rows of each block, from those of windows; and how many windows are open."""
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        self._setup, self._limit = setup, limit
+        self._apart = CLOSEST * float(numpy.sqrt(setup.body.R / setup.body.g))
+        self.windows = self.open = 0
+        self._bounds: list[float] = []
+        self._wide = math.inf
+
+    def __call__(self, samples: Samples) -> Array:
+        values = numpy.zeros(len(samples.t))
+        windows = Windows(samples.t, self._apart)
+        if not len(windows.rows):
+            return values
+        q = motion_as_given(samples)
+        excess, bound = self._look(windows, samples, q)
+        turning = numpy.sqrt(dot(samples.state.L, samples.state.L)) / q.body.I1
+        turned = windows.widest * turning[windows.rows].max(axis=1)
+        seen = turned <= FARTHEST
+        open_ = ~(bound <= self._limit) | ~seen
+        self.windows += len(excess)
+        self.open += int(open_.sum())
+        if open_.any():
+            self._wide = min(self._wide, float(1.0 / turning.max()))
+        self._bounds.append(float(numpy.max(bound, where=~open_, initial=0.0)))
+        excess = numpy.where(numpy.isnan(excess), numpy.inf, numpy.where(seen, excess, 0.0))
+        numpy.maximum.at(values, windows.rows[:, -1], excess)
+        return values
+
+    def _look(self, windows: Windows, samples: Samples, q: Motion) -> tuple[Array, Array]:
+        """By what each window is off beyond its bound, at least 0, and that bound."""
+        raise NotImplementedError
+
+    @property
+    def error_bound(self) -> float:
+        """Largest error that would go unnoticed; infinite where too many windows are open."""
+        resolved = self.windows - self.open
+        return max(self._bounds) if resolved > 0 and resolved >= self.open else math.inf
+
+    @property
+    def note(self) -> str:
+        """What was not resolved."""
+        bound = self.error_bound
+        said = f"error bound {bound:.0e}" if math.isfinite(bound) else ""
+        if self.open:
+            wide = f"{self.open} of {self.windows} windows of four rows not resolved"
+            said += f"{'; ' if said else ''}{wide}; rows {self._wide / 4:.1g} s apart would do"
+        return said
+
+
+def motion_as_given(samples: Samples) -> Motion:
+    """The rows as a motion whose centre of mass moves as the columns say, where they do."""
+    given, state = samples.given, samples.state
+    if "vcz" not in given or not samples.setup.velocity_given:
+        return samples.q
+    centre = (given["vcx"], given["vcy"], given["vcz"])
+    return Motion(samples.setup.body, state, numpy, samples.setup.scene.model, s_dot=lambda: centre)
+
+
+class ContactMomentum(_OverWindows):
+    """The torque about the lowest point that neither weight nor motion explains (m g R alpha)."""
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        super().__init__(setup, first, limit)
+        self._worst, self._vertical = 0.0, False
+        self._force: list[Array] = []  # |F_t|/F_z and |v_A| in the middle of windows
+
+    def _look(self, windows: Windows, samples: Samples, q: Motion) -> tuple[Array, Array]:
+        about, rate = lowest_point.momentum(q), lowest_point.momentum_rate(q)
+        unit = lowest_point.torque_unit(q) * windows.spans
+        value, bound = windows.unexplained(about, rate)
+        bound = (bound + ROUNDING * numpy.sqrt(dot(about, about)).max()) / unit
+        excess = numpy.maximum(value / unit - bound, 0.0)
+        worst = int(numpy.argmax(excess))
+        if excess[worst] > self._worst:
+            self._worst = float(excess[worst])
+            left = [
+                windows.change(x) - windows.integral(r) for x, r in zip(about, rate, strict=True)
+            ]
+            x, y, z = (float(part[worst]) for part in left)
+            self._vertical = math.hypot(x, y) < 0.1 * abs(z)
+        self._see_force(windows, samples, q, bound <= self._limit)
+        return excess, bound
+
+    def _see_force(self, windows: Windows, samples: Samples, q: Motion, fine: Array) -> None:
+        speeds = [numpy.broadcast_to(x, samples.t.shape) for x in q.s_dot]
+        acceleration = [windows.middle_rate(x) for x in speeds]
+        force = lowest_point.contact_force(q, (acceleration[0], acceleration[1], acceleration[2]))
+        middle = windows.rows[:, ROWS // 2]
+        glides = numpy.hypot(samples.state.vx, samples.state.vy)[middle]
+        ratio = numpy.hypot(force[0], force[1]) / force[2]
+        kept = fine & (force[2] > 0.1 * q.body.m * q.body.g) & (glides > STILL * glides.max())
+        self._force.append(numpy.array([ratio[kept], glides[kept]]))
+
+    @property
+    def _seen(self) -> str:
+        if not self._force or not self._setup.velocity_given:
+            return ""
+        ratio, speed = numpy.concatenate(self._force, axis=1)
+        if len(ratio) < FEWEST:
+            return ""
+        for law, values, unit in (("Coulomb's", ratio, ""), ("viscous", ratio / speed, " s/m v_A")):
+            mean, deviation = float(values.mean()), float(values.std())
+            if deviation < ALIKE * mean:
+                return f"friction seen: {mean:.3g} +- {deviation:.1g}{unit} of F_z, as {law}"
+        return f"friction seen: {ratio.min():.2g} to {ratio.max():.2g} of F_z"
+
+    @property
+    def note(self) -> str:
+        """What was not resolved, what is left over by its name, and the friction that is seen."""
+        vertical = self._worst > self._limit and self._vertical
+        left = "what is left is about the vertical, as torsional friction is" if vertical else ""
+        return "; ".join(text for text in (super().note, left, self._seen) if text)
+
+
+class Kinematics(_OverWindows):
+    """Attitude (rad) and position (over R) against the integrals of the velocities; the height.
+
+    An integrator of first order takes the velocity of an end of its step for that of the whole:
+    one step, no longer than the rows are apart, of change in velocity is no fault.
+    """
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        super().__init__(setup, first, limit)
+        given = first.given
+        self._looked_at = ["axis"]
+        if setup.columns.name == "rigid body":
+            self._looked_at.append("spin")
+        upwards = setup.height_given or not setup.scene.lifts
+        if setup.velocity_known:
+            self._looked_at += [n for n in ("x", "y", "z")[: 2 + upwards] if n in given]
+        if "z" in given and not setup.scene.lifts:
+            self._looked_at.append("height")
+        self._worst, self._what = 0.0, ""
+        self._begins = float(first.t[0])
+
+    def _look(self, windows: Windows, samples: Samples, q: Motion) -> tuple[Array, Array]:
+        R, given = samples.setup.body.R, samples.given
+        excess, bound = numpy.zeros(len(windows.spans)), numpy.zeros(len(windows.spans))
+        for name in self._looked_at:
+            if name == "axis":
+                off, within = self._part(windows, q.k, cross(q.omega, q.k))
+            elif name == "spin":
+                off, within = self._spin(windows, samples, q)
+            elif name == "height":
+                off, within = self._height(windows, samples, q), 0 * bound
+            else:
+                speed = q.s_dot["xyz".index(name)]
+                off, within = (x / R for x in self._part(windows, [given[name]], [speed]))
+            beyond = numpy.maximum(off - within, 0.0)
+            if beyond.max() > self._worst:
+                self._worst, self._what = float(beyond.max()), name
+            excess, bound = numpy.fmax(excess, beyond), numpy.fmax(bound, within)
+        return excess, bound
+
+    def _part(
+        self, windows: Windows, values: Sequence[Array], rates: Sequence[Array]
+    ) -> tuple[Array, Array]:
+        value, bound = windows.unexplained(values, rates)
+        step = windows.widest * numpy.sqrt(sum(windows.change(rate) ** 2 for rate in rates))
+        return value, bound + step
+
+    def _height(self, windows: Windows, samples: Samples, q: Motion) -> Array:
+        """Distance of z from R (1 - alpha cos theta), over R.
+
+        Under another law the top may leave the table, but for the start, and a soft contact may
+        give way.
+        """
+        body = samples.setup.body
+        height = samples.given["z"] / body.R - (1 - body.alpha * q.k[2])
+        if samples.setup.friction == "other":
+            above = numpy.where(samples.t == self._begins, height, 0.0)
+            height = numpy.maximum(numpy.maximum(above, -height) - SINKS, 0.0)
+        found: Array = abs(height[windows.rows]).max(axis=1)
+        return found
+
+    def _spin(self, windows: Windows, samples: Samples, q: Motion) -> tuple[Array, Array]:
+        """Turn about the axis against the integral of omega.k, within whole turns.
+
+        From row to row the attitude turns by the shortest way from axis to axis, and about the
+        axis. Carried along its own way instead, a frame turns by the area between the two ways
+        more.
+        """
+        rows, spinning = windows.rows, dot(q.omega, q.k)
+        k = numpy.array(numpy.broadcast_arrays(*q.k))[:, rows]
+        here, there = k[:, :, :-1], k[:, :, 1:]
+        attitude = numpy.array([samples.given[name][rows] for name in ("qw", "qx", "qy", "qz")])
+        turned = _product(attitude[:, :, 1:], _conjugate(attitude[:, :, :-1]))
+        shortest = numpy.array([1 + dot(_v(here), _v(there)), *cross(_v(here), _v(there))])
+        twist = _product(_conjugate(shortest), turned)
+        about = 2 * numpy.arctan2(dot(_v(twist[1:]), _v(here)), twist[0])
+        bent = numpy.diff(k, n=2, axis=2)
+        inner = (bent[:, :, :-1] + bent[:, :, 1:]) / 2
+        bent = numpy.concatenate((bent[:, :, :1], inner, bent[:, :, -1:]), axis=2)
+        area = dot(_v(here), cross(_v(there - here), _v(bent))) / 12
+        off = about.sum(axis=1) - area.sum(axis=1) - windows.integral(spinning)
+        off -= 2 * math.pi * numpy.rint(off / (2 * math.pi))
+        _, coarse = windows.unexplained([0 * spinning], [spinning])
+        step = windows.widest * abs(windows.change(spinning))
+        return abs(off), coarse + spread(step + (bent**2).sum(axis=(0, 2)) / 6)
+
+    @property
+    def note(self) -> str:
+        """What was looked at, and what of it does not follow."""
+        fails = f"{self._what} does not follow" if self._worst > self._limit else ""
+        looked = "looked at " + ", ".join(self._looked_at)
+        lacking = [name for name in ("spin", "x", "y", "z") if name not in self._looked_at]
+        if lacking:
+            looked += f", not at {', '.join(lacking)} (no columns)"
+        return "; ".join(text for text in (fails, looked, super().note) if text)
+
+
+def _v(entries: Array) -> Vector:
+    return (entries[0], entries[1], entries[2])
