@@ -16,8 +16,8 @@ import pytest
 import tt_precise as tt
 from tt_precise.check.kinematics import Windows
 from tt_precise.mechanics import lowest_point
-from tt_precise.mechanics.motion import Motion
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import Motion
 
 INNER_HZ = 20_000  # of the engine's own steps
 Engine = Callable[..., pandas.DataFrame]

@@ -16,7 +16,7 @@ import numpy
 
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import lowest_point
-from tt_precise.mechanics.motion import Motion
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.runtime.arithmetic import Array
 

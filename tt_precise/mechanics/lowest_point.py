@@ -12,7 +12,7 @@ another's does not matter; a torque beside the force does: that of torsional fri
 
 from __future__ import annotations
 
-from tt_precise.mechanics.motion import Motion
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, cross, scaled, subtracted
 from tt_precise.runtime.arithmetic import Scalar
 
