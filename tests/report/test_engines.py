@@ -15,7 +15,7 @@ from tt_precise.engines.rungs import STEPS, rungs
 from tt_precise.engines.scoreboard import as_dict
 from tt_precise.report import render
 from tt_precise.report.document import Figure, PageTable, Report
-from tt_precise.report.sections import engines
+from tt_precise.report.sections import measured
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_it_shows_what_was_measured(
     board: dict[str, Any], small_report: Report, tmp_path: Path
 ) -> None:
     (tmp_path / "engines.json").write_text(json.dumps(board))
-    section = engines.section(tmp_path)
+    section = measured.engines(tmp_path)
     (figure,) = (block for block in section.blocks if isinstance(block, Figure))
     table, settings = (block for block in section.blocks if isinstance(block, PageTable))
     assert len(table.rows) == len(board["rows"])
@@ -60,5 +60,5 @@ def test_it_shows_what_was_measured(
 
 
 def test_without_measurement_it_names_the_command(tmp_path: Path) -> None:
-    (block,) = engines.section(tmp_path).blocks
+    (block,) = measured.engines(tmp_path).blocks
     assert "tt-precise engines --out reports/measured/engines.json" in str(block)

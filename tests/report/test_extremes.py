@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from tt_precise.report.document import Figure, PageTable
-from tt_precise.report.sections import extremes
+from tt_precise.report.sections import measured
 
 LARGEST = 300_000  # characters of SVG
 
@@ -41,17 +41,17 @@ def folder(tmp_path: Path) -> Path:
         ),
         case("a start", family="a start", verdict="fail", found="accepted", value=None),
     ]  # fmt: skip
-    (tmp_path / extremes.FILE).write_text(json.dumps({"cases": cases}))
+    (tmp_path / measured.EXTREMES).write_text(json.dumps({"cases": cases}))
     return tmp_path
 
 
 def test_without_a_file_the_command_is_named(tmp_path: Path) -> None:
-    (block,) = extremes.section(tmp_path).blocks
+    (block,) = measured.extremes(tmp_path).blocks
     assert "tt-precise extremes" in str(block)
 
 
 def test_a_row_for_each_family_and_for_each_failure(folder: Path) -> None:
-    section = extremes.section(folder)
+    section = measured.extremes(folder)
     (table,) = (block for block in section.blocks if isinstance(block, PageTable))
     assert [row[1] for row in table.rows] == [
         "mu = … (3 cases)", "limit … (3 cases)", "off … (4 cases)", "a start",
@@ -62,7 +62,7 @@ def test_a_row_for_each_family_and_for_each_failure(folder: Path) -> None:
 
 
 def test_pictures_are_drawn(folder: Path) -> None:
-    figures = [block for block in extremes.section(folder).blocks if isinstance(block, Figure)]
+    figures = [block for block in measured.extremes(folder).blocks if isinstance(block, Figure)]
     assert [figure.name for figure in figures] == [
         "extremes-poles", "extremes-friction", "extremes-threshold",
     ]  # fmt: skip

@@ -13,7 +13,7 @@ from tt_precise.cli import main
 from tt_precise.report import build, layout, render
 from tt_precise.report.document import PageTable, Report, Section, Text
 
-VOID = {"meta", "link", "input", "br"}
+VOID = {"img", "meta", "link", "input", "br"}
 
 
 class _Tags(HTMLParser):

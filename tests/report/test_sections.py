@@ -13,7 +13,7 @@ from tt_precise.claims import Judgement, counts, judge
 from tt_precise.claims.committed import committed, run_record
 from tt_precise.report import build
 from tt_precise.report.document import Card, Claims, PageTable, Section, Text
-from tt_precise.report.sections import claims, overview, thresholds
+from tt_precise.report.sections import claims, overview, solution
 from tt_precise.report.sections.measured import jellett_alone
 from tt_precise.report.sections.overview import verdict
 from tt_precise.runtime.errors import InputError
@@ -73,7 +73,7 @@ def test_a_card_says_whether_the_paper_agrees(judgements: list[Judgement]) -> No
 
 
 def test_thresholds_state_forty_agreeing_digits() -> None:
-    section = thresholds.section()
+    section = solution.threshold_values()
     table = next(block for block in section.blocks if isinstance(block, PageTable))
     agreed = [int(row[3]) for row in table.rows]
     assert len(agreed) == 9

@@ -7,7 +7,7 @@ import pandas
 import pytest
 
 from tt_precise.report.document import Figure, PageTable, Section, Text
-from tt_precise.report.sections import measured, tradeoff
+from tt_precise.report.sections import measured
 from tt_precise.runtime.errors import InputError
 from tt_precise.tradeoff.findings import GROWTH, TABLE
 
@@ -16,7 +16,7 @@ from tt_precise.tradeoff.findings import GROWTH, TABLE
 def section(tmp_path_factory: pytest.TempPathFactory) -> Section:
     folder = tmp_path_factory.mktemp("reports")
     tables(folder)
-    return tradeoff.section(folder)
+    return measured.tradeoff(folder)
 
 
 def tables(folder: Path) -> None:
@@ -43,7 +43,7 @@ def tables(folder: Path) -> None:
 
 
 def test_without_a_table_it_says_how_to_make_one(tmp_path: Path) -> None:
-    (block,) = tradeoff.section(tmp_path).blocks
+    (block,) = measured.tradeoff(tmp_path).blocks
     assert isinstance(block, Text)
     assert "tt-precise tradeoff" in block.text
 
@@ -53,7 +53,7 @@ def test_without_a_table_it_says_how_to_make_one(tmp_path: Path) -> None:
 def test_a_table_of_something_else_is_refused_by_name(
     tmp_path: Path, name: str, content: str
 ) -> None:
-    sections = [tradeoff.section, *(one.section for one in measured.ALL)]
+    sections = [measured.tradeoff, *(one.section for one in measured.ALL)]
     assert all(make(tmp_path).blocks for make in sections)
     if name == GROWTH:  # which is read beside the other one
         tables(tmp_path)

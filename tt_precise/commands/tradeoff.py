@@ -50,7 +50,7 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
 
     Peers that are not installed are skipped with a line on stderr.
     """
-    from tt_precise.report.sections.tradeoff import figures
+    from tt_precise.report.sections.measured import figures
     from tt_precise.runtime.files import require_writable, write_together
     from tt_precise.runtime.progress import progress_bar
     from tt_precise.tradeoff import error_growth, measure

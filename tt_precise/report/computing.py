@@ -13,17 +13,7 @@ from tt_precise.claims import Judgement
 from tt_precise.claims.claim import calls_for, finding_of, judgements
 from tt_precise.report.document import Section
 from tt_precise.report.evidence import precisions
-from tt_precise.report.sections import (
-    conservation,
-    engines,
-    extremes,
-    golden,
-    measured,
-    proofs,
-    solution,
-    thresholds,
-    tradeoff,
-)
+from tt_precise.report.sections import golden, measured, solution
 from tt_precise.report.sections.overview import Headlines, headlines
 from tt_precise.runtime.files import shipped
 from tt_precise.runtime.progress import Progress, silent
@@ -91,14 +81,14 @@ def sections_in(folder: Path) -> dict[str, Callable[[], Section]]:
     """What makes the sections, by title, in order."""
     return {
         REFERENCE: solution.reference,
-        CONSERVATION: conservation.section,
+        CONSERVATION: solution.conservation,
         "Other starts": solution.starts,
-        THRESHOLDS: thresholds.section,
-        "Golden data": golden.section,
-        "Proofs": proofs.section,
-        "Speed against accuracy": partial(tradeoff.section, folder),
-        "Extremes": partial(extremes.section, folder),
-        engines.TITLE: partial(engines.section, folder),
+        THRESHOLDS: solution.threshold_values,
+        "Golden data": golden.golden_section,
+        "Proofs": golden.proved,
+        measured.TRADEOFF_TITLE: partial(measured.tradeoff, folder),
+        "Extremes": partial(measured.extremes, folder),
+        measured.ENGINES_TITLE: partial(measured.engines, folder),
         **{one.title: partial(one.section, folder) for one in measured.ALL},
     }
 

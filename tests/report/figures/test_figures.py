@@ -7,15 +7,7 @@ import pytest
 
 from tt_precise.claims import claims
 from tt_precise.report.document import Figure
-from tt_precise.report.figures import (
-    all_figures,
-    effective_potential,
-    figure2_angles,
-    figure7_main_equation,
-    pole_passage,
-    starts,
-    sweep_maps,
-)
+from tt_precise.report.figures import all_figures, many_starts, paper
 
 LARGEST = 300_000  # characters of SVG
 EXPECTED = {
@@ -45,15 +37,15 @@ def problems(figure: Figure) -> list[str]:
 @pytest.mark.parametrize(
     "draw",
     [
-        figure2_angles.figure_2,
-        figure7_main_equation.figure_7,
-        effective_potential.deforming_potential,
-        pole_passage.axis_at_the_pole,
-        starts.times_by_precession,
-        starts.times_by_inclination,
-        sweep_maps.map_of_inclination_and_lambda,
-        sweep_maps.map_of_friction_and_spin,
-        sweep_maps.map_of_precession_and_spin,
+        paper.figure_2,
+        paper.figure_7,
+        paper.deforming_potential,
+        paper.axis_at_the_pole,
+        many_starts.times_by_precession,
+        many_starts.times_by_inclination,
+        many_starts.map_of_inclination_and_lambda,
+        many_starts.map_of_friction_and_spin,
+        many_starts.map_of_precession_and_spin,
     ],
 )
 def test_figure_is_complete(draw: object) -> None:
@@ -62,7 +54,7 @@ def test_figure_is_complete(draw: object) -> None:
 
 
 def test_problems_are_found() -> None:
-    good = pole_passage.axis_at_the_pole()
+    good = paper.axis_at_the_pole()
     assert good is not None
     bad = Figure("x", "Bears on FIG-99, nan.", good.svg + " " * LARGEST, "")
     assert len(problems(bad)) == 3
@@ -70,7 +62,7 @@ def test_problems_are_found() -> None:
 
 def test_the_spike_is_drawn() -> None:
     """The tallest mark of phi_dot in Figure 2 stands in its caption, above any sampled maximum."""
-    figure = figure2_angles.figure_2()
+    figure = paper.figure_2()
     assert figure is not None
     height = re.search(r"spike of ([\d,]+) rad/s", figure.caption)
     assert height

@@ -1,18 +1,254 @@
-"""Tables that commands of their own measured and left in the report's folder."""
+"""Tables that commands of their own measured and left in reports/measured."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tt_precise.extremes.case import TOPICS, shown
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
 from tt_precise.report.figures import measured as pictures
+from tt_precise.report.figures.measured import (
+    growth_of_errors,
+    hidden_by_conservation,
+    scoreboard,
+    work_and_digits,
+    work_precision,
+)
+from tt_precise.report.text import short
+from tt_precise.runtime import records
 from tt_precise.runtime.records import of_its_form
+from tt_precise.runtime.untyped import Json
+from tt_precise.tradeoff.findings import (
+    ACCURACIES,
+    TABLE,
+    Finding,
+    TradeoffTables,
+    costs,
+    findings,
+    read,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     import pandas
+
+
+TRADEOFF_TITLE = "Speed against accuracy"
+TRADEOFF_COMMAND = "tt-precise tradeoff"
+
+
+def tradeoff(folder: Path) -> Section:
+    """What the tables in ``folder`` say, or the command that would make them."""
+    with of_its_form(folder / TABLE, f"what `{TRADEOFF_COMMAND}` writes, as its other tables"):
+        return _tradeoff(read(folder))
+
+
+def _tradeoff(tables: TradeoffTables) -> Section:
+    rows = tables.rows
+    if rows is None:
+        return Section(
+            "tradeoff", TRADEOFF_TITLE, [Text(f"Not measured yet: `{TRADEOFF_COMMAND}`.")]
+        )
+    found = findings(tables)
+    blocks: list[Block] = [
+        Text(
+            f"Measured by `{TRADEOFF_COMMAND}`; not by the run that wrote this page. Every method "
+            "integrates the same equations from the same dimensionless numbers, and is compared "
+            "with golden data; "
+            f"all settings stand in `{TABLE}`. Times are measured in turn, the fastest of "
+            "several; ratios are medians of ratios to a bare heyoka loop timed just before."
+        ),
+        *figures(rows, tables.long_runs),
+        _costs_table(rows, "newton", "Newton form"),
+        _costs_table(rows, "euler", "Euler form"),
+        _findings_table(found),
+    ]
+    results = {one.name: {"value": short(one.value, 3)} for one in found if one.value is not None}
+    return Section("tradeoff", TRADEOFF_TITLE, blocks, results)
+
+
+def figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[Figure]:
+    """The diagrams."""
+    drawn = [work_precision(rows), work_and_digits(rows), hidden_by_conservation(rows)]
+    return drawn if long_runs is None else [*drawn, growth_of_errors(long_runs)]
+
+
+def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTable:
+    every = costs(rows, coordinates, "seconds")
+    wanted = sorted(every.items(), key=lambda item: (-len(item[1]), *item[1].values()))
+    return PageTable(
+        ("method", *(f"ms to {accuracy:.0e}" for accuracy in ACCURACIES)),
+        [
+            (method, *(_milliseconds(prices.get(accuracy)) for accuracy in ACCURACIES))
+            for method, prices in wanted
+            if prices
+        ],
+        f"{title}, double: what an error at 8 s costs, interpolated on the curve of the method; "
+        "- where it does not get there.",
+        name=f"tradeoff-{coordinates}",
+    )
+
+
+def _milliseconds(seconds: float | None) -> str:
+    return "-" if seconds is None else short(1e3 * seconds)
+
+
+def _findings_table(found: list[Finding]) -> PageTable:
+    rows = [
+        (one.name, f"{short(one.value, 3)} {one.unit}".strip(), one.definition)
+        for one in found
+        if one.value is not None
+    ]
+    return PageTable(
+        ("finding", "value", "definition"), rows, "Computed from the tables.",
+        name="tradeoff-findings",
+    )  # fmt: skip
+
+
+EXTREMES = "extremes.json"
+EXTREMES_COMMAND = "tt-precise extremes --out reports/measured/extremes.json"
+EXTREMES_TITLE = "At the extremes"
+
+
+def extremes(folder: Path) -> Section:
+    """A row for each family of cases, the failed cases one by one, and the pictures."""
+    file = folder / EXTREMES
+    if not file.is_file():
+        return Section(
+            "extremes", EXTREMES_TITLE, [Text(f"Not measured yet: `{EXTREMES_COMMAND}`.")]
+        )
+    return records.read_as(
+        file, f"what `{EXTREMES_COMMAND}` writes", lambda content: _cases(content["cases"])
+    )
+
+
+def _cases(cases: Sequence[Mapping[str, Json]]) -> Section:
+    counts = Counter(case["verdict"] for case in cases)
+    by_topic = Counter(case["topic"] for case in cases)
+    listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
+    blocks: list[Block] = [
+        Text(
+            f"{len(cases)} cases drive everything to its edges ({listed}): {counts['pass']} came "
+            f"out as expected, {counts['fail']} did not. What is expected comes from theory or "
+            f"from a higher precision. Measured by `{EXTREMES_COMMAND}`, not by the run that wrote "
+            "this page."
+        ),
+        PageTable(
+            ("topic", "case", "expected", "from", "found", "verdict"),
+            [row for members in _families(cases) for row in _family_rows(members)],
+            "Families of cases have one row, which shows the worst of them; a case that failed "
+            "has its own. The file has every case.",
+            filters=("topic", "verdict"),
+            verdict="verdict",
+            name="extremes-table",
+            folded=True,
+        ),
+        *pictures.all_pictures(cases),
+    ]
+    results = {
+        "cases": len(cases),
+        "failed": [case["name"] for case in cases if case["verdict"] == "fail"],
+        "by_topic": dict(by_topic),
+    }
+    return Section("extremes", EXTREMES_TITLE, blocks, results)
+
+
+def _families(cases: Sequence[Mapping[str, Json]]) -> list[list[Mapping[str, Json]]]:
+    groups: dict[tuple[str, str], list[Mapping[str, Json]]] = {}
+    for case in cases:
+        groups.setdefault((case["topic"], case["family"]), []).append(case)
+    return list(groups.values())
+
+
+def _family_rows(members: list[Mapping[str, Json]]) -> list[tuple[str, ...]]:
+    failed = [case for case in members if case["verdict"] == "fail"]
+    if failed or len(members) == 1:
+        return [_case_row(case, case["name"], case["found"]) for case in failed or members]
+    worst = max(members, key=lambda case: case["value"] or 0.0)
+    found = worst["found"]
+    if worst["value"] is not None:
+        found += f" [the worst: {worst['name']}]"
+    return [_case_row(worst, shown(worst["family"], members), found)]
+
+
+def _case_row(case: Mapping[str, Json], name: str, found: str) -> tuple[str, ...]:
+    return case["topic"], name, case["expected"], case["source"], found, case["verdict"]
+
+
+ENGINES = "engines.json"
+ENGINES_COMMAND = "tt-precise engines --out reports/measured/engines.json"
+ENGINES_TITLE = "Other people's engines"
+
+
+def engines(folder: Path) -> Section:
+    """The scoreboard, or the command that would measure it."""
+    file = folder / ENGINES
+    if not file.is_file():
+        return Section("engines", ENGINES_TITLE, [Text(f"Not measured yet: `{ENGINES_COMMAND}`.")])
+    return records.read_as(file, f"what `{ENGINES_COMMAND}` writes", _board)
+
+
+def _board(board: dict[str, Json]) -> Section:
+    versions = ", ".join(
+        f"{one['name']} {one['version'] or 'not installed'}" for one in board["engines"]
+    )
+    blocks: list[Block] = [
+        Text(
+            f"{len(board['engines'])} physics engines simulate a Tippe Top, test by test, each at "
+            f"{len(board['steps'])} step sizes. The digits are those of the distance from the "
+            "reference at the smallest step; order, constant and floor describe the distance at "
+            "the step h as C h^p + floor. What follows from them is no chosen limit: an engine "
+            "converges if what its own extrapolation leaves is no more than its step error."
+        ),
+        Text(f"Measured by `{ENGINES_COMMAND}`: {versions}; not by the run that wrote this page."),
+        scoreboard(board),
+        PageTable(
+            ("engine", "test", "what it says", "digits at these steps", "order", "floor",
+             "largest drift of what is conserved"),
+            [_engine_row(row) for row in board["rows"]],
+            "Every test of every engine.",
+            filters=("engine", "test", "what it says"),
+            name="engines-table",
+        ),
+        PageTable(
+            ("engine", "version", "arithmetic", "its friction", "settings"),
+            [
+                tuple(
+                    one[key] or "not installed"
+                    for key in ("name", "version", "precision", "friction", "settings")
+                )
+                for one in board["engines"]
+            ],
+            caption="What each engine can express, and how it was set up, after its documentation.",
+            name="engines-settings",
+        ),
+    ]  # fmt: skip
+    if board["skipped"]:
+        blocks.append(Text("Skipped: " + "; ".join(board["skipped"])))
+    verdicts = {f"{row['engine']}, {row['rung']}": row["verdict"] for row in board["rows"]}
+    return Section("engines", ENGINES_TITLE, blocks, verdicts)
+
+
+def _engine_row(row: dict[str, Json]) -> tuple[str, ...]:
+    drift = ", ".join(f"{name} {max(values):.1e}" for name, values in row["drift"].items())
+    outcome = row["verdict"]
+    if row["message"]:
+        outcome += f" ({row['message']})"
+    if row["rung"] == "inversion" and row["equator"]:
+        moments = ("never" if t is None else f"{t:.2f} s" for t in row["equator"])
+        outcome += f": axis horizontal at {', '.join(moments)}"
+    return (
+        row["engine"],
+        row["rung"],
+        outcome,
+        ", ".join(f"{digits:.1f}" for digits in row["digits"]),
+        "" if row["order"] is None else f"{row['order']:.2f}",
+        "" if row["floor"] is None else f"{row['floor']:.1e}",
+        drift,
+    )
 
 
 @dataclass(frozen=True)
