@@ -120,8 +120,7 @@ def test_only_rules_make_verdicts(module: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "spoiled",
-    ["Finding('refuted', 'a', 'b', 'c')", "x = Verdict.REFUTED", "x = 'misprint'"],
+    "spoiled", ["Finding('refuted', 'a', 'b', 'c')", "x = Verdict.REFUTED", "x = 'misprint'"]
 )
 def test_a_typed_in_verdict_is_found(spoiled: str) -> None:
     assert verdicts_typed_in(spoiled)

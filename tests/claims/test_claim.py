@@ -1,5 +1,6 @@
 """Claims as entries, papers as values, and judging in this process and in others."""
 
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
@@ -89,6 +90,15 @@ def test_claims_are_sentences_in_order() -> None:
     assert {one.kind for one in every} == set(KINDS.values())
     assert {one.section for one in every} == {each.key for each in RAUCH_RUTSTAM.sections}
     assert all(one.statement.endswith(".") and len(one.quote) < 300 for one in every)
+
+
+def test_equations_and_figures_lie_in_the_sections_that_the_paper_has_them_in() -> None:
+    for one in claims().values():
+        section = RAUCH_RUTSTAM.section(one.section)
+        first = re.match(r"(?:Sec. [\d.]+, )?(eq|Fig\.) \(?(\d+)", one.where)
+        if first and one.where.count("Sec.") < 2:
+            known = section.equations if first[1] == "eq" else section.figures
+            assert int(first[2]) in known, one.id
 
 
 # ---- another paper -------------------------------------------------------------------------------

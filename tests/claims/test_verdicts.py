@@ -195,8 +195,7 @@ def test_decimal(value: str, digits: int, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("other", "digits"),
-    [("1.0001", 3), ("1.00004", 4), ("1.0000001", 6), ("2", 0), ("-1", 0)],
+    ("other", "digits"), [("1.0001", 3), ("1.00004", 4), ("1.0000001", 6), ("2", 0), ("-1", 0)]
 )
 def test_settled_counts_agreeing_digits(other: str, digits: int) -> None:
     assert Settled.of(Fraction(1), Fraction(other)).digits == digits

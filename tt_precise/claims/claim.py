@@ -233,9 +233,7 @@ def judge(id: str, **changes: object) -> Judgement:
 
 
 def judge_all(
-    ids: Iterable[str] | None = None,
-    progress: Progress = silent,
-    workers: int = 1,
+    ids: Iterable[str] | None = None, progress: Progress = silent, workers: int = 1
 ) -> list[Judgement]:
     """Judge claims (all of them by default), in the order of the list.
 

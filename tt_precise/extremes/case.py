@@ -310,9 +310,7 @@ def families(outcomes: Iterable[Outcome]) -> list[Family]:
 
 
 def run_all(
-    chosen: Iterable[ExtremeCase],
-    progress: Progress = silent,
-    workers: int = 2,
+    chosen: Iterable[ExtremeCase], progress: Progress = silent, workers: int = 2
 ) -> list[Outcome]:
     """Run ``chosen`` in worker processes; outcomes in the order of the cases.
 

@@ -17,10 +17,7 @@ NARROW_S = Fraction("1e-13")
 PLANE = {"theta": "1", "theta_dot": "50", "omega_3": "0", "mu": "0", "until": "1"}
 LOSING = ("contact-lost", "mu = 2", "mu = 3", "mu = 4")
 # two tops: the paper's, and one with a greater eccentricity and three times the mass
-TOPS: dict[str, dict[str, str]] = {
-    "toy": {},
-    "heavier": {"m": "0.06", "alpha": "0.4"},
-}
+TOPS: dict[str, dict[str, str]] = {"toy": {}, "heavier": {"m": "0.06", "alpha": "0.4"}}
 MOTIONS = (
     *(("toy", mu) for mu in ("2", "2.5", "3", "3.5", "4")),
     *(("heavier", mu) for mu in ("2.5", "3", "3.5", "4")),

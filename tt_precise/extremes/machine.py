@@ -99,8 +99,7 @@ def flags_in_wide(
     setup = Setup.of(scene, precision, options=options, tolerance=tolerance)
     other = Trajectory.of(scene, setup)
     return together(
-        same(other.state.as_text() == one.state.as_text(), True),
-        same(other.steps, one.steps),
+        same(other.state.as_text() == one.state.as_text(), True), same(other.steps, one.steps)
     )
 
 

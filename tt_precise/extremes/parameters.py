@@ -220,10 +220,7 @@ def thresholds_on_the_edge(sign: str, off: str = "0") -> Observation:
     expected="refused in one line that says what is expected",
     source="no such body: masses are positive, alpha lies inside the sphere, and no mass "
     "distribution has I3 > 2 I1",
-    over={
-        "name": ("alpha", "I3", "mu", "m", "g"),
-        "value": ("edge", "beyond"),
-    },
+    over={"name": ("alpha", "I3", "mu", "m", "g"), "value": ("edge", "beyond")},
     quick=True,
     control={"inside": True},
 )

@@ -10,6 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 from tt_precise.claims.committed import run_record
+from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.report import render
 from tt_precise.report.computing import WORKERS, Computed, compute
 from tt_precise.report.document import Report
@@ -22,9 +23,7 @@ from tt_precise.runtime.untyped import Json
 SCHEMA = "tt_precise.report/1"
 NAME = "precision-report"
 VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")
-OPENING = (
-    "Every statement of S. Rauch-Wojciechowski and N. Rutstam, Dynamics of the Tippe Top, computed:"
-)
+OPENING = f"Every statement of {RAUCH_RUTSTAM.citation}, computed:"
 
 
 def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]:

@@ -15,9 +15,7 @@ def test_the_point_lies_on_the_relations_of_the_chart() -> None:
     at = {name: Fraction(text) for name, text in f.POINT.items()}
     assert at["s"] ** 2 + at["c"] ** 2 == at["S"] ** 2 + at["C"] ** 2 == 1
     body: Any = SimpleNamespace(
-        alpha=at["alpha"],
-        gamma=at["I1"] / at["I3"],
-        sigma=at["m"] * at["R"] ** 2 / at["I3"],
+        alpha=at["alpha"], gamma=at["I1"] / at["I3"], sigma=at["m"] * at["R"] ** 2 / at["I3"]
     )
     assert at["q"] ** 2 == at["I3"] ** 2 * d(body, at["c"])
 

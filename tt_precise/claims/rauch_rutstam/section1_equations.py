@@ -100,10 +100,7 @@ def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
 
 
 @claim(
-    "EQ-03",
-    quote="3_dot=omega x 3=(L x 3)/I1",
-    where="eq (1)",
-    control={"inverse_inertia": "1/I3"},
+    "EQ-03", quote="3_dot=omega x 3=(L x 3)/I1", where="eq (1)", control={"inverse_inertia": "1/I3"}
 )
 def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
     """The axis changes at the rate omega x 3 = L x 3/I1."""
@@ -120,11 +117,7 @@ def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
     )
 
 
-@claim(
-    "EQ-07",
-    quote="(s+a).z=0 and its derivative ... v_A.z=0",
-    control={"rate_of_a": "R"},
-)
+@claim("EQ-07", quote="(s+a).z=0 and its derivative ... v_A.z=0", control={"rate_of_a": "R"})
 def contact_constraint(rate_of_a: str = "R*alpha") -> Finding:
     """The contact point stays on the table, and the derivative of that is v_A.z = 0."""
     q, body = _at_any_azimuth(), f.chart().body
@@ -206,9 +199,7 @@ def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
 
 
 @claim(
-    "EQ-05",
-    quote="E_dot=v_A.F=-mu g_n |v_A|^2",
-    control={"loss": "-mu*g_n*(nu_x**2 + nu_y**2)/2"},
+    "EQ-05", quote="E_dot=v_A.F=-mu g_n |v_A|^2", control={"loss": "-mu*g_n*(nu_x**2 + nu_y**2)/2"}
 )
 def energy_loss(loss: str = "-mu*g_n*(nu_x**2 + nu_y**2)") -> Finding:
     """The energy falls at the rate v_A.F = -mu g_n |v_A|^2."""
@@ -264,9 +255,7 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
     return all_of(
         {
             f"{quantity}_dot": statement(
-                fastest <= 0,
-                "never positive",
-                f"at most {decimal(fastest, 3)} W",
+                fastest <= 0, "never positive", f"at most {decimal(fastest, 3)} W"
             ),
             quantity: statement(steps == 0, "decreasing", f"{steps} of {len(values) - 1} steps up"),
         },
@@ -277,12 +266,7 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
     )
 
 
-@claim(
-    "EQ-08",
-    quote="theta_ddot=...",
-    where="eq (2)",
-    control={"printed": THETA[:-1] + "/R)"},
-)
+@claim("EQ-08", quote="theta_ddot=...", where="eq (2)", control={"printed": THETA[:-1] + "/R)"})
 def theta_equation(printed: str = THETA) -> Finding:
     """The equation for theta_ddot."""
     return _compared("theta_dot", printed)

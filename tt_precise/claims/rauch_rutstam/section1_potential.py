@@ -130,22 +130,13 @@ def routh_rate(factor: str = ROUTH_RATE) -> Finding:
     rates = f.vector_rates()
     projection = dot(cross((0, 0, 1), f.motion().a), (rates.vx, rates.vy, 0))
     return all_of(
-        f.equal(
-            f.read(factor) * projection,
-            f.rate_of("D"),
-            f"dD/dt = {factor}*(z x a).v_A_dot",
-        ),
+        f.equal(f.read(factor) * projection, f.rate_of("D"), f"dD/dt = {factor}*(z x a).v_A_dot"),
         "v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.",
         proved=True,
     )
 
 
-@claim(
-    "EQ-19",
-    quote="d/dt E~=m (omega x a).v_A_dot",
-    where="eq (12)",
-    control={"factor": "-m"},
-)
+@claim("EQ-19", quote="d/dt E~=m (omega x a).v_A_dot", where="eq (12)", control={"factor": "-m"})
 def modified_energy_rate(factor: str = "m") -> Finding:
     """E~ changes at the rate m (omega x a).v_A_dot."""
     rates = f.vector_rates()
@@ -161,12 +152,7 @@ def modified_energy_rate(factor: str = "m") -> Finding:
     )
 
 
-@claim(
-    "EQ-20",
-    quote="d/dt m r_dot=-mu g_n v_A",
-    where="eq (13)",
-    control={"factor": "-mu*g_n*m"},
-)
+@claim("EQ-20", quote="d/dt m r_dot=-mu g_n v_A", where="eq (13)", control={"factor": "-mu*g_n*m"})
 def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
     """The horizontal momentum of the centre of mass changes by friction alone."""
     q, symbols = f.motion(), f.chart()
@@ -204,14 +190,10 @@ def equivalent_form(factor: str = DETERMINANT) -> Finding:
     return readings(
         {
             "where theta_dot is not zero": statement(
-                known.holds,
-                "equivalent",
-                f"determinant {factor}: {known.measured}",
+                known.holds, "equivalent", f"determinant {factor}: {known.measured}"
             ),
             "at turning points, theta_dot = 0, too": statement(
-                regular,
-                "equivalent",
-                "determinant not zero" if regular else "determinant zero",
+                regular, "equivalent", "determinant not zero" if regular else "determinant zero"
             ),
         },
         "The rate of E~ contains theta_ddot only as theta_dot theta_ddot, so motions with constant "
@@ -525,9 +507,7 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
                 f"T_upp at most {decimal(max(during), 6)} s",
             ),
             "motion in the potential of one instant": statement(
-                max(ratios) <= 1,
-                "gap <= T_upp",
-                f"at most {decimal(max(ratios), 4)} T_upp",
+                max(ratios) <= 1, "gap <= T_upp", f"at most {decimal(max(ratios), 4)} T_upp"
             ),
         },
         f"Between those two turning points theta rises without a stop by {decimal(rise, 2)} rad, "

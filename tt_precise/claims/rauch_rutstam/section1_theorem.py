@@ -612,9 +612,7 @@ def number_of_unknowns(printed: int = 6) -> Finding:
     return readings(
         {
             "unknown functions of time": statement(
-                unknowns == printed,
-                str(printed),
-                f"{unknowns}: {', '.join(EulerState._fields)}",
+                unknowns == printed, str(printed), f"{unknowns}: {', '.join(EulerState._fields)}"
             ),
             "degrees of freedom of mechanics": statement(
                 freedoms == printed,

@@ -20,13 +20,7 @@ from tt_precise.claims.evidence import (
     variant,
 )
 from tt_precise.claims.evidence.motions import paper_odeint, state_errors
-from tt_precise.claims.evidence.proved import (
-    digits,
-    precession,
-    proofs_of,
-    reversal,
-    settles,
-)
+from tt_precise.claims.evidence.proved import digits, precession, proofs_of, reversal, settles
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
     Check,
@@ -200,9 +194,7 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
             for check, one, which in zip(found, printed, ENDS, strict=True)
         )
         checks[reading] = statement(
-            all(fits),
-            " to ".join(printed) + " s",
-            " to ".join(map(measured_text, ends)) + " s",
+            all(fits), " to ".join(printed) + " s", " to ".join(map(measured_text, ends)) + " s"
         )
     return readings(
         checks,
@@ -264,8 +256,7 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Findi
     control={"printed": (("-", "+"), ("+", "-"))},
 )
 def reversals(
-    printed: Sequence[tuple[str, str]] = (("-", "+"), ("-", "+")),
-    run: Run = REFERENCE,
+    printed: Sequence[tuple[str, str]] = (("-", "+"), ("-", "+")), run: Run = REFERENCE
 ) -> Finding:
     """At two moments phi_dot changes from large negative to large positive values."""
     found = [_reversal(run, "theta_min", 0), _reversal(run, "theta_max", 1)]

@@ -6,12 +6,7 @@ import math
 from itertools import pairwise
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import (
-    REFERENCE,
-    Run,
-    Span,
-    variant,
-)
+from tt_precise.claims.evidence import REFERENCE, Run, Span, variant
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
@@ -240,9 +235,7 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
                 f"negative for {100 * below:.3g} % of the climb, down to {decimal(least, 4)} m/s",
             ),
             "averaged over each nutation": statement(
-                min(averages) > 0,
-                "positive",
-                f"least average {decimal(min(averages), 3)} m/s",
+                min(averages) > 0, "positive", f"least average {decimal(min(averages), 3)} m/s"
             ),
         },
         f"Positive at every instant only {between}." if between else "It changes sign throughout.",
@@ -269,9 +262,7 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
                 f"from {decimal(swings[0], 3)} to {decimal(swings[1], 3)} m/s",
             ),
             "mean": statement(
-                -swings[1] / 5 < average < 0,
-                "slightly negative",
-                f"{decimal(average, 4)} m/s",
+                -swings[1] / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s"
             ),
         },
         f"Before the climb the mean is {decimal(run.mean(name, before), 3)} m/s.",

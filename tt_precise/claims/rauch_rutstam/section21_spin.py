@@ -7,21 +7,9 @@ from functools import partial
 from itertools import pairwise
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import (
-    DEFINITIONS,
-    MANY,
-    REFERENCE,
-    Run,
-    Span,
-    variant,
-)
+from tt_precise.claims.evidence import DEFINITIONS, MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence.proved import (
-    digits,
-    proofs_of,
-    settles,
-    sign_of_precession,
-)
+from tt_precise.claims.evidence.proved import digits, proofs_of, settles, sign_of_precession
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
     Check,
@@ -74,15 +62,9 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Fin
     sizes = [abs(value) for _, value in extremes]
     return all_of(
         {
-            "sign": statement(
-                len(zeros) >= MANY,
-                "changes sign many times",
-                f"{len(zeros)} times",
-            ),
+            "sign": statement(len(zeros) >= MANY, "changes sign many times", f"{len(zeros)} times"),
             "quotient": statement(
-                max(sizes) < 0.05,
-                "close to 1",
-                f"|1 - q| at most {decimal(max(sizes), 3)}",
+                max(sizes) < 0.05, "close to 1", f"|1 - q| at most {decimal(max(sizes), 3)}"
             ),
         },
         "The changes of sign are the zeros of phi_dot, found as events.",
@@ -410,10 +392,7 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
 def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Finding:
     """g_n oscillates about m g, strongly in the climb."""
     weight = float(about or run.weight)
-    spans = {
-        "synchronisation": run.synchronisation,
-        "climb": run.climb,
-    }
+    spans = {"synchronisation": run.synchronisation, "climb": run.climb}
     amplitudes, checks = {}, {}
     for phase, span in spans.items():
         values = run.extrema("g_n", span)[1]

@@ -106,9 +106,7 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
         rows = rows[rows["phi_dot"] > float(beyond)]
         none = int((rows[f"t_init_{one}"] == 0).sum())
         return statement(
-            0 < none == len(rows),
-            "no synchronisation",
-            f"{none} of {len(rows)} starts",
+            0 < none == len(rows), "no synchronisation", f"{none} of {len(rows)} starts"
         )
 
     return readings(
@@ -311,9 +309,7 @@ def _trend(rows: pandas.DataFrame) -> dict[str, Check]:
     for name in AMPLITUDES:
         steps = width(rows, name).diff().iloc[1:]
         checks[f"range of {name}"] = statement(
-            bool((steps > 0).all()),
-            "grows",
-            f"grows in {(steps > 0).sum()} of {len(steps)} steps",
+            bool((steps > 0).all()), "grows", f"grows in {(steps > 0).sum()} of {len(steps)} steps"
         )
     steps = rows["climb_A"].diff().dropna()
     checks["climbing time"] = statement(
@@ -367,10 +363,7 @@ def climb_stays_short(limit: str = "8") -> Finding:
         )
 
     longest = greatest(starts(EVERY, "through"), "climb_A")
-    return readings(
-        both_ways(EVERY, check),
-        f"The longest climb starts with {_start_of(longest)}.",
-    )
+    return readings(both_ways(EVERY, check), f"The longest climb starts with {_start_of(longest)}.")
 
 
 @claim(
@@ -441,9 +434,7 @@ def small_changes(tolerance: str = "0.1") -> Finding:
             # NaN, and so no small change, where a start has no such time
             change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
             checks[f"{what}, {reading}"] = statement(
-                change <= float(tolerance),
-                "not much",
-                f"by up to {share(change)}",
+                change <= float(tolerance), "not much", f"by up to {share(change)}"
             )
     return readings(
         checks,
@@ -472,22 +463,15 @@ def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
     for name in ("nu_x", "theta_dot"):
         share = float((width(rows, name) / width(known, name)).max())
         checks[f"range of {name}"] = statement(
-            share < 0.5,
-            "very small",
-            f"at most {number(share, 2)} of the reference's",
+            share < 0.5, "very small", f"at most {number(share, 2)} of the reference's"
         )
     turns = {phi_dot: last_turn(theta, phi_dot)[1] for phi_dot in ENDS}
     turn = max(turns.values())
     shown = ", ".join(f"{number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
     checks["theta monotonous"] = statement(
-        turn <= float(monotonous_from),
-        f"from {monotonous_from} rad",
-        f"from {number(turn)} rad",
+        turn <= float(monotonous_from), f"from {monotonous_from} rad", f"from {number(turn)} rad"
     )
-    return all_of(
-        checks,
-        f"The last turning points lie at {shown}.",
-    )
+    return all_of(checks, f"The last turning points lie at {shown}.")
 
 
 @claim(

@@ -181,10 +181,7 @@ def _all_implied(body: Parameters, guess: Scalar, fn: Functions) -> str:
     "(-6.667e-4, 1.734e-2)",
     where="Sec. 2.3, Fig. 7a",
     definition="(D, E~) of the reference solution at 0 and 8 s, and the limits for its lambda",
-    control={
-        "initial": ("7.301e-4", "4.215e-2"),
-        "final": ("-6.024e-4", "1.609e-2"),
-    },
+    control={"initial": ("7.301e-4", "4.215e-2"), "final": ("-6.024e-4", "1.609e-2")},
 )
 def ends_of_the_curve(
     initial: tuple[str, str] = ("9.381e-4", "4.912e-2"),
@@ -433,20 +430,12 @@ def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Finding:
         return factor * _length(_omega_cross_a(body, columns)) - nu_y
 
     return _at_every_instant_or_on_average(
-        term,
-        run,
-        "positive",
-        "m/s",
-        "The paper says no more than that this may be so.",
+        term, run, "positive", "m/s", "The paper says no more than that this may be so."
     )
 
 
 def _at_every_instant_or_on_average(
-    function: Callable[[dict[str, Array]], Array],
-    run: Run,
-    printed: str,
-    unit: str,
-    note: str,
+    function: Callable[[dict[str, Array]], Array], run: Run, printed: str, unit: str, note: str
 ) -> Finding:
     """Readings of "is positive during the climb", for a function of the vector columns."""
     import numpy

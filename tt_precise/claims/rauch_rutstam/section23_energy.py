@@ -101,11 +101,7 @@ def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -
     return _energy(printed, "0", "m g R (1 - alpha cos 0.1): closed form in the start values.", run)
 
 
-@claim(
-    "NUM-22",
-    quote="0.005106/0.002755=1.8534",
-    control={"printed": "1.8544"},
-)
+@claim("NUM-22", quote="0.005106/0.002755=1.8534", control={"printed": "1.8544"})
 def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -> Finding:
     """E_pot(8 s)/E_pot(0) of the reference solution."""
     check = rounds_to(printed, run.settled(_ratio))
@@ -470,9 +466,7 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Fin
     return readings(
         {
             "from start to end": statement(
-                last > first,
-                "increases",
-                f"from {decimal(first, 6)} to {decimal(last, 6)} J",
+                last > first, "increases", f"from {decimal(first, 6)} to {decimal(last, 6)} J"
             ),
             "in the climb, averaged over each nutation": statement(
                 falling == 0 and len(averages) > 1,
@@ -621,11 +615,7 @@ def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERE
                 f"negative for {100 * shares[0]:.1f} % of the time, "
                 f"{100 * shares[1]:.1f} % of the climb",
             ),
-            "shape": statement(
-                alike > 0.7,
-                "similar to E_dot",
-                f"correlation {alike:.2f}",
-            ),
+            "shape": statement(alike > 0.7, "similar to E_dot", f"correlation {alike:.2f}"),
         },
         "What fits both descriptions is E_rot_dot: negative for "
         f"{100 * run.share_below_zero('E_rot_dot', climb):.1f} % of the climb, "
@@ -688,6 +678,5 @@ def rates_oscillate(run: Run = REFERENCE) -> Finding:
         )
     highest = float(run.extrema("E_dot")[1].max())
     return all_of(
-        checks,
-        f"E_dot is at most {decimal(highest, 3)} W, so it oscillates without changing sign.",
+        checks, f"E_dot is at most {decimal(highest, 3)} W, so it oscillates without changing sign."
     )

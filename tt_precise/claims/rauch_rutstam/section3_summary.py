@@ -145,11 +145,7 @@ def needed_up_to(limit: str = "83") -> Finding:
     def check(rows: pandas.DataFrame) -> Check:
         some = rows[rows["phi_dot"] <= float(limit)]
         waiting = int(some[[f"t_init_{one}" for one in ABC]].gt(0).all(axis=1).sum())
-        return statement(
-            0 < waiting == len(some),
-            "t_init > 0",
-            f"{waiting} of {len(some)} starts",
-        )
+        return statement(0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts")
 
     return readings(both_ways("phi_dot", check), "In all three definitions.")
 
@@ -203,9 +199,7 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
         }
         shown = ", ".join(f"{name} {share(part)}" for name, part in larger.items())
         return statement(
-            all(part > float(usually) for part in larger.values()),
-            "usually increase",
-            shown,
+            all(part > float(usually) for part in larger.values()), "usually increase", shown
         )
 
     return readings(
