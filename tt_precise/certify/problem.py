@@ -55,11 +55,17 @@ def problem_of(scene: Scene) -> Problem:
     Raises
     ------
     NotProved
-        The scene changes its equations on the way: flight, an elastic table.
+        The scene changes its equations on the way (flight, an elastic table), or they contain a
+        function that balls lack.
     """
     if scene.lifts:
         raise NotProved(
             "equations", "flight and elastic tables change them on the way; proofs cover one set"
+        )
+    missing = scene.body.friction.missing(Balls)
+    if missing:
+        raise NotProved(
+            "equations", f"{scene.body.law} friction needs {' and '.join(missing)}, proofs have none"
         )
     form = form_of(scene)
 
