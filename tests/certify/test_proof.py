@@ -78,7 +78,7 @@ def test_dry_friction_is_enclosed_as_printed(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["flight", "coulomb-flight", "elastic-linear", "stribeck"])
 def test_other_equations_on_the_way_are_refused(name: str) -> None:
-    with pytest.raises(NotProved, match="change them on the way|stribeck friction needs exp"):
+    with pytest.raises(NotProved, match=r"change them on the way|stribeck friction needs exp"):
         prove(name)
 
 

@@ -65,7 +65,8 @@ def problem_of(scene: Scene) -> Problem:
     missing = scene.body.friction.missing(Balls)
     if missing:
         raise NotProved(
-            "equations", f"{scene.body.law} friction needs {' and '.join(missing)}, proofs have none"
+            "equations",
+            f"{scene.body.law} friction needs {' and '.join(missing)}, proofs have none",
         )
     form = form_of(scene)
 
