@@ -137,6 +137,7 @@ int main(void)
     numbers("quaternion_wxyz", y, 4);
     numbers("angular_velocity", y + 4, 3);
     numbers("velocity", y + 7, 3);
+    puts("# engine: Runge and Kutta in C");
     puts("t,qw,qx,qy,qz,wx,wy,wz,vcx,vcy,vcz");
     long done = 0;
     char *at = strchr(after("sample_times"), '[');

@@ -82,6 +82,7 @@ def main():
         sys.exit(3)
     start = job["start"]
     y = start["quaternion_wxyz"] + start["angular_velocity"] + start["velocity"]
+    print("# engine: Runge and Kutta in Python")
     print("t,qw,qx,qy,qz,wx,wy,wz,vcx,vcy,vcz")
     done = 0
     for t in job["sample_times"]:

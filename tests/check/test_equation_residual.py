@@ -19,8 +19,8 @@ from tt_precise.check.columns import COLUMN_SETS
 from tt_precise.check.equation_residual import EquationResidual, SummedResidual
 from tt_precise.check.reading import open_source
 from tt_precise.check.samples import CheckSetup
-from tt_precise.engines.job import Friction, job
-from tt_precise.engines.program import COLUMNS
+from tt_precise.engines.adapters import COLUMNS
+from tt_precise.engines.protocol import Friction, job
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 

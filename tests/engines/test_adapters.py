@@ -10,12 +10,10 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tt_precise.engines.catalogue import ADAPTERS, ENGINES, NODE, Engine
-from tt_precise.engines.ladder import RungResult, climb
-from tt_precise.engines.program import COLUMNS, rotated
-from tt_precise.engines.run import run
-from tt_precise.engines.rungs import Rung, States, rungs
-from tt_precise.engines.scoreboard import measure
+from tt_precise.engines.adapters import COLUMNS, rotated
+from tt_precise.engines.ladder import Rung, RungResult, climb, rungs
+from tt_precise.engines.protocol import States, run
+from tt_precise.engines.scoreboard import ADAPTERS, ENGINES, NODE, Engine, measure
 
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))
 PATIENCE_S = 1200  # however busy the machine is

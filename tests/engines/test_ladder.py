@@ -8,9 +8,8 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.engines.ladder import VERDICTS, measured
-from tt_precise.engines.run import ProgramRun
-from tt_precise.engines.rungs import STEPS, Rung, States, rungs
+from tt_precise.engines.ladder import STEPS, VERDICTS, Rung, measured, rungs
+from tt_precise.engines.protocol import ProgramRun, States
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +99,21 @@ def test_flight_is_the_closed_form_of_the_example() -> None:
     there = rung.reference(scene)
     assert there.k[-1] == pytest.approx(there.k[0], abs=1e-12)
     assert there.omega[-1] == pytest.approx(there.omega[0], rel=1e-12, abs=1e-12 * rung.spin)
+
+
+@pytest.mark.parametrize("law", ["viscous", "regularised"])
+def test_an_engine_is_asked_for_its_own_law_alone(law: str) -> None:
+    asked = {rung.job(STEPS[0])["friction"]["law"] for rung in rungs(law)}
+    assert asked == {"none", law}
+
+
+def test_a_viscous_engine_inverts_the_golden_top() -> None:
+    rung = next(one for one in rungs("viscous") if one.name == "inversion")
+    truth = rung.truth
+    assert truth is not None
+    assert rung.scene.until == 8
+    run = ProgramRun("done", "", truth)
+    found = measured("truth", rung, STEPS, [run, run, run])
+    assert found.verdict == "rounding"
+    assert found.equator[-1] is not None
+    assert max(found.drift["jellett"]) < 1e-12

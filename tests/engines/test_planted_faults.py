@@ -22,9 +22,8 @@ import numpy
 import pytest
 
 from benchmarks.random_scenes import gliding_scenes
-from tt_precise.engines.job import as_text
-from tt_precise.engines.ladder import climb
-from tt_precise.engines.rungs import rungs
+from tt_precise.engines.ladder import climb, rungs
+from tt_precise.engines.protocol import as_text
 from tt_precise.golden.store import home
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -18,11 +18,11 @@ import numpy
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.engines.job import SCHEMA, SCHEMA_FILE
-from tt_precise.engines.program import COLUMNS
-from tt_precise.engines.run import run
-from tt_precise.engines.rungs import Rung, rungs
+from tt_precise.engines.adapters import COLUMNS
+from tt_precise.engines.ladder import Rung, rungs
+from tt_precise.engines.protocol import Job, run
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.records import json_schema
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = Fraction(1, 500)
@@ -45,9 +45,9 @@ def program(tmp_path: Path, text: str) -> list[str]:
 
 
 def test_the_job_is_what_the_schema_says(flight_job: dict[str, Any]) -> None:
-    schema = json.loads(SCHEMA_FILE.read_text("utf-8"))
+    schema = json_schema(Job)
     jsonschema.Draft202012Validator.check_schema(schema)
-    assert flight_job["schema"] == schema["$id"] == SCHEMA
+    assert flight_job["schema"] == schema["title"]
     for one in rungs("viscous") + rungs("regularised"):
         jsonschema.validate(one.job(STEP), schema)
     spoiled: list[dict[str, Any]] = [
@@ -149,6 +149,50 @@ def test_what_a_program_does_wrong_is_said_in_one_line(
     assert "\n" not in found.message
 
 
+CONVENTIONS = {
+    "inverse": "[t, *[q[0], -q[1], -q[2], -q[3]], *w, *v]",
+    "scalar last": "[t, *q[1:], q[0], *w, *v]",
+    "body frame": "[t, *q, *body, *v]",
+}
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_a_first_row_in_another_convention_is_named(
+    convention: str, flight_job: dict[str, Any], tmp_path: Path
+) -> None:
+    start = flight_job["start"]
+    w, x, y, z = start["quaternion_wxyz"]
+    turned = conversion_matrix(w, x, y, z).T @ start["angular_velocity"]
+    text = (
+        f"q, w, v, body = {start['quaternion_wxyz']}, {start['angular_velocity']}, "
+        f"{start['velocity']}, {turned.tolist()}\n"
+    )
+    right = ROWS.format(columns=COLUMNS, row="','.join(map(str, [t, *q, *w, *v]))")
+    assert run(program(tmp_path, text + right), flight_job).status == "done"
+    row = f"','.join(map(str, {CONVENTIONS[convention]}))"
+    found = run(program(tmp_path, text + ROWS.format(columns=COLUMNS, row=row)), flight_job)
+    assert found.status == "unreadable"
+    assert convention in found.message
+
+
+def conversion_matrix(w: float, x: float, y: float, z: float) -> Any:
+    return numpy.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def test_an_engine_has_the_name_that_it_gives_itself(
+    flight_job: dict[str, Any], tmp_path: Path
+) -> None:
+    text = "print('# engine: Mine 1.0')\n" + ROWS.format(columns=COLUMNS, row=GOOD)
+    assert run(program(tmp_path, text), flight_job).name == "Mine 1.0"
+    assert run(program(tmp_path, text.replace("engine:", "")), flight_job).name == ""
+
+
 def test_comments_and_further_columns_are_passed_over(
     flight_job: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -200,7 +244,7 @@ def test_the_command_prints_job_and_schema(capsys: pytest.CaptureFixture[str]) -
     job = json.loads(capsys.readouterr().out)
     assert (job["step"], job["friction"]["law"]) == (0.001, "none")
     assert main(["engines", "--schema"]) == 0
-    assert json.loads(capsys.readouterr().out)["$id"] == SCHEMA
+    assert json.loads(capsys.readouterr().out)["title"] == json_schema(Job)["title"]
 
 
 @pytest.mark.parametrize(

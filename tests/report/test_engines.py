@@ -9,10 +9,8 @@ from typing import Any
 
 import pytest
 
-from tt_precise.engines.catalogue import ENGINES
-from tt_precise.engines.ladder import RungResult
-from tt_precise.engines.rungs import STEPS, rungs
-from tt_precise.engines.scoreboard import as_dict
+from tt_precise.engines.ladder import STEPS, RungResult, rungs
+from tt_precise.engines.scoreboard import ENGINES, as_dict
 from tt_precise.report import render
 from tt_precise.report.document import Figure, PageTable, Report
 from tt_precise.report.sections import measured

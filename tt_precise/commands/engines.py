@@ -22,7 +22,7 @@ LAW = "coulomb"
 @click.option(
     "--law", default=LAW, show_default=True,
     type=click.Choice(["coulomb", "viscous", "regularised"]),
-    help="Friction of the program: the law that it is held against.",
+    help="Friction of the program: the jobs ask for it alone, and it is held against it.",
 )  # fmt: skip
 @click.option(
     "--order", type=options.POSITIVE,
@@ -65,17 +65,17 @@ def command(
     to another motion than the reference, or more slowly than --order says.
     """
     from tt_precise.engines import scoreboard
-    from tt_precise.engines.catalogue import ENGINES
-    from tt_precise.engines.job import SCHEMA_FILE, as_text
-    from tt_precise.engines.ladder import climb
-    from tt_precise.engines.rungs import rungs
+    from tt_precise.engines.ladder import climb, rungs
+    from tt_precise.engines.protocol import Job, as_text
+    from tt_precise.engines.scoreboard import ENGINES
     from tt_precise.runtime.files import atomic_write, require_writable
     from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.records import json_schema
     from tt_precise.runtime.workers import cores
     from tt_precise.scene.numerals import exact
 
     if schema:
-        click.echo(SCHEMA_FILE.read_text("utf-8"), nl=False)
+        click.echo(json.dumps(json_schema(Job), indent=1))
         return 0
     largest = exact(step, "step")
     if not 0 < largest <= Fraction(1, 100) or (Fraction(1, 100) / largest).denominator != 1:

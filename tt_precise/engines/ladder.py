@@ -1,4 +1,4 @@
-"""The ladder: order and floor of an engine on every rung, and what follows from them."""
+"""The ladder: tests with their references, and order and floor of an engine on each of them."""
 
 from __future__ import annotations
 
@@ -8,18 +8,35 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy
 
-from tt_precise.engines.run import TIME_LIMIT_S, ProgramRun, run
-from tt_precise.engines.rungs import STEPS, Rung, States
-from tt_precise.mechanics import quantities
+from tt_precise import golden
+from tt_precise.engines.protocol import (
+    DOUBLE,
+    TIME_LIMIT_S,
+    Friction,
+    ProgramRun,
+    States,
+    job,
+    run,
+)
+from tt_precise.integration import integrate
+from tt_precise.mechanics import flight, quantities
+from tt_precise.mechanics.conversion import RigidBodyState
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
+from tt_precise.scene.scene import Scene, load_scene
 
+UNTIL, INVERSION_UNTIL = "0.5", "4"  # s
+STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
 SLOWER = 0.5  # by which an observed order may be below the method's
 LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together
 HIGHEST_ORDER = 4.0  # of the methods that engines have; more is seen where a coarse run blew up
@@ -34,6 +51,154 @@ VERDICTS = {
     "refused": "the engine cannot express it",
     "failed": "it did not get to the end",
 }
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One test: a scene, the friction asked for, and where its reference comes from.
+
+    ``friction`` is None where the scene's own is asked for. ``conserved`` names what an exact
+    motion keeps: entries of ``ladder.DRIFTS``. ``reference`` is None where no law has a motion
+    that all engines could be held against.
+    """
+
+    name: str
+    meaning: str
+    scene: Scene
+    conserved: tuple[str, ...]
+    reference: Callable[[Scene], States] | None
+    friction: Friction | None = None
+    contact: Literal["rigid", "none"] = "rigid"
+
+    @property
+    def asked(self) -> Friction:
+        """The friction in the job."""
+        return self.friction or Friction.of(self.scene)
+
+    def job(self, step: Fraction) -> dict[str, Json]:
+        """The job for one step size."""
+        return job(self.scene, step, self.asked, contact=self.contact)
+
+    @cached_property
+    def start(self) -> Motion:
+        """The start, SI, double."""
+        return InitialState.in_si(self.scene, DOUBLE).motion(numpy)
+
+    @property
+    def spin(self) -> float:
+        """|omega| at the start in rad/s: the unit of differences."""
+        return float(numpy.linalg.norm(numpy.array(self.start.omega, dtype=float)))
+
+    @cached_property
+    def truth(self) -> States | None:
+        """The reference at the sample times."""
+        return self.reference(self.scene) if self.reference else None
+
+
+def flown(scene: Scene) -> States:
+    """Free flight from the scene's start, in closed form."""
+    content = job(scene, STEPS[0], Friction("none"), contact="none")
+    start, body = content["start"], InitialState.in_si(scene, DOUBLE).body
+    begun = RigidBodyState(
+        *start["quaternion_wxyz"], *start["angular_velocity"], *start["velocity"]
+    )
+    rows = [flight.flown(body, begun, t, numpy) for t in content["sample_times"]]
+    table = numpy.array(rows, dtype=float)
+    axes = [turned(row[:4], (0, 0, 1)) for row in rows]
+    return States(numpy.array(axes, dtype=float), table[:, 4:7], table[:, 7:10])
+
+
+def integrated(scene: Scene) -> States:
+    """The scene's solution, integrated in double to its full accuracy.
+
+    Raises
+    ------
+    ArithmeticError
+        The solution ends before the scene's horizon.
+    """
+    trajectory = integrate(scene, events=(), record=())
+    if trajectory.status != "complete":
+        raise ArithmeticError(f"{scene.name}: the reference ended as {trajectory.status}")
+    frame = trajectory.frame(*NewtonState._fields, numbers="float")
+    body = InitialState.in_si(scene, DOUBLE).body
+    columns = [frame[name].to_numpy() for name in NewtonState._fields]
+    q = Motion(body, NewtonState(*columns), numpy, scene.model)
+    return States(*(_rows(vector) for vector in (q.k, q.omega, q.s_dot)))
+
+
+def published(scene: Scene) -> States:
+    """The scene's golden data."""
+    frame = golden.load(scene.name)
+    body = InitialState.in_si(scene, DOUBLE).body
+    columns = [frame[name].to_numpy(dtype=float) for name in NewtonState._fields]
+    q = Motion(body, NewtonState(*columns), numpy, scene.model)
+    return States(*(_rows(vector) for vector in (q.k, q.omega, q.s_dot)))
+
+
+def standing(scene: Scene) -> States:
+    """A steady spin about the vertical: the start for ever."""
+    q, rows = InitialState.in_si(scene, DOUBLE).motion(numpy), len(scene.sample_times)
+    return States(
+        *(numpy.tile([float(x) for x in vector], (rows, 1)) for vector in (q.k, q.omega, q.s_dot))
+    )
+
+
+def _rows(vector: Array) -> Array:
+    return numpy.stack(numpy.broadcast_arrays(*vector), axis=1).astype(float)
+
+
+def rungs(law: str = "coulomb") -> tuple[Rung, ...]:
+    """The ladder for an engine whose own friction is ``law``: it is asked for no other one."""
+    short: dict[str, Any] = {"until": UNTIL, "record": (), "events": ()}
+    own = load_scene(GLIDING[law])
+    gliding, tilted = own.varied(**short), {"theta": "0.3", **short}
+    friction = Friction("coulomb", 0.3) if law == "coulomb" else Friction.of(gliding)
+    small = {
+        "theta": "0.1", "nu_y": "0.27", "omega_3": "180", "mu": "0.1", "until": INVERSION_UNTIL,
+        "m": "0.006", "R": "0.015", "alpha": "1/5", "I1": "16/27", "I3": "14/27", "g": "9.81",
+    }  # fmt: skip
+    whole = own if law == "viscous" else gliding.varied(**small)
+    found = [
+        Rung(
+            "flight", "inertia, gyroscopic term, frames: no contact, closed form",
+            load_scene("frictionless").varied(theta="0.5", theta_dot="40", **short),
+            ("angular_momentum", "rotational_energy"), flown, contact="none",
+        ),
+        Rung(
+            "sleeping upright", "a spin about the vertical that contact and friction leave alone",
+            load_scene("upright").varied(**short), ("jellett", "energy"), standing, friction,
+        ),
+        Rung(
+            "sleeping inverted", "the same with the centre of mass above the centre",
+            load_scene("inverted").varied(**short), ("jellett", "energy"), standing, friction,
+        ),
+        Rung(
+            "ice", "the normal force alone: mu = 0",
+            load_scene("frictionless").varied(**tilted), ("jellett", "energy"), integrated,
+        ),
+        Rung(
+            "gliding", "the engine's own friction while the contact glides", gliding,
+            ("jellett",), integrated,
+        ),
+        Rung(
+            "rolling", "a contact that sticks: mu = 1, more than rolling needs",
+            load_scene("rolling").varied(**tilted), ("jellett", "energy"), integrated,
+            Friction("coulomb", 1.0),
+        ),
+        Rung(
+            "inversion", "the whole motion: does the top turn over, and when", whole,
+            ("jellett",), published if law == "viscous" else None,
+        ),
+    ]  # fmt: skip
+    return tuple(rung for rung in found if rung.name != "rolling" or law == "coulomb")
+
+
+GLIDING = {
+    "coulomb": "coulomb-gliding", "viscous": "reference", "regularised": "regularised-1e-2",
+}  # fmt: skip
+
+
+# ---- climbing it -----------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -121,6 +286,7 @@ def measured(
     promised: float | None = None,
 ) -> RungResult:
     """What runs at halved steps, as ``climb`` takes them, say about an engine of this order."""
+    engine = next((one.name for one in runs if one.name), engine)
     for step, one in zip(steps, runs, strict=True):
         if one.status != "done":
             verdict = "refused" if one.status == "refused" else "failed"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from tt_precise.engines.program import Row, friction_of, samples, serve
+from tt_precise.engines.adapters import Row, friction_of, samples, serve
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:

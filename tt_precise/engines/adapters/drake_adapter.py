@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy
 
-from tt_precise.engines.program import Row, friction_of, samples, serve
+from tt_precise.engines.adapters import Row, friction_of, samples, serve
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.untyped import Json
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy
 
-from tt_precise.engines.program import Row, friction_of, serve
+from tt_precise.engines.adapters import Row, friction_of, serve
 from tt_precise.runtime.untyped import Json
 
 FAST = 100.0  # m/s: below it the friction is proportional to the speed

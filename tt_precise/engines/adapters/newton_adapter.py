@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from tt_precise.engines.program import Row, friction_of, samples, serve
+from tt_precise.engines.adapters import Row, friction_of, samples, serve
 from tt_precise.runtime.untyped import Json
 
 

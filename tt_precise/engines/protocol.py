@@ -1,0 +1,399 @@
+"""The engine protocol: a job as JSON on standard input, rows as CSV on standard output.
+
+``Job`` says what an engine is asked to simulate, all in SI; ``run`` gives it to somebody's program,
+in bounded time and memory, leaves nothing running, and reads the rows (``PROTOCOL.md``).
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import IO, Annotated, Literal
+
+import msgspec
+import numpy
+from msgspec import Meta
+
+from tt_precise.check.readings import readings
+from tt_precise.engines.adapters import COLUMNS, REFUSED
+from tt_precise.mechanics.conversion import axis_of
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.vectors import multiplied
+from tt_precise.runtime.arithmetic import Arithmetic, Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.records import UNSET, Record, Unset
+from tt_precise.runtime.untyped import Json
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene
+
+DOUBLE = Arithmetic(numpy, float)
+# about the axis: without it a quaternion read in the wrong order would be one of the same axis
+TURNED = (0.8, 0.0, 0.0, 0.6)
+MOST_BYTES = 20_000_000  # on standard output, and on standard error
+LAST_BYTES = 10_000  # of standard error, which are read
+SHORTEST_S, LONGEST_S = 0.001, 0.05  # between two looks at it
+TIME_LIMIT_S = 60.0
+TIME_SLACK = 1e-9  # s
+LARGEST = 1e50  # in SI; the square of an energy is still a number
+SAME_START = 1e-3  # of 1, of the spin, of R times it: the first row has the job's start
+EXPECTED = "body to inertial frame, scalar first, velocities in the inertial frame"
+NAMED = re.compile(r"^#\s*engine:\s*(\S.*)$", re.MULTILINE)
+
+Vector = Annotated[list[float], Meta(min_length=3, max_length=3)]
+Quaternion = Annotated[list[float], Meta(min_length=4, max_length=4)]
+
+
+class Body(Record, frozen=True, forbid_unknown_fields=True):
+    """A rigid sphere whose centre of mass lies off its centre."""
+
+    mass: Annotated[float, Meta(gt=0, description="kg")]
+    radius: Annotated[float, Meta(gt=0, description="m, of the sphere")]
+    centre_offset: Annotated[
+        float,
+        Meta(
+            gt=0,
+            description="m: the sphere's centre is at (0, 0, centre_offset) in the body frame",
+        ),
+    ]
+    I1: Annotated[
+        float,
+        Meta(
+            gt=0,
+            description="kg m^2 about the body's first and second axis through the centre of mass",
+        ),
+    ]
+    I3: Annotated[float, Meta(gt=0, description="kg m^2 about the axis of symmetry")]
+
+
+class Friction(Record, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
+    """The friction that an engine is asked for; ``law`` "none" has no coefficient."""
+
+    law: Annotated[
+        Literal["none", "viscous", "regularised", "coulomb"],
+        Meta(
+            description="F = -mu N v; -mu N v/sqrt(v^2 + epsilon^2); Coulomb's cone, sticking "
+            "included"
+        ),
+    ]
+    mu: Annotated[float, Meta(ge=0, description="s/m for viscous, else dimensionless")] = 0.0
+    epsilon: Annotated[float | Unset, Meta(description="m/s, only for regularised")] = UNSET
+
+    @classmethod
+    def of(cls, scene: Scene) -> Friction:
+        """The scene's own."""
+        if scene.model == "gliding" and scene.body.mu == 0:
+            return cls("none")
+        epsilon = scene.body.numbers_by_name.get("epsilon")
+        law, mu = scene.body.law, float(scene.body.mu)
+        return cls(law, mu, UNSET if epsilon is None else float(epsilon))  # type: ignore[arg-type]
+
+
+class Start(Record, frozen=True, forbid_unknown_fields=True):
+    """Pose and twist at t = 0."""
+
+    position: Annotated[Vector, Meta(description="m, of the centre of mass")]
+    quaternion_wxyz: Annotated[
+        Quaternion, Meta(description="body frame to inertial frame, scalar first")
+    ]
+    quaternion_xyzw: Annotated[Quaternion, Meta(description="the same, scalar last")]
+    velocity: Annotated[Vector, Meta(description="m/s, of the centre of mass, inertial frame")]
+    angular_velocity: Annotated[Vector, Meta(description="rad/s, inertial frame")]
+
+
+class Job(
+    Record,
+    frozen=True,
+    forbid_unknown_fields=True,
+    tag_field="schema",
+    tag="tt_precise.engine-job/1",
+):
+    """A job for a physics engine: a sphere on a horizontal table at z = 0.
+
+    SI throughout; the inertial frame has z up, the body frame has its origin at the centre of mass
+    and its third axis along the axis of symmetry.
+    """
+
+    body: Body
+    gravity: Annotated[float, Meta(gt=0, description="m/s^2, downwards")]
+    contact: Annotated[
+        Literal["rigid", "none"], Meta(description="none: there is no table, the body flies")
+    ]
+    friction: Friction
+    start: Start
+    step: Annotated[float, Meta(gt=0, description="s, the fixed step to use")]
+    sample_times: Annotated[
+        list[float],
+        Meta(
+            min_length=1,
+            description="s, rising from 0, multiples of the step: one row of output each",
+        ),
+    ]
+
+
+def job(
+    scene: Scene, step: Fraction, friction: Friction, *, contact: Literal["rigid", "none"] = "rigid"
+) -> dict[str, Json]:
+    """The job, as plain values, to simulate ``scene`` with the fixed ``step`` (s).
+
+    ``contact`` is "rigid" (a horizontal table at z = 0) or "none" (free flight). The sample times
+    are the scene's, the start is its start with the axis at azimuth 0 and psi = 0.
+    """
+    start = InitialState.in_si(scene, DOUBLE)
+    q: Motion = start.motion(numpy)
+    body, half = start.body, start.euler.theta / 2
+    tilted = (float(numpy.cos(half)), 0.0, float(numpy.sin(half)), 0.0)
+    w, x, y, z = multiplied(tilted, TURNED)
+    made = Job(
+        Body(
+            float(body.m), float(body.R), float(body.alpha * body.R), float(body.I1), float(body.I3)
+        ),
+        float(body.g),
+        contact,
+        friction,
+        Start(
+            [0.0, 0.0, float(body.R * (1 - body.alpha * q.k[2]))],
+            [w, x, y, z],
+            [x, y, z, w],
+            [float(x) for x in q.s_dot],
+            [float(x) for x in q.omega],
+        ),
+        float(step),
+        [float(t) for t in scene.sample_times],
+    )
+    plain: dict[str, Json] = msgspec.to_builtins(made)
+    return plain
+
+
+def as_text(content: dict[str, Json]) -> str:
+    """The job as one line of JSON."""
+    return msgspec.json.encode(content).decode() + "\n"
+
+
+@dataclass(frozen=True)
+class States:
+    """A motion at the sample times: axis, angular velocity, velocity of CM, each (rows, 3); SI."""
+
+    k: Array
+    omega: Array
+    s_dot: Array
+
+    def distance(self, other: States, spin: float, radius: float) -> Array:
+        """Largest of |dk|, |d omega|/spin, |d s_dot|/(radius spin), row by row."""
+        return numpy.max(
+            [
+                numpy.linalg.norm(self.k - other.k, axis=1),
+                numpy.linalg.norm(self.omega - other.omega, axis=1) / spin,
+                numpy.linalg.norm(self.s_dot - other.s_dot, axis=1) / (radius * spin),
+            ],
+            axis=0,
+        )
+
+
+@dataclass(frozen=True)
+class ProgramRun:
+    """How a program did on one job.
+
+    ``status``: "done"; "refused" (exit status 3); "failed", "stopped" (it took too long or wrote
+    too much) or "unreadable", with ``message`` in one line; "diverged": numbers that are no
+    numbers, or out of all proportion. ``name`` is what the engine calls itself, in a line
+    ``# engine: NAME``.
+    """
+
+    status: str
+    message: str = ""
+    states: States | None = None
+    name: str = ""
+
+
+def run(
+    command: Sequence[str],
+    job: dict[str, Json],
+    time_limit: float = TIME_LIMIT_S,
+    stop: threading.Event | None = None,
+) -> ProgramRun:
+    """Give ``job`` to the program, wait at most ``time_limit`` seconds, and read its rows.
+
+    ``stop`` ends it early.
+
+    Raises
+    ------
+    InputError
+        There is no such program, or it cannot be started.
+    """
+    try:
+        done = ended(command, as_text(job), time_limit, stop)
+    except OSError as error:
+        raise InputError(
+            f"engines: got {command[0]!r}, which cannot be started ({error.strerror}); expected a "
+            "program of the engine protocol"
+        ) from None
+    if done.cut_short:
+        return ProgramRun("stopped", done.cut_short)
+    last = _last_line(done.err)
+    if done.status == REFUSED:
+        return ProgramRun("refused", last)
+    if done.status:
+        return ProgramRun("failed", f"exit status {done.status}: {last}")
+    called = NAMED.search(done.out)
+    name = called.group(1).strip()[:60] if called else ""
+    try:
+        found = _read(done.out, job)
+    except ValueError as error:
+        found = ProgramRun("unreadable", str(error))
+    return replace(found, name=name)
+
+
+def _read(text: str, job: dict[str, Json]) -> ProgramRun:
+    import pandas
+
+    _require_columns(text)
+    try:
+        frame = pandas.read_csv(io.StringIO(text), comment="#", skipinitialspace=True)
+    except pandas.errors.ParserError as error:
+        raise ValueError(f"not CSV: {_last_line(str(error))}") from None
+    if not isinstance(frame.index, pandas.RangeIndex):
+        raise ValueError("rows have more cells than the header")
+    times = numpy.array(job["sample_times"])
+    if len(frame) != len(times):
+        raise ValueError(f"got {len(frame)} rows, expected {len(times)}: one a sample time")
+    table = frame[list(COLUMNS)].apply(pandas.to_numeric, errors="coerce").to_numpy(dtype=float)
+    off = numpy.flatnonzero(~(abs(table[:, 0] - times) <= TIME_SLACK))
+    if len(off):
+        row = int(off[0])
+        got, expected = float(table[row, 0]), float(times[row])
+        raise ValueError(f"row {row + 1}: got t = {got!r}, expected {expected!r}")
+    finite = (abs(table) < LARGEST).all(axis=1)
+    if not finite.all():
+        return ProgramRun(
+            "diverged", f"no numbers from t = {times[int(numpy.argmin(finite))]:g} s on"
+        )
+    size = numpy.linalg.norm(table[:, 1:5], axis=1)
+    if abs(size - 1).max() > 0.1:
+        raise ValueError(f"quaternion of length {size[abs(size - 1).argmax()]:.3g}, expected 1")
+    _require_start(table[0], job)
+    k = numpy.stack(axis_of(*table[:, 1:5].T), axis=1)
+    return ProgramRun("done", "", States(k, table[:, 5:8], table[:, 8:11]))
+
+
+def _require_start(row: Array, job: dict[str, Json]) -> None:
+    """Refuse a first row that is the job's start in another convention."""
+    given = dict(zip(COLUMNS, row[:, None], strict=True))
+    if _off_start(given, job) < SAME_START:
+        return
+    body = job["body"]
+    alpha = body["centre_offset"] / body["radius"]
+    known = Parameters(
+        body["mass"], body["radius"], alpha, body["I1"], body["I3"], job["gravity"], 0.0
+    )
+    for meaning, read in readings():
+        changed = read(given, known)
+        if changed is not None and _off_start({**given, **changed}, job) < SAME_START:
+            raise ValueError(f"row 1 is the job's start if {meaning}; expected {EXPECTED}")
+
+
+def _off_start(row: dict[str, Array], job: dict[str, Json]) -> float:
+    """How far a row is from the job's start: 1 is the size of the motion."""
+    start = job["start"]
+    spin = float(numpy.linalg.norm(start["angular_velocity"])) or 1.0
+    q, w, v = (
+        numpy.array([row[name][0] for name in names])
+        for names in (COLUMNS[1:5], COLUMNS[5:8], COLUMNS[8:11])
+    )
+    turned = 1 - abs(float(q @ start["quaternion_wxyz"]))
+    away = numpy.abs(w - start["angular_velocity"]).max() / spin
+    drift = numpy.abs(v - start["velocity"]).max() / (spin * job["body"]["radius"])
+    return float(max(turned, away, drift))
+
+
+def _require_columns(text: str) -> None:
+    lines = (line.partition("#")[0].strip() for line in io.StringIO(text))
+    header = next(filter(None, lines), None)
+    if header is None:
+        raise ValueError("got nothing on standard output, expected CSV")
+    names = [name.strip(' "') for name in header.split(",")]
+    missing = [name for name in COLUMNS if name not in names]
+    if missing:
+        raise ValueError(f"missing columns {', '.join(missing)}, expected {','.join(COLUMNS)}")
+    twice = [name for name in COLUMNS if names.count(name) > 1]
+    if twice:
+        raise ValueError(f"columns {', '.join(twice)} stand there twice")
+
+
+def _last_line(text: str) -> str:
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return lines[-1][:200] if lines else "nothing on standard error"
+
+
+# ---- processes -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What is left of a program.
+
+    ``cut_short``: why it had to be ended, "" if it did so itself. ``status``: its exit status, or
+    minus the signal. ``out``: standard output; ``err``: the last part of standard error.
+    """
+
+    cut_short: str
+    status: int
+    out: str
+    err: str
+
+
+def ended(
+    command: Sequence[str], given: str, time_limit: float, stop: threading.Event | None = None
+) -> Ended:
+    """Give ``given`` on standard input, wait, and end what is left of it and its children.
+
+    ``stop`` ends it early. Raises OSError if it cannot be started.
+    """
+    with (
+        tempfile.TemporaryFile() as source,
+        tempfile.TemporaryFile() as out,
+        tempfile.TemporaryFile() as err,
+    ):
+        source.write(given.encode())
+        source.seek(0)
+        process = subprocess.Popen(
+            list(command), stdin=source, stdout=out, stderr=err, start_new_session=True
+        )
+        try:
+            cut_short = _waited(process.pid, time_limit, (out, err), stop)
+        finally:
+            # not waited for yet, so that its number is still that of the group
+            os.killpg(process.pid, signal.SIGKILL)
+            status = process.wait()
+        return Ended(cut_short, status, _text(out, 0), _text(err, LAST_BYTES))
+
+
+def _waited(
+    pid: int, time_limit: float, files: Sequence[IO[bytes]], stop: threading.Event | None
+) -> str:
+    until, pause = time.monotonic() + time_limit, SHORTEST_S
+    while os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
+        if time.monotonic() > until:
+            return f"still running after {time_limit:g} s"
+        if any(os.fstat(file.fileno()).st_size > MOST_BYTES for file in files):
+            return f"wrote more than {MOST_BYTES / 1e6:g} MB"
+        if stop is not None and stop.is_set():
+            return "interrupted"
+        time.sleep(pause)
+        pause = min(2 * pause, LONGEST_S)
+    return ""
+
+
+def _text(file: IO[bytes], last: int) -> str:
+    """The content, or its last part; no more than what is allowed."""
+    file.seek(-min(last, file.seek(0, os.SEEK_END)) if last else 0, os.SEEK_END if last else 0)
+    return file.read(MOST_BYTES).decode(errors="replace")
