@@ -16,8 +16,8 @@ from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import Call, Failure, Pool, dask_pool, local_pool
 from tt_precise.sweeps import spot_check
 from tt_precise.sweeps.specification import Plan, Specification, blocks
-from tt_precise.sweeps.store import Store, frame_of, write_chunk
-from tt_precise.sweeps.summary import summarized, summary_of
+from tt_precise.sweeps.store import Store, frame_of, summarized, write_chunk
+from tt_precise.sweeps.summary import summary_of
 
 if TYPE_CHECKING:
     import pandas

@@ -16,6 +16,7 @@ import hashlib
 import io
 import json
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -28,7 +29,6 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.untyped import Json
 from tt_precise.sweeps.specification import Specification
-from tt_precise.sweeps.summary import summarized
 
 if TYPE_CHECKING:
     import pandas
@@ -220,6 +220,27 @@ def frame_of(
     columns: dict[str, Array] = {"index": index}
     columns |= {name: values[:, position] for position, name in enumerate(names)}
     return pandas.DataFrame(columns | dict(results))
+
+
+def summarized(frame: pandas.DataFrame) -> dict[str, Json]:
+    """Rows, outcomes, and of each column least, greatest, sum and number of what is finite."""
+    import numpy
+
+    ranges: dict[str, list[Json]] = {}
+    for name in frame.columns:
+        if name in ("index", "outcome"):
+            continue
+        values = frame[name].to_numpy(dtype=float)
+        known = values[numpy.isfinite(values)]
+        if len(known):
+            ranges[name] = [float(known.min()), float(known.max()), float(known.sum()), len(known)]
+        else:
+            ranges[name] = [None, None, 0.0, 0]
+    return {
+        "rows": len(frame),
+        "outcomes": dict(Counter(frame["outcome"].tolist())),
+        "columns": ranges,
+    }
 
 
 def name_of(number: int) -> str:

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING
 
 from tt_precise._version import __version__
 from tt_precise.runtime.untyped import Json
 from tt_precise.sweeps.columns import OUTCOMES
 from tt_precise.sweeps.specification import Specification
-
-if TYPE_CHECKING:
-    import pandas
-
-    from tt_precise.sweeps.store import Store
+from tt_precise.sweeps.store import Store
 
 SCHEMA = "tt_precise.sweep/1"
 
@@ -88,27 +83,6 @@ def _versions() -> dict[str, str]:
         "heyoka": heyoka.__version__,
         "numpy": numpy.__version__,
         "python": platform.python_version(),
-    }
-
-
-def summarized(frame: pandas.DataFrame) -> dict[str, Json]:
-    """Rows, outcomes, and of each column least, greatest, sum and number of what is finite."""
-    import numpy
-
-    ranges: dict[str, list[Json]] = {}
-    for name in frame.columns:
-        if name in ("index", "outcome"):
-            continue
-        values = frame[name].to_numpy(dtype=float)
-        known = values[numpy.isfinite(values)]
-        if len(known):
-            ranges[name] = [float(known.min()), float(known.max()), float(known.sum()), len(known)]
-        else:
-            ranges[name] = [None, None, 0.0, 0]
-    return {
-        "rows": len(frame),
-        "outcomes": dict(Counter(frame["outcome"].tolist())),
-        "columns": ranges,
     }
 
 
