@@ -131,10 +131,7 @@ def climbing_time(printed: str = "4.7", run: Run = REFERENCE) -> Finding:
 
 
 def _in_all_definitions(which: str, run: Run) -> dict[str, Settled]:
-    def timed(name: str) -> Settled:
-        return run.settled(lambda run: getattr(getattr(run.inversion, name), which))
-
-    return {reading: timed(name) for name, reading in DEFINITIONS.items()}
+    return {reading: run.moment(name, which) for name, reading in DEFINITIONS.items()}
 
 
 def _proved(which: str, run: Run) -> dict[str, Interval | None]:
@@ -186,7 +183,7 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
     checks, known, proved = {}, proofs_of(run.scene), True
     moments = {(name, which): known.moment(name, which) for name in DEFINITIONS for which in ENDS}
     for name, reading in DEFINITIONS.items():
-        ends = [run.settled(partial(_moment, name, which)) for which in ENDS]
+        ends = [run.moment(name, which) for which in ENDS]
         found = [about(one, end) for one, end in zip(printed, ends, strict=True)]
         fits = [one.holds for one in found]
         proved &= all(
@@ -384,10 +381,6 @@ def three_phases(run: Run = REFERENCE) -> Finding:
         },
         f"The middle is lowest at {decimal(lowest[0], 6)} s, where the axis passes the pole.",
     )  # fmt: skip
-
-
-def _moment(definition: str, which: str, run: Trajectory) -> Scalar:
-    return getattr(getattr(run.inversion, definition), which)
 
 
 def _precession_where_aligned(run: Trajectory) -> Scalar:

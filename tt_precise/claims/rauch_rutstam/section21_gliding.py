@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import REFERENCE, Run, Span, variant
@@ -252,7 +251,7 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
 def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
     """In the climb the oscillations of nu_x grow, and their mean is slightly negative."""
     before, during = run.synchronisation, run.climb
-    swings = [_largest_swing(name, run, span) for span in (before, during)]
+    swings = [run.largest_swing(name, span) for span in (before, during)]
     average = run.mean(name, during)
     return all_of(
         {
@@ -320,11 +319,6 @@ def _count_above(higher: str, lower: str, spans: list[Span], run: Run) -> int:
 
 def _largest_size(name: str, run: Run, span: Span) -> float:
     return float(abs(run.extrema(name, span)[1]).max())
-
-
-def _largest_swing(name: str, run: Run, span: Span) -> float:
-    values = run.extrema(name, span)[1]
-    return max(abs(b - a) for a, b in pairwise(values))
 
 
 @claim(
