@@ -20,6 +20,7 @@ from tt_precise.runtime.lazy import lazy_names
 
 if TYPE_CHECKING:
     from tt_precise import check, claims, golden
+    from tt_precise.exact.thresholds import thresholds
     from tt_precise.integration import Trajectory, integrate
     from tt_precise.runtime.errors import InputError
     from tt_precise.scene.scene import Scene, load_scene
@@ -36,6 +37,7 @@ __all__ = [
     "integrate",
     "load_scene",
     "sweep",
+    "thresholds",
 ]  # fmt: skip
 
 __getattr__, __dir__ = lazy_names(
@@ -43,6 +45,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "runtime.errors": ["InputError"],
         "integration": ["Trajectory", "integrate"],
+        "exact.thresholds": ["thresholds"],
         "scene.scene": ["Scene", "load_scene"],
         "sweeps.table": ["sweep"],
     },

@@ -11,6 +11,7 @@ from typing import Any
 import mpmath
 import pytest
 
+import tt_precise as tt
 from tt_precise.exact import thresholds as module
 from tt_precise.exact.stability import MarginalMomentum
 from tt_precise.exact.thresholds import InversionVerdict, Thresholds, inversion, thresholds
@@ -44,6 +45,7 @@ def reference() -> Thresholds:
 
 def test_all_digits_agree_in_the_reference_scene(reference: Thresholds) -> None:
     assert list(reference.quantities) == NAMES
+    assert tt.thresholds("reference", 20).digits == 20
     assert {name: one.digits_agreed for name, one in reference.quantities.items()} == dict.fromkeys(
         NAMES, 50
     )

@@ -33,7 +33,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.untyped import Json
-from tt_precise.scene.scene import Scene, Start
+from tt_precise.scene.scene import Scene, Start, load_scene
 
 GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
 MOST_GUARD = 5000
@@ -89,10 +89,8 @@ class Thresholds:
             "inverts_reason": self.inverts_reason,
         }
 
-    to_json = as_dict  # its name up to 0.1
 
-
-def thresholds(scene: Scene, digits: int = 50) -> Thresholds:
+def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     """Determine lambda, lambda_thres, lambda_up, D0, D1, E0, E1, gamma, sigma of a scene, twice.
 
     E0 and E1 are the paper's E~_0 and E~_1, in J; lambda in kg m^3/s, D in kg m^2/s. D0 to E1
@@ -101,8 +99,9 @@ def thresholds(scene: Scene, digits: int = 50) -> Thresholds:
     Raises
     ------
     InputError
-        ``digits`` is no whole number between 1 and 2000.
+        There is no such scene, or ``digits`` is no whole number between 1 and 2000.
     """
+    scene = load_scene(scene)
     work = _Work(scene, checked_digits(digits))
     lambda_ = work.lambda_()
     quantities = {
