@@ -21,15 +21,15 @@ from tt_precise.scene.scene import load_scene
 LONG = """
 import os, signal, sys, threading
 from tt_precise import cli
-from tt_precise.integration import propagate
+from tt_precise.integration import heyoka_backend
 
-advance = propagate._advance
+advance = heyoka_backend._advance
 
 def interrupted_soon(*arguments):
     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
     return advance(*arguments)
 
-propagate._advance = interrupted_soon
+heyoka_backend._advance = interrupted_soon
 sys.argv = ["tt-precise", "run", "frictionless", "--until", "100000", *sys.argv[1:]]
 cli.entry()
 """

@@ -48,7 +48,7 @@ def test_the_check_of_it_sees_an_import() -> None:
     [
         "",
         "import tt_precise.integration",
-        "import tt_precise.integration.propagate",
+        "import tt_precise.integration.heyoka_backend",
         "from tt_precise import integrate",
         "from tt_precise.integration import integrate",
     ],

@@ -16,8 +16,8 @@ import pytest
 from tt_precise import cli
 from tt_precise.certify.certificate import Accepted
 from tt_precise.commands.golden import SCHEMA as GOLDEN_SCHEMA
+from tt_precise.integration.dense_output import Status
 from tt_precise.integration.precision import BITS
-from tt_precise.integration.propagate import Status
 from tt_precise.scene.scene import MODELS
 
 ROOT = Path(__file__).parents[1]

@@ -14,8 +14,8 @@ import pytest
 from tt_precise.integration import (
     Trajectory,
     dense_output,
+    heyoka_backend,
     integrate,
-    propagate,
 )
 from tt_precise.integration import run as run_of_scenes
 from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
@@ -256,7 +256,7 @@ def test_a_repetition_that_differs_is_not_hidden(
     half: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trajectory = integrate(half)
-    original: Callable[..., Any] = dense_output.propagate
+    original: Callable[..., Any] = heyoka_backend.propagate
 
     def unreliable(*args: Any, **keywords: Any) -> Any:
         propagation = original(*args, **keywords)
@@ -264,7 +264,7 @@ def test_a_repetition_that_differs_is_not_hidden(
             propagation, state=(propagation.state[0] * (1 + 2.0**-52), *propagation.state[1:])
         )
 
-    monkeypatch.setattr(dense_output, "propagate", unreliable)
+    monkeypatch.setattr(heyoka_backend, "propagate", unreliable)
     with pytest.raises(RuntimeError, match="another result when it was repeated"):
         trajectory.at("0.1")
 
@@ -285,7 +285,7 @@ def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
     expected = [whole.frame(numbers="text").to_csv(), whole.frame().to_csv(), whole.at("0.2")]
     assert whole.run.segments[0].output._pieces is not None
     monkeypatch.setattr(dense_output, "MOST_BYTES", 10_000)
-    monkeypatch.setitem(propagate.STEPS_IN_A_PIECE, precision, 10)
+    monkeypatch.setitem(heyoka_backend.STEPS_IN_A_PIECE, precision, 10)
     done: list[float] = []
     long = integrate(half, precision)
     found = [

@@ -10,7 +10,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.integration import Trajectory, digits, integrate
-from tt_precise.integration import propagate as propagation
+from tt_precise.integration import heyoka_backend as propagation
 from tt_precise.integration.columns import digits_over_rows
 from tt_precise.integration.digits import HEYOKAS, LADDER, SPARE, Rung, integrate_to_digits
 from tt_precise.integration.precision import DOUBLES

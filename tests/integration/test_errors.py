@@ -7,7 +7,7 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.integration import Trajectory, dense_output, integrate
+from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.integration.columns import Columns, worst_digits
 from tt_precise.integration.errors import deviations
 from tt_precise.mechanics.formulations import COORDINATES
@@ -96,7 +96,7 @@ def test_neither_a_run_nor_its_reference_is_integrated_twice_for_errors_at_sampl
 ) -> None:
     coarse = integrate(short, tolerance=1e-8)
     assert len(coarse.errors.references) == 1
-    monkeypatch.setattr(dense_output, "propagate", None)  # that a second propagation calls
+    monkeypatch.setattr(heyoka_backend, "propagate", None)  # that a second propagation calls
     assert 5 < coarse.digits_throughout < 10
 
 

@@ -8,13 +8,16 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from tt_precise.integration import Trajectory, integrate, system
-from tt_precise.integration.equations import Equations
-from tt_precise.integration.idle import Idle
+from tt_precise.integration import Trajectory, heyoka_backend, integrate
+from tt_precise.integration.equations import (
+    LARGE_TILT,
+    SLOW_SPEED,
+    Equations,
+    longest_step,
+)
+from tt_precise.integration.heyoka_backend import Idle, numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.step_limit import LARGE_TILT, longest_step
-from tt_precise.integration.system import SLOW_SPEED, numeric_options
 from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.scene.body import TippeTop
@@ -27,13 +30,13 @@ SETUP = Setup(formulation=integrated("gliding", "newton"), precision=precision_n
 def builds(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
     """Keys built during the test, which starts without idle integrators."""
     built: list[Setup] = []
-    original = system.build
+    original = heyoka_backend.build
 
-    def build(setup: Setup) -> system.Integrator:
+    def build(setup: Setup) -> heyoka_backend.Integrator:
         built.append(setup)
         return original(setup)
 
-    monkeypatch.setattr(system, "_idle", Idle(build))
+    monkeypatch.setattr(heyoka_backend, "_idle", Idle(build))
     return built
 
 
@@ -93,7 +96,9 @@ def test_terminal_functions_are_those_of_the_model() -> None:
     def names(model: str, coordinates: str) -> list[str]:
         form = integrated(model, coordinates)
         equations = Equations.of(form)
-        return list(system.terminal_functions(form, equations.motion, equations.variables[0]))
+        return list(
+            heyoka_backend.terminal_functions(form, equations.motion, equations.variables[0])
+        )
 
     assert names("gliding", "newton") == ["contact_lost", "singular_contact"]
     assert names("gliding", "euler") == ["contact_lost", "singular_contact", "pole"]

@@ -11,9 +11,8 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.integration import Trajectory, integrate, system
-from tt_precise.integration import propagate as propagation
-from tt_precise.integration.idle import Idle
+from tt_precise.integration import Trajectory, heyoka_backend, integrate
+from tt_precise.integration.heyoka_backend import Idle
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import subtracted
@@ -25,7 +24,7 @@ from tt_precise.scene.scene import Inclination, Scene, Start, load_scene, shippe
 @pytest.fixture
 def no_idle(monkeypatch: pytest.MonkeyPatch) -> None:
     """No integrators from before, and none left behind that were compiled under a patch."""
-    monkeypatch.setattr(system, "_idle", Idle(system.build))
+    monkeypatch.setattr(heyoka_backend, "_idle", Idle(heyoka_backend.build))
 
 
 def with_mu(scene: Scene, mu: str) -> Scene:
@@ -79,7 +78,7 @@ def test_a_fresh_compilation_changes_no_bit(
     half: Scene, monkeypatch: pytest.MonkeyPatch, no_idle: None
 ) -> None:
     first = integrate(half, "quad")
-    monkeypatch.setattr(system, "_idle", Idle(system.build))
+    monkeypatch.setattr(heyoka_backend, "_idle", Idle(heyoka_backend.build))
     assert integrate(half, "quad").state == first.state
 
 
@@ -123,14 +122,14 @@ def test_singular_contact_behind_lost_contact(
     rough: Scene, monkeypatch: pytest.MonkeyPatch, no_idle: None
 ) -> None:
     """On a table that pulls too (g_n < 0) the denominator of g_n reaches 0: a blow-up."""
-    original: Callable[..., dict[str, Any]] = system.terminal_functions
+    original: Callable[..., dict[str, Any]] = heyoka_backend.terminal_functions
 
     def sticky(*args: Any) -> dict[str, Any]:
         functions = original(*args)
         del functions["contact_lost"]
         return functions
 
-    monkeypatch.setattr(system, "terminal_functions", sticky)
+    monkeypatch.setattr(heyoka_backend, "terminal_functions", sticky)
     end = integrate(rough, "extended")
     assert end.status == "singular_contact"
     assert end.error_estimate["t_end"] < 1e-15
@@ -229,7 +228,7 @@ def test_a_failure_under_way_ends_at_the_last_good_step(
 def test_a_run_that_cannot_arrive_is_given_up(
     reference: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "extended", 40)
+    monkeypatch.setitem(heyoka_backend.STEPS_IN_A_PIECE, "extended", 40)
     stuck = integrate(with_mu(reference, "1e100"), "extended")
     assert stuck.status == "failed"
     assert 0 < stuck.t_end < 1e-90
@@ -271,7 +270,7 @@ def test_progress_rises_to_one(half: Scene, precision: str) -> None:
 
 def test_progress_is_reported_between_pieces(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = integrate(half)
-    monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, "double", 10)
+    monkeypatch.setitem(heyoka_backend.STEPS_IN_A_PIECE, "double", 10)
     reported: list[float] = []
     pieces = integrate(half, progress=reported.append)
     assert len(reported) > 5
@@ -341,7 +340,7 @@ def test_a_tolerance_beyond_the_arithmetic_is_refused(half: Scene) -> None:
 def test_more_events_than_memory_should_hold_are_refused(
     half: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(system, "MOST_EVENTS", 10)
+    monkeypatch.setattr(heyoka_backend, "MOST_EVENTS", 10)
     assert len(integrate(half, events=("equator",)).events) == 0
     with pytest.raises(InputError, match="events: got more than 10, expected fewer: ask for a"):
         integrate(half, events=("theta_min", "theta_max", "phi_dot_zero"))

@@ -105,7 +105,9 @@ def test_what_vanishes_identically_is_no_event(precision: str) -> None:
 
 
 def test_without_what_settles_them_there_are_such_events(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tt_precise.integration.propagate.settled", lambda hits, *_: tuple(hits))
+    monkeypatch.setattr(
+        "tt_precise.integration.heyoka_backend.settled", lambda hits, *_: tuple(hits)
+    )
     scene = replace(load_scene("rolling"), until=Fraction(1))
     assert len(integrate(scene, events=("phi_dot_zero",)).events) > 20
     scene = replace(load_scene("reference"), until=Fraction(1, 10))

@@ -16,9 +16,9 @@ from typing import Any
 
 import pytest
 
+from tt_precise.integration.heyoka_backend import propagate
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.integration.precision import precision_named
-from tt_precise.integration.propagate import propagate
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState

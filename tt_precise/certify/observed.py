@@ -10,7 +10,7 @@ from flint import arb
 from tt_precise.certify.balls import Balls
 from tt_precise.certify.interval_newton import Function
 from tt_precise.certify.problem import body_of, form_of, problem_of, units_of
-from tt_precise.integration.quadratures import QUADRATURE_SCALE
+from tt_precise.integration.equations import QUADRATURE_SCALE
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState

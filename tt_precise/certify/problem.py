@@ -13,7 +13,7 @@ from flint import arb
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.tape import Tape
 from tt_precise.certify.verdict import NotProved
-from tt_precise.integration.quadratures import extended_rates
+from tt_precise.integration.equations import extended_rates
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar

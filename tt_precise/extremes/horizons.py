@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.tops import Integrate, integrating, state_distance, varied
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.heyoka_backend import integrator
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.streaming import Stream
-from tt_precise.integration.system import integrator
 from tt_precise.integration.variational import sensitivity
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.formulations import formulation

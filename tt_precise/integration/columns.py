@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.conversion import horizontal_length
 from tt_precise.mechanics.digits import sizes

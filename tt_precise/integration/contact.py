@@ -51,3 +51,9 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
         "the top is not on the table; lower the start's rates, or run the equations beyond "
         "their meaning with contact bilateral"
     )
+
+
+def left_the_table(model: str, start: InitialState, fn: Functions, later: bool) -> bool:
+    """Whether g_n was negative at the start, or fell through zero ``later``."""
+    numerator, _ = contact_terms(model, start.body, start.vectors, fn)
+    return later or bool(numerator <= 0)

@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple
+from typing import Literal, NamedTuple, Protocol
 
 from tt_precise.integration.columns import Row
+from tt_precise.integration.equations import extended_rates
+from tt_precise.integration.events import Hit
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.propagate import ARRIVED, Pieces, Propagation, Status, propagate
-from tt_precise.integration.quadratures import extended_rates
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Scalar
@@ -30,6 +30,12 @@ from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.numbers import MOST_PARTS, moments, multiples
 
+Status = Literal[
+    "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",
+    # ends of pieces, at which another one begins
+    "slow", "fast", "stick", "slip", "landing", "sinking", "separation", "release",
+]  # fmt: skip
+ARRIVED: tuple[Status, ...] = ("complete", "contact_ignored")  # at the scene's horizon
 EXACT = 2**53  # integers up to here are doubles, so that a quotient of two is rounded once
 
 
@@ -115,6 +121,34 @@ def has_long_double() -> bool:
 
 TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
 MOST_BYTES = 400_000_000  # of the series of all steps of one run
+
+
+class Pieces(Protocol):
+    """What takes the dense outputs of a propagation."""
+
+    def append(self, output: ContinuousOutput, /) -> None:
+        """Take the next piece."""
+
+    def clear(self) -> None:
+        """Forget all pieces: the propagation begins anew."""
+
+
+@dataclass(frozen=True)
+class Propagation:
+    """How one propagation went, in heyoka's own numbers, dimensionless.
+
+    The end is at ``time`` + ``time_low``: a step to an event ends between two numbers. ``samples``
+    are the states at the times that were asked for, where all were reached.
+    """
+
+    status: Status
+    time: Scalar
+    time_low: Scalar
+    state: tuple[Scalar, ...]
+    steps: int
+    order: int
+    hits: tuple[Hit, ...]
+    samples: Array | None = field(default=None, compare=False, repr=False)
 
 
 class StoredPieces:
@@ -212,7 +246,7 @@ class DenseOutput(Span):
         self._pieces, self._too_long = pieces, False
         self.samples = samples
         self._lock = threading.RLock()
-        self._propagate = again or self._propagate_alone
+        self._propagate = again
 
     @property
     def status(self) -> Status:
@@ -392,13 +426,10 @@ class DenseOutput(Span):
                     reader.append(piece)
 
     def _again(self, pieces: Pieces, progress: Progress | None) -> None:
+        assert self._propagate, "a propagation without its series can be repeated"
         again = self._propagate(pieces, progress)
         if again.state != self.propagation.state:
             raise RuntimeError("the same integration gave another result when it was repeated")
-
-    def _propagate_alone(self, pieces: Pieces, progress: Progress | None) -> Propagation:
-        until = self.propagation.time if self.propagation.status == "failed" else None
-        return propagate(self.setup, self.start, until=until, dense=pieces, progress=progress)
 
     def _moved(self, row: Row, delay: Scalar) -> Row:
         # heyoka takes times rounded to its precision, which costs up to t eps of state at late

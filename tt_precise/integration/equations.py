@@ -1,15 +1,87 @@
-"""``Equations``: the equations of motion as heyoka's expressions, made here alone."""
+"""The equations of motion as they are integrated, with recorded quadratures behind the state.
+
+heyoka's tolerance is relative to the largest component of the state, so quadratures, which may
+grow large, are carried scaled down by a power of two and do not loosen it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tt_precise.integration.quadratures import extended_rates, motion, moving
+from tt_precise.integration.events import EXTREMUM, Event
+from tt_precise.integration.precision import Precision
+from tt_precise.mechanics import compliant, friction, newton
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.mechanics.friction import largest_coefficient
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.vectors import dot
+from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.startup import bound_compiled
+from tt_precise.scene.body import Parameters
+from tt_precise.taylor.series import Series, SeriesFunctions, solution
+
+QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
+QUADRATURE_SCALE = 1024
+# in units of sqrt(g R): below it Coulomb's law is integrated in polar form, until twice as much
+SLOW_SPEED = 2.0**-4
+SINGULAR_DENOMINATOR = 1e-6  # of I1; from there the blow-up is about 1e-12 sqrt(R/g) away
+# a tolerance relative to the largest entry costs a greater tilt 2 digits at most
+LARGE_TILT = 2.0**-7
+
+
+def extended_rates(
+    form: Formulation,
+    record: tuple[str, ...],
+    body: Parameters,
+    state: tuple[Scalar, ...],
+    fn: Functions,
+) -> list[Scalar]:
+    """Rates of the state and, behind it, of the recorded quadratures (scaled down)."""
+    size = len(form.columns)
+    rates = list(form.rates(body, form.State(*state[:size]), fn))
+    if record:
+        q = motion(form, record, body, state, fn)
+        found = [QUANTITIES[QUADRATURES[name]].evaluate(q) / QUADRATURE_SCALE for name in record]
+        if form.clock:
+            clock = form.clock(form.State(*state[:size]), fn)
+            found = [clock * rate for rate in found]
+        rates += found
+    return rates
+
+
+def motion(
+    form: Formulation,
+    record: tuple[str, ...],
+    body: Parameters,
+    state: tuple[Scalar, ...],
+    fn: Functions,
+) -> Motion:
+    """The ``Motion`` of an extended state; the azimuth is the recorded phi, or 0."""
+    size = len(form.columns)
+    phi: Scalar = 0
+    if form.coordinates == "euler" and "phi" in record:
+        phi = state[size + record.index("phi")] * QUADRATURE_SCALE
+    return form.motion(body, form.State(*state[:size]), fn, phi)
+
+
+def moving(
+    form: Formulation,
+    record: tuple[str, ...],
+    body: Parameters,
+    row: Sequence[Scalar],
+    fn: Functions,
+) -> tuple[tuple[Series, ...], Motion]:
+    """Power series in time of the extended state that begins at ``row``, and their ``Motion``."""
+    functions = SeriesFunctions(fn)
+
+    def rates(entries: tuple[Series, ...]) -> list[Scalar]:
+        return extended_rates(form, record, body, entries, functions)
+
+    entries = solution(rates, row)
+    return entries, motion(form, record, body, entries, functions)
 
 
 class HeyokaFunctions:
@@ -63,3 +135,82 @@ class Equations:
     def system(self) -> list[tuple[Scalar, Scalar]]:
         """Pairs of a variable and its rate, as heyoka's integrators take them."""
         return list(zip(self.variables, self.rates, strict=True))
+
+
+def terminal_functions(form: Formulation, q: Motion, theta: Scalar) -> dict[str, Scalar]:
+    """Functions that are positive where the model holds; it ends where one falls to zero."""
+    if form.model == "flight":
+        found = {"landing": q.state.height}
+        if form.spring:
+            found["sinking"] = compliant.reach(q.body, q.state.height, q.state.rise)
+    elif form.spring:
+        found = {} if form.own_time else {"separation": q.force[2]}
+    elif form.model == "rolling":
+        found = {"contact_lost": q.force[2]}
+    else:
+        numerator, denominator = newton.contact_terms(q.viscous, q.state)
+        margin = SINGULAR_DENOMINATOR * q.body.I1
+        found = {"contact_lost": numerator, "singular_contact": denominator - margin}
+    if form.model == "rolling" and not form.friction.smooth_at_rest:
+        found["slip"] = friction.cone_margin(q.body, q.state)
+    elif not (form.friction.smooth_at_rest or form.own_time):
+        square = q.state.vx * q.state.vx + q.state.vy * q.state.vy
+        found["slow"] = square - SLOW_SPEED * SLOW_SPEED
+    if form.coordinates == "euler":
+        found["pole"] = q.fn.sin(theta)
+    return found
+
+
+def along(expression: Scalar, equations: Equations) -> Scalar:
+    """The rate of an expression along the motion."""
+    import heyoka
+
+    slopes = (heyoka.diff(expression, v) * rate for v, rate in equations.system)
+    return sum(slopes, start=heyoka.expression(0.0))
+
+
+def event_expression(event: Event, equations: Equations) -> Scalar:
+    """The heyoka expression whose zeros are the event, or a number where it is constant."""
+    if not event.name.startswith(EXTREMUM) or event.slope:
+        return event.function(equations.motion)
+    value = event.function(equations.moving())
+    return value[1] if isinstance(value, Series) else 0
+
+
+def longest_step(
+    body: Parameters,
+    vectors: NewtonState,
+    order: int,
+    precision: Precision,
+    form: Formulation | None = None,
+) -> Scalar | None:
+    """Longest Taylor step that keeps the digits of a tilt beside a pole; None for other starts.
+
+    ``body`` and ``vectors`` are the dimensionless start; ``form`` counts where it has a time of
+    its own.
+
+    heyoka keeps the truncation error below eps of the largest entry. A tilt of 1e-20 rad is not
+    seen in that: its steps would become so long that it is off by a factor. As the tilt obeys
+    linear equations there, a term of its series is at most (frequency times step)^k/k!, with the
+    frequency of the fastest mode, and the step follows from the first term left out.
+    """
+    if max(map(abs, vectors.k[:2])) >= LARGE_TILT:  # most starts of a sweep, decided in no time
+        return None
+    context = precision.context
+    spin = context.sqrt(dot(vectors.L, vectors.L))
+    sideways = context.hypot(vectors.Lx, vectors.Ly) / max(1, spin)
+    tilt = max(context.hypot(*vectors.k[:2]), sideways, context.hypot(*vectors.v[:2]))
+    if not 0 < tilt < LARGE_TILT:
+        return None
+    height = 1 + body.alpha
+    # nutation, the pendulum's frequency, and the decay of gliding, none of them underestimated
+    frequency = spin / body.I1 + context.sqrt(body.alpha / body.I1)
+    decay = 1 + height * height / body.I1
+    if (
+        form and form.own_time
+    ):  # in which a rate is v times as large, at most at the highest v there
+        frequency = 2 * SLOW_SPEED * frequency + body.mu * decay
+    elif body.friction.smooth_at_rest or any(vectors.v):
+        frequency += largest_coefficient(body, context.hypot(*vectors.v[:2])) * decay
+    first_left_out = precision.eps * context.factorial(order + 1)
+    return context.root(first_left_out, order + 1) / frequency

@@ -21,10 +21,9 @@ from tt_precise.integration.columns import (
     digits_over_rows,
     worst_digits,
 )
-from tt_precise.integration.dense_output import has_long_double, in_parts, long_double
+from tt_precise.integration.dense_output import ARRIVED, has_long_double, in_parts, long_double
 from tt_precise.integration.event_errors import event_errors
 from tt_precise.integration.precision import finer
-from tt_precise.integration.propagate import ARRIVED
 from tt_precise.integration.reading import Reader, Reference, distance, floats
 from tt_precise.integration.segments import Segment
 from tt_precise.integration.setup import Setup, full_tolerance

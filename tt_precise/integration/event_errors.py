@@ -13,10 +13,9 @@ from typing import NamedTuple
 
 from tt_precise.integration.columns import Columns, digits_of_time, digits_over_rows
 from tt_precise.integration.dense_output import Times, has_long_double, long_double
-from tt_precise.integration.events import EXTREMUM, Event, event_named
+from tt_precise.integration.events import EXTREMUM, Event, Hit, event_named
 from tt_precise.integration.reading import Reference, distance, floats
 from tt_precise.integration.segments import Run, Segment
-from tt_precise.integration.system import Hit
 from tt_precise.runtime.arithmetic import Array, Scalar
 
 GLIDING = ("vx", "vy", "nu_x", "nu_y")

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -18,6 +19,17 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.scene.laws import VISCOUS, Law
 
 EXTREMUM, ZERO = "extremum:", "zero:"
+
+MOST_EVENTS = 1_000_000  # each takes half a kB
+
+
+class Hit(NamedTuple):
+    """One event as it happened: dimensionless time and state in heyoka's numbers."""
+
+    name: str
+    time: Scalar
+    direction: int
+    state: tuple[Scalar, ...]
 
 
 @dataclass(frozen=True)

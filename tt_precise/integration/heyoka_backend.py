@@ -1,21 +1,72 @@
-"""heyoka's Taylor integrators in double, extended, quad and mp, for every scene."""
+"""heyoka's Taylor integrators in double, extended, quad and mp: compiled once, lent, propagated.
+
+Everything is integrated in dimensionless units (m = R = g = 1).
+"""
 
 from __future__ import annotations
 
-from tt_precise.integration.dense_output import DenseOutput, SampleTimes, StoredPieces
-from tt_precise.integration.propagate import propagate
+import threading
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from tt_precise.integration.contact import left_the_table
+from tt_precise.integration.dense_output import (
+    DenseOutput,
+    Pieces,
+    Propagation,
+    SampleTimes,
+    Status,
+    StoredPieces,
+)
+from tt_precise.integration.equations import (
+    SLOW_SPEED,
+    Equations,
+    event_expression,
+    longest_step,
+    terminal_functions,
+)
+from tt_precise.integration.events import (
+    EVENTS,
+    EXTREMUM,
+    MOST_EVENTS,
+    ZERO,
+    Event,
+    Hit,
+    event_named,
+)
+from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run, Segment
-from tt_precise.integration.setup import Setup
+from tt_precise.integration.setup import Setup, full_tolerance
+from tt_precise.integration.vanishing import FIRST_STEP, settled
+from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.untyped import Adaptive
 from tt_precise.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}  # 0.2 s or more
+MOST_CUTS = 4  # of a failed propagation, back to its last good step
+LONGEST_OWN_TIME = 2.0**40  # where the state ends the propagation
+REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
+GRAZING = 2.0**-20  # in units of sqrt(g R): nothing lands as slowly as this, but it may take off
+Key = TypeVar("Key", bound=Hashable)
+Made = TypeVar("Made")
+MOST = 32  # that wait: one for each thread of a busy program
+KINDS = 6  # of them: each takes 3 to 5 MB, and most kinds are asked for once
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
-    """Numbers that heyoka does not have."""
+    """Numbers that heyoka does not have, and motions in several segments."""
     if setup.precision.doubles:
         return f"{scene.name}: got {setup.precision.name}, expected one of heyoka's precisions"
-    return None
+    return f"{scene.name}: got a motion in segments" if scene.in_pieces else None
 
 
 def run(
@@ -25,18 +76,447 @@ def run(
     samples: SampleTimes | None,
     progress: Progress | None,
 ) -> Run:
-    """What becomes of ``start``, in one segment unless the scene may have several."""
-    if scene.in_pieces:
-        from tt_precise.integration.hybrid import segments_of
-
-        return Run(setup, start, segments_of(scene, setup, start, progress))
+    """What becomes of ``start``, in one segment."""
     if setup.precision.name == "double":
         taken = None if samples is None else samples.doubles.rounded[1:]
         propagation = propagate(setup, start, samples=taken, progress=progress)
-        output = DenseOutput(setup, start, propagation, samples=samples)
+        pieces = None
     else:
         # wider arithmetics take longer, so there the dense output is always stored at once
         stored = StoredPieces(setup)
         propagation = propagate(setup, start, dense=stored, progress=progress)
-        output = DenseOutput(setup, start, propagation, stored.pieces)
+        pieces, samples = stored.pieces, None
+    again = repeating(setup, start, propagation)
+    output = DenseOutput(setup, start, propagation, pieces, again, samples)
     return Run(setup, start, [Segment(start.until * 0, output)])
+
+
+def repeating(
+    setup: Setup, start: InitialState, first: Propagation
+) -> Callable[[Pieces, Progress | None], Propagation]:
+    """The same propagation once more, for the dense outputs of its pieces."""
+    until = first.time if first.status == "failed" else None
+
+    def again(pieces: Pieces, progress: Progress | None) -> Propagation:
+        return propagate(setup, start, until=until, dense=pieces, progress=progress)
+
+    return again
+
+
+def propagate(
+    setup: Setup,
+    start: InitialState,
+    *,
+    until: Scalar = None,
+    dense: Pieces | None = None,
+    samples: Array | None = None,
+    progress: Progress | None = None,
+    cuts: int = MOST_CUTS,
+) -> Propagation:
+    """Propagate once from ``start``; how it went, in heyoka's own numbers.
+
+    ``until`` (a number of heyoka's type) replaces the start's own horizon. ``dense`` is given
+    heyoka's dense output of each bounded piece of the way, in order. ``samples`` are rising times
+    up to the horizon, at which states are wanted of a run in double. A propagation that
+    produces NaN is cut back to its last good step, at most ``cuts`` times, and has the status
+    "failed", and so has one that is given up because its steps are too short ever to arrive.
+
+    Raises
+    ------
+    InputError
+        More than ``MOST_EVENTS`` events happened, or the function of one became undefined.
+    """
+    import heyoka
+
+    form = setup.formulation
+    number, zero = setup.precision.number, setup.precision.context.mpf(0)
+    horizon = number(start.until) if until is None else until
+    with integrator(setup) as made:
+        made.begin(setup, start)
+        if setup.formulation.own_time and until is None:
+            horizon = number(setup.precision.context.mpf(LONGEST_OWN_TIME))
+        rooted = setup.events or setup.formulation.model == "flight"
+        first = number(setup.precision.context.mpf(FIRST_STEP)) if rooted else horizon
+        goals = [first, horizon] if first < horizon else [horizon]
+        longest = longest_step(
+            start.body, start.vectors, made.adaptive.order, setup.precision, setup.formulation
+        )
+        limits = {} if longest is None else {"max_delta_t": number(longest)}
+        sampling = None if samples is None else _Sampling(samples)
+        outcome, steps = _advance(made, goals, dense, sampling, progress, setup.precision, limits)
+        status = status_of(outcome, made.terminal)
+        if (
+            status == "complete"
+            and setup.contact == "bilateral"
+            and left_the_table(form.model, start, setup.precision.context, bool(made.losses))
+        ):
+            status = "contact_ignored"
+        if status != "failed":
+            found = _propagation_of(setup, start, made, status, steps)
+            return found if sampling is None else replace(found, samples=sampling.states)
+        last_good = made.adaptive.time
+        if outcome == heyoka.taylor_outcome.err_nf_state:
+            last_good = _time_before_failure(setup, start, made, horizon)
+        if last_good == number(zero):
+            made.begin(setup, start)
+            return _propagation_of(setup, start, made, status, 0)
+    partial = [name for name in setup.events if name not in EVENTS]
+    if partial and propagate(setup.but(events=()), start, until=until).status != "failed":
+        t = float(setup.precision.guarded(last_good) * start.units.time)
+        raise InputError(
+            f"events: got {', '.join(partial)}, of which some are undefined at t = {t:.6g} s, "
+            "expected functions that are defined all the way, such as theta_max or phi_dot_zero"
+        )
+    if dense is not None:
+        dense.clear()
+    if not cuts:  # no time is good
+        last_good = number(zero)
+    propagation = propagate(setup, start, until=last_good, dense=dense, cuts=cuts - 1)
+    return replace(propagation, status="failed")
+
+
+class _Sampling:
+    """The states of a run in double at rising ``times``, read from its steps as they are taken.
+
+    Where the first bounded piece of the way does not reach the last of them there are none:
+    heyoka would begin the next piece's grid a rounding beside where the last step ended.
+    """
+
+    def __init__(self, times: Array):
+        self._times = times
+        self.begun = False
+        self.states: Array | None = None  # shape (times, entries)
+
+    def advance(self, adaptive: Adaptive, **keywords: Any) -> tuple[Any, int]:
+        """Propagate to the last of the times, or as far as it goes; outcome and steps."""
+        import numpy
+
+        self.begun = True
+        outcome, _, _, steps, _, states = adaptive.propagate_grid(
+            numpy.append(adaptive.time, self._times), **keywords
+        )
+        if len(states) > len(self._times):
+            self.states = states[1:]
+        return outcome, steps
+
+
+def _advance(
+    made: Integrator,
+    goals: list[Scalar],
+    dense: Pieces | None,
+    sampling: _Sampling | None,
+    progress: Progress | None,
+    precision: Precision,
+    limits: dict[str, Any],
+) -> tuple[Any, int]:
+    """Outcome and steps of a propagation from goal to goal, in bounded pieces.
+
+    Between the pieces, and between the steps of wide arithmetics, Python runs: that is where
+    progress is reported and Ctrl-C gets through. The outcome is ``step_limit`` where a whole piece
+    covered less than eps of the horizon (mu = 1e300): the rest would take 1/eps more of them.
+    """
+    import heyoka
+
+    def report(adaptive: Adaptive) -> bool:
+        if progress and goals[-1]:
+            progress(min(1.0, float(adaptive.time) / float(goals[-1])))
+        return True
+
+    guarded = precision.guarded
+    keywords: dict[str, Any] = {"max_steps": STEPS_IN_A_PIECE[precision.name], **limits}
+    if precision.name in ("quad", "mp"):
+        keywords["callback"] = report
+    steps, outcome = 0, heyoka.taylor_outcome.time_limit
+    for goal in goals:
+        if outcome != heyoka.taylor_outcome.time_limit:
+            break
+        outcome = heyoka.taylor_outcome.step_limit
+        advance, crawl = guarded(goal), precision.eps * guarded(goal)
+        while outcome == heyoka.taylor_outcome.step_limit and advance >= crawl:
+            before = made.adaptive.time
+            if sampling is not None and goal == goals[-1] and not sampling.begun:
+                outcome, count = sampling.advance(made.adaptive, **keywords)
+            else:
+                outcome, _, _, count, output, _ = made.adaptive.propagate_until(
+                    goal, c_output=dense is not None, **keywords
+                )
+                if dense is not None and output is not None:
+                    dense.append(output)
+            steps += count
+            advance = guarded(made.adaptive.time - before)
+            report(made.adaptive)
+    return outcome, steps
+
+
+def _propagation_of(
+    setup: Setup,
+    start: InitialState,
+    made: Integrator,
+    status: Status,
+    steps: int,
+) -> Propagation:
+    time, time_low = made.adaptive.dtime
+    return Propagation(
+        status=status,
+        time=time,
+        time_low=time_low,
+        state=_values(made.adaptive),
+        steps=steps,
+        order=made.adaptive.order,
+        hits=settled(made.hits, setup, start, time),
+    )
+
+
+def _time_before_failure(
+    setup: Setup, start: InitialState, made: Integrator, horizon: Scalar
+) -> Scalar:
+    made.begin(setup, start)
+    last = made.adaptive.time
+
+    def watch(adaptive: Adaptive) -> bool:
+        nonlocal last
+        good = all(value - value == 0 for value in _values(adaptive))
+        # a failure just behind the horizon of a run that was cut back already takes it further back
+        last = adaptive.time if good and adaptive.time < horizon else last
+        return good
+
+    made.adaptive.propagate_until(horizon, callback=watch)
+    return last
+
+
+def _values(adaptive: Adaptive) -> tuple[Scalar, ...]:
+    # one at a time: arrays of heyoka's reals leak memory
+    return tuple(adaptive.state[i] for i in range(len(adaptive.state)))
+
+
+def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
+    """The status of a propagation that heyoka ended with ``outcome``."""
+    import heyoka
+
+    if outcome == heyoka.taylor_outcome.time_limit:
+        return "complete"
+    if outcome == heyoka.taylor_outcome.err_nf_state:
+        return "failed"
+    index = -1 - int(outcome)
+    ended: Any = terminal[index] if 0 <= index < len(terminal) else "failed"
+    return ended
+
+
+@dataclass
+class Integrator:
+    """A ``heyoka.taylor_adaptive``, its events, and the lists that their callbacks fill.
+
+    ``losses`` holds the latest time at which g_n fell through 0 in a run that went on there.
+    """
+
+    adaptive: Adaptive
+    terminal: tuple[str, ...]
+    events: dict[str, Event]
+    hits: list[Hit] = field(default_factory=list)
+    losses: list[Scalar] = field(default_factory=list)
+
+    def begin(self, setup: Setup, start: InitialState) -> None:
+        """Go to ``start``, at time zero, and forget earlier events."""
+        key = ("begin", setup.formulation, setup.record, setup.precision)
+        zero, state, parameters = start.once(key, lambda: _first_numbers(setup, start))
+        for i, value in enumerate(state):
+            self.adaptive.state[i] = value
+        for i, value in enumerate(parameters):
+            self.adaptive.pars[i] = value
+        self.adaptive.time = zero
+        self.adaptive.reset_cooldowns()
+        self.hits.clear()
+        self.losses.clear()
+
+
+def _first_numbers(setup: Setup, start: InitialState) -> tuple[Scalar, list[Scalar], list[Scalar]]:
+    """Time, state and parameters of ``start`` in heyoka's numbers."""
+    form, number = setup.formulation, setup.precision.number
+    horizon = (start.until,) if form.own_time else ()
+    parameters = (*start.parameters(form), *horizon)
+    return (
+        number(setup.precision.context.mpf(0)),
+        list(map(number, start.first_row(form, setup.record))),
+        list(map(number, parameters)),
+    )
+
+
+def build(setup: Setup) -> Integrator:
+    """Compile the integrator for ``setup``."""
+    import heyoka
+
+    # what heyoka would log is in a trajectory's status and its suspect_events
+    heyoka.set_logger_level_critical()
+    form, fp_type = setup.formulation, setup.precision.fp_type
+    equations = Equations.of(form, setup.record)
+    terminal = terminal_functions(form, equations.motion, equations.variables[0])
+    events = {name: event_named(name, form.model, form.friction) for name in setup.events}
+    if form.own_time:
+        terminal |= _ends_in_own_time(setup, equations, heyoka.par[len(form.parameters)])
+    hits: list[Hit] = []
+    losses: list[Scalar] = []
+    noted = []
+    if setup.contact == "bilateral":
+        noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses)]
+    number = setup.precision.number
+    zero = setup.precision.context.mpf(0)
+    made = heyoka.taylor_adaptive(
+        equations.system,
+        [number(zero) for _ in equations.variables],
+        pars=[number(zero + 1) for _ in range(len(form.parameters) + form.own_time)],
+        fp_type=fp_type,
+        t_events=[
+            heyoka.t_event(
+                ex, fp_type=fp_type, direction=heyoka_direction(-1), **_condition(form, name)
+            )
+            for name, ex in terminal.items()
+        ],
+        nt_events=[
+            *_events(heyoka, setup, events, equations, hits),
+            *noted,
+        ],
+        **numeric_options(setup),
+    )
+    return Integrator(made, tuple(terminal), events, hits, losses)
+
+
+def _condition(form: Formulation, name: str) -> dict[str, Any]:
+    """When the end of a flight is one: a callback that lets the others pass."""
+    if form.model != "flight" or name not in ("landing", "sinking"):
+        return {}
+    height, rise = form.columns.index("height"), form.columns.index("rise")
+
+    def goes_on(adaptive: Any, sign: int) -> bool:
+        if name == "landing":
+            return bool(adaptive.state[rise] > -GRAZING)
+        return bool(adaptive.state[height] >= 0)
+
+    return {"callback": goes_on}
+
+
+def _ends_in_own_time(setup: Setup, equations: Equations, horizon: Any) -> dict[str, Any]:
+    state = dict(zip(setup.formulation.columns, equations.variables, strict=False))
+    if "zeta" in state:
+        pressing = 1 - equations.motion.body.damping * state["rise"]
+        return {
+            "separation": state["zeta"], "release": pressing, "complete": horizon - state["t"],
+        }  # fmt: skip
+    number, context = setup.precision.number, setup.precision.context
+    rest = context.log(REST_SPEED * setup.precision.eps)
+    return {
+        "stick": state["log_v"] - number(rest),
+        "fast": number(context.log(2 * SLOW_SPEED)) - state["log_v"],
+        "complete": horizon - state["t"],
+    }
+
+
+def numeric_options(setup: Setup) -> dict[str, Any]:
+    """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
+    number = setup.precision.number
+    # compact_mode compiles wide types in under a second instead of 26 s, and runs as fast; double
+    # then takes twice as long, but the slopes of some quantities compile for minutes without
+    slopes = any(name.startswith((EXTREMUM, ZERO)) for name in setup.events)
+    # and what is integrated for short
+    form = setup.formulation
+    sticks = form.model == "rolling" and not form.friction.smooth_at_rest
+    brief = form.own_time or form.spring or form.model == "flight" or sticks
+    options: dict[str, Any] = {
+        "compact_mode": bool(brief) or slopes or setup.precision.name != "double"
+    }
+    tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
+    options["tol"] = number(tolerance)
+    return options | dict(setup.options)
+
+
+def heyoka_direction(direction: int) -> Any:
+    """heyoka's name for an event's direction."""
+    import heyoka
+
+    kinds = heyoka.event_direction
+    return {0: kinds.any, 1: kinds.positive, -1: kinds.negative}[direction]
+
+
+def _events(
+    heyoka: ModuleType,
+    setup: Setup,
+    events: dict[str, Event],
+    equations: Equations,
+    hits: list[Hit],
+) -> list[Any]:
+    """heyoka's events; a function that is constant has none."""
+    found = []
+    for event in events.values():
+        expression = event_expression(event, equations)
+        if isinstance(expression, heyoka.expression) and heyoka.get_variables([expression]):
+            found.append(_event(heyoka, event, expression, setup.precision.fp_type, hits))
+    return found
+
+
+def _event(
+    heyoka: ModuleType, event: Event, expression: Scalar, fp_type: type, hits: list[Hit]
+) -> Any:
+    direction = heyoka_direction(event.direction)
+
+    def callback(adaptive: Adaptive, time: Scalar, sign: int) -> None:
+        # sign 0: the function vanishes identically (a scene in a plane), so nothing changes sign
+        if not sign:
+            return
+        if len(hits) >= MOST_EVENTS:
+            raise InputError(
+                f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or "
+                "for fewer kinds of them"
+            )
+        # the state of the integrator is at the end of the step; the event's is interpolated
+        hits.append(Hit(event.name, time, sign, tuple(adaptive.update_d_output(time))))
+
+    return heyoka.nt_event(expression, callback, direction=direction, fp_type=fp_type)
+
+
+def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Scalar]) -> Any:
+    def callback(adaptive: Adaptive, time: Scalar, sign: int) -> None:
+        losses[:] = [time]
+
+    return heyoka.nt_event(numerator, callback, direction=heyoka_direction(-1), fp_type=fp_type)
+
+
+class Idle(Generic[Key, Made]):
+    """What ``build`` makes of a key, lent out; may be used by several threads at once."""
+
+    def __init__(self, build: Callable[[Key], Made], most: int = MOST, kinds: int = KINDS):
+        self._build, self._most, self._kinds = build, most, kinds
+        self._waiting: dict[Key, list[Made]] = {}
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def lent(self, key: Key) -> Iterator[Made]:
+        """One of an earlier run for this key, or one that is built now."""
+        with self._lock:
+            waiting = self._waiting.get(key)
+            taken = waiting.pop() if waiting else None
+        if taken is None:
+            taken = self._build(key)
+        yield taken
+        # only after a run without an exception: an interrupted integrator is not used again
+        with self._lock:
+            self._keep(key, taken)
+
+    def _keep(self, key: Key, made: Made) -> None:
+        """Let one wait; of many kinds the one goes that nobody has asked for the longest."""
+        waiting = self._waiting.pop(key, [])
+        self._waiting[key] = waiting
+        while len(self._waiting) > self._kinds:
+            del self._waiting[next(iter(self._waiting))]
+        if sum(map(len, self._waiting.values())) < self._most:
+            waiting.append(made)
+
+    def waiting(self, key: Key) -> int:
+        """How many wait for their next run with this key."""
+        return len(self._waiting.get(key, ()))
+
+
+_idle = Idle(build)
+
+
+def integrator(setup: Setup) -> AbstractContextManager[Integrator]:
+    """An integrator for ``setup``: an idle one of an earlier run, or one that is compiled now."""
+    return _idle.lent(setup)

@@ -16,14 +16,13 @@ from dataclasses import replace
 from typing import Any
 
 from tt_precise.integration.contact import contact_terms
-from tt_precise.integration.dense_output import DenseOutput, StoredPieces
+from tt_precise.integration.dense_output import DenseOutput, SampleTimes, StoredPieces
+from tt_precise.integration.equations import SLOW_SPEED, motion
 from tt_precise.integration.events import existing
+from tt_precise.integration.heyoka_backend import propagate, repeating
 from tt_precise.integration.own_time import OnsetOutput, OwnTimeOutput, terms_for
-from tt_precise.integration.propagate import propagate
-from tt_precise.integration.quadratures import motion
-from tt_precise.integration.segments import Segment
-from tt_precise.integration.setup import Setup
-from tt_precise.integration.system import SLOW_SPEED
+from tt_precise.integration.segments import Run, Segment
+from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics import compliant, friction, rolling
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, STICKING, Formulation, raised
@@ -37,6 +36,27 @@ from tt_precise.scene.scene import Scene
 
 MOST_SEGMENTS = 10_000
 GOES_ON = ("slow", "fast", "stick", "slip")
+
+
+def refuses(scene: Scene, setup: Setup) -> str | None:
+    """Numbers that heyoka, which integrates the segments, does not have."""
+    if not setup.precision.doubles:
+        return None
+    why = refused_in_doubles(scene)
+    return (
+        f"{scene.name}: got {setup.precision.name}, expected double, extended, quad or mp for {why}"
+    )
+
+
+def run(
+    scene: Scene,
+    setup: Setup,
+    start: InitialState,
+    samples: SampleTimes | None,
+    progress: Progress | None,
+) -> Run:
+    """What becomes of ``start``, segment by segment."""
+    return Run(setup, start, segments_of(scene, setup, start, progress))
 
 
 def segments_of(
@@ -59,11 +79,12 @@ def propagated(setup: Setup, start: InitialState) -> DenseOutput:
     stored = StoredPieces(setup) if setup.precision.name in ("quad", "mp") else None
     propagation = propagate(setup, start, dense=stored)
     pieces = stored.pieces if stored else None
+    again = repeating(setup, start, propagation)
     if not setup.formulation.own_time:
-        return DenseOutput(setup, start, propagation, pieces)
+        return DenseOutput(setup, start, propagation, pieces, again)
     t = setup.formulation.columns.index("t")
     hits = tuple(hit._replace(time=hit.state[t]) for hit in propagation.hits)
-    return OwnTimeOutput(setup, start, replace(propagation, hits=hits), pieces)
+    return OwnTimeOutput(setup, start, replace(propagation, hits=hits), pieces, again)
 
 
 def after(output: DenseOutput, before: InitialState, *, at_rest: bool = False) -> InitialState:

@@ -11,20 +11,25 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from tt_precise.integration.dense_output import DenseOutput, SampleTimes, StoredPieces
-from tt_precise.integration.events import EXTREMUM, event_named
-from tt_precise.integration.precision import Precision
-from tt_precise.integration.propagate import (
+from tt_precise.integration.contact import left_the_table
+from tt_precise.integration.dense_output import (
+    DenseOutput,
     Pieces,
     Propagation,
+    SampleTimes,
     Status,
-    left_the_table,
+    StoredPieces,
 )
-from tt_precise.integration.quadratures import extended_rates, motion
+from tt_precise.integration.equations import (
+    extended_rates,
+    longest_step,
+    motion,
+    terminal_functions,
+)
+from tt_precise.integration.events import EXTREMUM, MOST_EVENTS, Hit, event_named
+from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
-from tt_precise.integration.step_limit import longest_step
-from tt_precise.integration.system import MOST_EVENTS, Hit, terminal_functions
 from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
@@ -228,7 +233,7 @@ class _Run:
             return _End(None, number(piece.end_time, self.fn), (), taken)
         state = ReadPiece(piece, until, self.size, self.fn)(until)
         ignored = self.setup.contact == "bilateral" and left_the_table(
-            self.setup, self.start, self.left
+            self.setup.formulation.model, self.start, self.fn, self.left
         )
         return _End("contact_ignored" if ignored else "complete", until, state, taken)
 

@@ -11,12 +11,10 @@ from functools import cached_property, partial
 from typing import Any
 
 from tt_precise.integration.columns import Row
-from tt_precise.integration.dense_output import DenseOutput, Times
-from tt_precise.integration.events import EXTREMUM, event_named
-from tt_precise.integration.propagate import Propagation
-from tt_precise.integration.quadratures import QUADRATURE_SCALE, QUADRATURES, motion
+from tt_precise.integration.dense_output import DenseOutput, Propagation, Times
+from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, motion
+from tt_precise.integration.events import EXTREMUM, Hit, event_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.system import Hit
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState

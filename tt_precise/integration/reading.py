@@ -13,8 +13,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from tt_precise.integration.dense_output import has_long_double, long_double
-from tt_precise.integration.propagate import ARRIVED
+from tt_precise.integration.dense_output import ARRIVED, has_long_double, long_double
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.quantities import Motion

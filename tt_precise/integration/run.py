@@ -39,11 +39,15 @@ class Backend(Protocol):
         """What becomes of ``start``; ``samples`` are times at which it will be read, if any."""
 
 
-def backends() -> Iterator[Backend]:
+def backends(scene: Scene) -> Iterator[Backend]:
     """All of them; each is imported when those before it have refused."""
     from tt_precise.integration import heyoka_backend
 
     yield heyoka_backend
+    if scene.in_pieces:
+        from tt_precise.integration import hybrid
+
+        yield hybrid
     from tt_precise.integration import in_doubles
 
     yield in_doubles
@@ -92,7 +96,7 @@ def integrated(
     begun = beginning(scene, setup.precision, setup.contact, threading.get_ident())
     start = begun.rounded_otherwise if rounded_otherwise else begun.start
     reason = None
-    for backend in backends():
+    for backend in backends(scene):
         reason = backend.refuses(scene, setup)
         if reason is None:
             return backend.run(scene, setup, start, begun.samples, progress)

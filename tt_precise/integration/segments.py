@@ -14,8 +14,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from tt_precise.integration.columns import Columns, Row, State
-from tt_precise.integration.dense_output import DenseOutput, Span
-from tt_precise.integration.propagate import Status
+from tt_precise.integration.dense_output import DenseOutput, Span, Status
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion

@@ -10,11 +10,11 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
 from tt_precise.integration.columns import POSE, POSE_NAMES, State, expanded
+from tt_precise.integration.dense_output import ARRIVED, Status
 from tt_precise.integration.errors import End, Errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.integration.precision import Precision
-from tt_precise.integration.propagate import ARRIVED, Status
 from tt_precise.integration.reading import DIGITS, ERROR, Numbers, Reader
 from tt_precise.integration.run import integrated
 from tt_precise.integration.segments import Run, Stretch

@@ -13,10 +13,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from tt_precise.integration.events import EXTREMUM, Event, event_named
-from tt_precise.integration.quadratures import moving
+from tt_precise.integration.equations import moving
+from tt_precise.integration.events import EXTREMUM, Event, Hit, event_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.system import Hit
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.errors import InputError

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import heyoka
 import numpy
 
-from tt_precise.integration.equations import Equations
-from tt_precise.integration.system import MOST_EVENTS, along, event_expression
+from tt_precise.integration.equations import Equations, along, event_expression
+from tt_precise.integration.events import MOST_EVENTS
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion

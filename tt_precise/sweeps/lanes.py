@@ -15,11 +15,10 @@ from typing import Any, NamedTuple
 import heyoka
 import numpy
 
-from tt_precise.integration.equations import Equations
-from tt_precise.integration.idle import Idle
+from tt_precise.integration.equations import Equations, terminal_functions
+from tt_precise.integration.heyoka_backend import Idle, numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.system import numeric_options, terminal_functions
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.untyped import Adaptive

@@ -10,9 +10,9 @@ from typing import Any
 
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import catalogue
+from tt_precise.integration.heyoka_backend import Integrator, build, numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.system import Integrator, build, numeric_options
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Scalar
