@@ -26,8 +26,8 @@ from flint import arb, arb_mat, arb_poly, arb_series, fmpq, fmpq_mpoly_ctx, fmpz
 from tt_precise.certify.balls import Balls, ball, series_length
 from tt_precise.certify.certificate import MOST_POWER, Refused, bounded, exactly
 from tt_precise.certify.comparison import CONTACT_LOST, Enclosed, Happening
-from tt_precise.integration.events import Event, catalogue, event_named
 from tt_precise.integration.equations import QUADRATURE_SCALE, extended_rates
+from tt_precise.integration.events import Event, catalogue, event_named
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS, integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
