@@ -16,7 +16,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.golden import building, proofs, store
-from tt_precise.golden.distance import as_decimal, correct_digits, relative_error
+from tt_precise.golden.digits import as_decimal, correct_digits, relative_error
 from tt_precise.golden.store import FILES, MANIFEST, MANIFEST_HASH, PROOF_HASH
 from tt_precise.golden.verifying import inspect
 from tt_precise.integration import integrate

@@ -14,13 +14,15 @@ from tt_precise.golden.digits import (
     EXACT,
     ColumnDigits,
     agreement,
+    as_decimal,
     column_digits,
     common_text,
+    correct_digits,
     digits_left,
     is_near_zero,
+    relative_error,
     scale_of,
 )
-from tt_precise.golden.distance import as_decimal, correct_digits, relative_error
 
 ONE = Decimal(1)
 TWO_THIRDS = Decimal("0." + "6" * 60)

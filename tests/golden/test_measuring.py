@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 from decimal import Decimal
 
 import numpy
@@ -11,13 +12,12 @@ import pytest
 
 from tt_precise.check.golden import DigitsOverTime
 from tt_precise.golden import measuring
-from tt_precise.golden.carrying import Carrier
 from tt_precise.golden.digits import EXACT
-from tt_precise.golden.fewest import FewestDigits
-from tt_precise.golden.measuring import TrueRows
+from tt_precise.golden.measuring import EPS, Carried, Carrier, FewestDigits, Measured, TrueRows
 from tt_precise.golden.store import Stored, read
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.scene.scene import Scene, load_scene
 
 ROWS = numpy.array([40, 100, 250])
 ERROR = 1e-6
@@ -107,3 +107,162 @@ def test_sparing_decimals_changes_no_figure(scene: str, monkeypatch: pytest.Monk
                 differing += found_of(true, cells, largest_only=True)[1] != expected
     assert spared > 0
     assert differing > 0
+
+
+NAN = numpy.nan
+
+
+def measured(t: list[float], **columns: list[tuple[float, float]]) -> Measured:
+    """Columns as (error, bound) for each row; what is NaN in all of them was not compared."""
+    errors = {name: numpy.array([e for e, _ in rows]) for name, rows in columns.items()}
+    bounds = {name: numpy.array([b for _, b in rows]) for name, rows in columns.items()}
+    compared = ~numpy.all([numpy.isnan(one) for one in errors.values()], axis=0)
+    times = numpy.array(t)
+    return Measured(times, errors, bounds, compared, times == 0)
+
+
+def taken(*blocks: Measured) -> FewestDigits:
+    found = FewestDigits()
+    for block in blocks:
+        found.add(block)
+    return found
+
+
+START = (0.0, 0.0)
+MEASURED = [START, (1e-3, 0.0), (NAN, NAN), (1e-5, 1e-4), (1e-7, 0.0)]
+
+
+@pytest.mark.parametrize("cut", range(6))
+def test_the_largest_error_that_is_not_within_its_bound_counts(cut: int) -> None:
+    t = [0.0, 1.0, 2.0, 3.0, 4.0]
+    other = [START, (1e-6, 0.0), (NAN, NAN), (1e-9, 1e-4), (1e-8, 0.0)]
+    found = taken(
+        measured(t[:cut], kx=MEASURED[:cut], ky=other[:cut]),
+        measured(t[cut:], kx=MEASURED[cut:], ky=other[cut:]),
+    )
+    assert found.digits == {"kx": pytest.approx(3), "ky": pytest.approx(6)}
+    assert found.worst == pytest.approx(3)
+    assert found.at == 1.0
+    assert (found.rows, found.exactly) == (4, 2)
+
+
+def test_where_most_rows_lie_between_there_are_at_least_so_many() -> None:
+    """What the comparison itself cannot resolve limits what it can vouch for."""
+    between = [(1e-9, 1e-5)] * 3
+    few = measured([0.0, 1.0, 1.5, 1.6], kx=[START, (1e-7, 0.0), *between[:2]])
+    assert (few.compared.sum(), taken(few).exactly) == (4, 1)
+    assert taken(few).digits == {"kx": pytest.approx(5)}  # 4 rows, of which 2 at golden times
+    exact = measured([0.0, 1.0, 2.0], kx=[START, (1e-7, 0.0), (1e-8, 0.0)])
+    one = measured([2.5], kx=between[:1])
+    assert taken(exact, one).digits == {"kx": pytest.approx(7)}  # most are: the bound is no matter
+    assert taken(exact, one, measured([2.6, 2.7, 2.8], kx=between)).digits["kx"] == pytest.approx(5)
+
+
+def test_a_row_counts_as_exact_if_any_of_its_columns_is() -> None:
+    found = taken(measured([1.0, 2.0], kx=[(1e-7, 0.0), (NAN, NAN)], ky=[(NAN, NAN), (1e-7, 0.0)]))
+    assert (found.rows, found.exactly) == (2, 2)
+
+
+def test_the_start_counts_as_a_row_and_not_as_evidence() -> None:
+    found = taken(measured([0.0], kx=[START]))
+    assert (found.rows, found.exactly, found.at) == (1, 0, 0.0)
+    assert found.digits == {"kx": 34}
+
+
+def test_of_equal_errors_the_first_is_named() -> None:
+    found = taken(measured([1.0, 2.0], kx=[(1e-3, 0.0)] * 2), measured([3.0], kx=[(1e-3, 0.0)]))
+    assert found.at == 1.0
+
+
+def test_a_column_without_a_number_has_no_digits() -> None:
+    found = taken(measured([1.0], kx=[(1e-3, 0.0)], phi_dot=[(NAN, NAN)]))
+    assert list(found.digits) == ["kx"]
+    assert taken(measured([1.0], kx=[(NAN, NAN)])).at is None
+
+
+CARRIED = numpy.array([1, 100, 314, 318, 330, 500, 799])  # 314 to 330: about the climb's beginning
+VECTORS = NewtonState._fields
+
+
+def golden_rows(scene: str, stride: int = 1) -> tuple[numpy.ndarray, list[numpy.ndarray]]:
+    """Times (s) and vectors of every ``stride``-th golden row."""
+    table = read(scene).trajectory
+    names = [name for name in ("t", *VECTORS) if name in table.columns]
+    t, *vectors = (numpy.array([float(x) for x in table.column(name)[::stride]]) for name in names)
+    return t, vectors
+
+
+def carried(scene: Scene, vectors: list[numpy.ndarray], by: float) -> Carried:
+    delays = numpy.full(len(CARRIED), by)
+    return Carrier(scene, vectors).carry(CARRIED, delays, EPS * abs(delays))
+
+
+@pytest.mark.parametrize("scene", ["reference", "rolling"])
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_row_carried_to_the_next_is_the_next_within_its_bound(scene: str, way: int) -> None:
+    t, vectors = golden_rows(scene)
+    found = carried(load_scene(scene), vectors, way * 0.01)
+    assert t[1] - t[0] == 0.01
+    assert len(found.values) == {"reference": 8, "rolling": 6}[scene] + 6
+    for name, true in zip(VECTORS, vectors, strict=True):
+        if name not in found.values:
+            continue  # rolling, where it is zero
+        error = abs(found.values[name] - true[CARRIED + way])
+        assert (error <= found.bounds[name]).all(), name
+        size = abs(true).max()
+        assert numpy.median(found.bounds[name]) < 1e-9 * size, name  # it resolves something
+
+
+def test_the_bounds_have_the_units_of_what_they_bound() -> None:
+    """In units of 4 kg, 4 m and 2 s everything is the same, to the bit: they are powers of two."""
+    scene, (_, vectors) = load_scene("reference"), golden_rows("reference")
+    body = scene.body
+    larger = replace(
+        body, m=4 * body.m, R=4 * body.R, I1=64 * body.I1, I3=64 * body.I3, mu=body.mu / 2
+    )
+    factors = dict(zip(VECTORS, [1.0] * 3 + [32.0] * 3 + [2.0] * 2, strict=True))
+    enlarged = [x * factor for x, factor in zip(vectors, factors.values(), strict=True)]
+    for by in (1e-4, 0.005, 0.01):
+        one = carried(scene, vectors, by)
+        other = carried(replace(scene, body=larger), enlarged, 2 * by)
+        for name, factor in factors.items():
+            assert (other.values[name] == factor * one.values[name]).all(), name
+            assert (other.bounds[name] == factor * one.bounds[name]).all(), (name, by)
+
+
+def test_far_away_nothing_is_claimed() -> None:
+    _, vectors = golden_rows("reference")
+    found = carried(load_scene("reference"), vectors, 0.5)
+    assert not numpy.isfinite(found.bounds["kx"]).any()
+
+
+def test_each_row_is_carried_by_its_own_delay() -> None:
+    scene, (_, vectors) = load_scene("reference"), golden_rows("reference")
+    rows, delays = numpy.array([5, 5, 5, 9]), numpy.array([-1e-3, 0.0, 2e-3, 1e-3])
+    carrier = Carrier(scene, vectors)
+    together = carrier.carry(rows, delays, numpy.zeros(4))
+    for i in range(4):
+        alone = carrier.carry(rows[i : i + 1], delays[i : i + 1], numpy.zeros(1))
+        for name in VECTORS:
+            assert alone.values[name][0] == pytest.approx(together.values[name][i], rel=4 * EPS)
+    assert together.values["kx"][1] == vectors[0][5]
+    late = carrier.carry(rows, delays, numpy.full(4, 1e-6))
+    assert (late.bounds["kx"] > 1e3 * together.bounds["kx"]).all()  # a time known to 1 us
+
+
+def test_a_row_that_starts_nowhere_leads_nowhere() -> None:
+    _, vectors = golden_rows("reference")
+    vectors[3][CARRIED[2]] = numpy.nan
+    found = carried(load_scene("reference"), vectors, 0.001)
+    assert numpy.isnan(found.values["kx"][2])
+    assert numpy.isfinite(numpy.delete(found.values["kx"], 2)).all()
+
+
+def test_beside_a_pole_the_tilt_keeps_its_digits() -> None:
+    """There k_xy and L_xy are 1e-9 of the vertical entries, and are resolved by their own size."""
+    _, vectors = golden_rows("beside-the-pole")
+    found = carried(load_scene("beside-the-pole"), vectors, 0.002)
+    for x, y in (("kx", "ky"), ("Lx", "Ly")):
+        size = numpy.hypot(found.values[x], found.values[y])[:2]
+        assert (size < 1e-7 * abs(found.values[f"{x[0]}z"][:2])).all()
+        assert (found.bounds[x][:2] < 1e-9 * size).all()

@@ -29,10 +29,8 @@ from tt_precise.check.finding import CheckFinding, Verdict
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.worst import RunningWorst
 from tt_precise.golden import store
-from tt_precise.golden.digits import EXACT
-from tt_precise.golden.distance import as_decimal, correct_digits
-from tt_precise.golden.fewest import FewestDigits
-from tt_precise.golden.measuring import RESOLVED, Measured, TrueRows, turned_back
+from tt_precise.golden.digits import EXACT, as_decimal, correct_digits
+from tt_precise.golden.measuring import RESOLVED, FewestDigits, Measured, TrueRows, turned_back
 from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState

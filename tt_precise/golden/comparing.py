@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING
 import numpy
 import pandas
 
-from tt_precise.golden.digits import DIGITS
-from tt_precise.golden.distance import as_decimal
-from tt_precise.golden.fewest import FewestDigits
-from tt_precise.golden.measuring import TrueRows
+from tt_precise.golden.digits import DIGITS, as_decimal
+from tt_precise.golden.measuring import FewestDigits, TrueRows
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.newton import NewtonState

@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 from tt_precise.golden import proofs, store
 from tt_precise.golden.building import CONSTANT_TO, SCHEMA, constancies, derive
-from tt_precise.golden.digits import EXACT, misprinted
-from tt_precise.golden.distance import as_decimal, correct_digits
+from tt_precise.golden.digits import EXACT, as_decimal, correct_digits, misprinted
 from tt_precise.golden.runs import (
     LADDER,
     Run,
