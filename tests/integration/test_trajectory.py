@@ -1,14 +1,17 @@
 """Trajectories: what must be conserved is, what must agree does, and spoiled equations show."""
 
 import itertools
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy
 import pytest
 
+import tt_precise
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.runtime.errors import InputError
@@ -196,3 +199,28 @@ def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> Non
         double.at([1, 9])
     with pytest.raises(InputError, match="t: got 'now'"):
         double.at(["now"])
+
+
+def test_the_road_from_a_scene_to_a_state_is_short(capsys: pytest.CaptureFixture[str]) -> None:
+    """Files that are called, in a process that has made such a run before."""
+    folder = Path(tt_precise.__file__).parent
+    called: set[str] = set()
+
+    def note(frame: Any, event: str, argument: Any) -> None:
+        file = Path(frame.f_code.co_filename)
+        if event == "call" and folder in file.parents:
+            called.add(str(file.relative_to(folder)))
+
+    for profile in (None, note):
+        sys.setprofile(profile)
+        try:
+            theta = tt_precise.integrate("reference", digits=6).state.theta
+        finally:
+            sys.setprofile(None)
+    assert 3 < theta < 3.2
+    with capsys.disabled():
+        print(f"\n{len(called)} files called for digits=6")
+    assert sum(name.startswith("integration/") for name in called) <= 15
+    assert len(called) <= 30
+    # a viscous top on a rigid table needs neither
+    assert called.isdisjoint({"integration/hybrid.py", "integration/own_time.py"})
