@@ -12,6 +12,7 @@ FOLDER = Path(__file__).parents[1] / "schemas"
 # name of the file: module and record
 DOCUMENTS = {
     "claims": "tt_precise.claims.committed:Claims",
+    "extremes": "tt_precise.extremes.case:Extremes",
     "tradeoff": "tt_precise.commands.tradeoff:Measured",
 }
 

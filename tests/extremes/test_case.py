@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 import pytest
+from msgspec import to_builtins
 
-from tt_precise.commands import extremes as command
 from tt_precise.extremes import case as registry
 from tt_precise.extremes.case import (
     TOPICS,
@@ -96,7 +96,9 @@ def test_every_module_with_cases_belongs_to_a_topic() -> None:
     assert {one.topic for one in registry.cases()} == set(TOPICS)
 
 
-def test_json_has_the_agreed_keys() -> None:
-    printed = command.summary([one().outcome()])
+def test_the_document_has_the_agreed_keys() -> None:
+    printed = to_builtins(registry.Extremes.of([one().outcome()]))
     assert printed["verdict"] == "pass"
     assert {"name", "expected", "found", "verdict", "value"} <= printed["cases"][0].keys()
+    failed = registry.Extremes.of([one().outcome(), one(found="badly", right=False).outcome()])
+    assert failed.verdict == "fail"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -12,13 +11,11 @@ import click
 from tt_precise.commands import options
 from tt_precise.extremes.case import TOPICS
 from tt_precise.runtime.terminal import console
-from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
     from tt_precise.extremes import Outcome
 
-SCHEMA = "tt_precise.extremes/1"
 CASE_FAILED = 1
 
 
@@ -42,8 +39,10 @@ def command(
     Exit status 1 if a case fails.
     """
     from tt_precise.extremes import cases, run_all
+    from tt_precise.extremes.case import Extremes
     from tt_precise.runtime.files import atomic_write, require_writable
     from tt_precise.runtime.progress import progress_bar
+    from tt_precise.runtime.records import encode
 
     chosen = cases(topic, quick)
     if out is not None:
@@ -52,26 +51,17 @@ def command(
     with progress_bar(f"running {len(chosen)} cases") as progress:
         outcomes = run_all(chosen, progress, workers or min(4, cores()))
     failed = [one for one in outcomes if one.verdict == "fail"]
-    text = json.dumps(summary(outcomes), indent=1, ensure_ascii=False)
+    text = encode(Extremes.of(outcomes))
     if out is not None:
-        atomic_write(out, text + "\n")
+        atomic_write(out, text)
     if as_json:
-        click.echo(text)
+        click.echo(text, nl=False)
     else:
         _table(outcomes, full)
         click.echo(
             f"{len(outcomes)} cases, {len(failed)} failed; {time.monotonic() - begin:.0f} s."
         )
     return CASE_FAILED if failed else 0
-
-
-def summary(outcomes: list[Outcome]) -> dict[str, Json]:
-    """The JSON object of the command."""
-    return {
-        "schema": SCHEMA,
-        "verdict": "fail" if any(one.verdict == "fail" for one in outcomes) else "pass",
-        "cases": [one.as_dict() for one in outcomes],
-    }
 
 
 def _table(outcomes: list[Outcome], full: bool) -> None:

@@ -26,9 +26,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from itertools import product
+from typing import Annotated, Literal
 
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.records import UNSET, Meta, Record, Unset
 from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
@@ -131,20 +133,51 @@ class Outcome:
         """Pass or fail."""
         return "pass" if self.finding.right else "fail"
 
-    def as_dict(self) -> dict[str, Json]:
-        """Plain values, for ``tt-precise extremes --json``."""
+    @property
+    def record(self) -> CaseRecord:
+        """All of it, for JSON."""
         case, finding = self.case, self.finding
-        entry = {
-            "topic": case.topic,
-            "family": case.family,
-            "name": case.name,
-            "expected": case.expected,
-            "source": case.source,
-            "found": finding.found,
-            "verdict": self.verdict,
-            "value": finding.value,
-        }
-        return entry | ({"data": dict(finding.data)} if finding.data else {})
+        return CaseRecord(
+            topic=case.topic,
+            family=case.family,
+            name=case.name,
+            expected=case.expected,
+            source=case.source,
+            found=finding.found,
+            verdict="pass" if finding.right else "fail",
+            value=finding.value,
+            data=dict(finding.data) or UNSET,
+        )
+
+
+class CaseRecord(Record, frozen=True, kw_only=True):
+    """One case and what came of it."""
+
+    topic: Annotated[str, Meta(description="topic")]
+    family: Annotated[str, Meta(description="name of the family of cases, with braces")]
+    name: Annotated[str, Meta(description="name of the case")]
+    expected: Annotated[str, Meta(description="what theory or a finer arithmetic expects")]
+    source: Annotated[str, Meta(description="what says so")]
+    found: Annotated[str, Meta(description="what was found")]
+    verdict: Annotated[Literal["pass", "fail"], Meta(description="whether that is right")]
+    value: Annotated[float | None, Meta(description="the number that says how well, if any")]
+    data: Annotated[
+        dict[str, bool | int | float | str] | Unset, Meta(description="numbers of a picture")
+    ] = UNSET
+
+
+class Extremes(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.extremes/1"):
+    """What `tt-precise extremes --json` prints; `reports/measured/extremes.json`."""
+
+    verdict: Annotated[Literal["pass", "fail"], Meta(description="pass if every case passes")]
+    cases: Annotated[tuple[CaseRecord, ...], Meta(description="one entry a case")]
+
+    @classmethod
+    def of(cls, outcomes: Sequence[Outcome]) -> Extremes:
+        """The document of some outcomes."""
+        cases = tuple(outcome.record for outcome in outcomes)
+        failed = any(case.verdict == "fail" for case in cases)
+        return cls(verdict="fail" if failed else "pass", cases=cases)
 
 
 class NotFiniteError(ArithmeticError):
