@@ -2,12 +2,17 @@
 
 import json
 import re
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
 
 import pytest
 
 from tt_precise import cli
 from tt_precise.integration import EVENTS, TERMINAL, Trajectory, catalogue, integrate
-from tt_precise.integration.events import JOINING
+from tt_precise.integration.events import JOINING, change
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import load_scene
 
 SCHEMA = "tt_precise.events/1"
 
@@ -42,11 +47,11 @@ def test_the_catalogue_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 def test_the_events_of_a_scene(capsys: pytest.CaptureFixture[str], trajectory: Trajectory) -> None:
     assert cli.main(["events", "reference"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    pattern = re.compile(r" *(\d\.\d{12}) s  (\S+) +(rising|falling) +theta (\d\.\d{6})")
+    pattern = re.compile(r" *(\d\.\d{12}) s  (\S+) +(minimum|maximum|up|down) +theta (\d\.\d{6})")
     matches = [pattern.fullmatch(line) for line in lines[: len(trajectory.events)]]
     found = [(float(m[1]), m[2], m[3]) for m in matches if m]
     expected = [
-        (round(float(row["t"]), 12), row["name"], "rising" if row["direction"] > 0 else "falling")
+        (round(float(row["t"]), 12), row["name"], change(row["name"], row["direction"]))
         for row in trajectory.events.to_dict("records")
     ]
     assert found == expected
@@ -100,3 +105,37 @@ def test_a_flight_has_no_climb(capsys: pytest.CaptureFixture[str]) -> None:
     assert "t_init" not in out
     assert cli.main(["events", "flight", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["climb"] is None
+
+
+def test_an_extremum_stands_beside_its_own_value(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["events", "reference", "--only", "extremum:g_n,theta_max", "--until", "0.05"]
+    assert cli.main([*asked, "--digits", "6"]) == 0
+    found = [line.split() for line in capsys.readouterr().out.splitlines()[:3]]
+    assert [line[3] for line in found] == ["maximum", "minimum", "maximum"]
+    shown = float(found[0][found[0].index("g_n") + 1])
+    scene = load_scene("reference")
+    there = integrate(scene, digits=9).frame("g_n", times=[found[0][0]], numbers="float")
+    assert shown == pytest.approx(float(there["g_n"].iloc[0]), rel=1e-8)
+    assert found[2][2] == "theta_max"
+
+
+def test_lost_contact_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["events", "contact-lost", "--only", "equator"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("contact_lost at t = 1.33692")
+
+
+@pytest.mark.parametrize("asked", ["theta_max", "theta_max,equator", "all", ("theta_max",)])
+def test_events_are_asked_for_by_name(asked: str | tuple[str, ...]) -> None:
+    scene = replace(load_scene("reference"), until=Fraction(1, 20))
+    assert "theta_max" in set(integrate(scene, events=asked).events["name"])
+
+
+@pytest.mark.parametrize("asked", [7, abs, [abs], "none_such"])
+def test_what_names_no_event_is_refused(asked: Any) -> None:
+    with pytest.raises(InputError, match="expected"):
+        integrate("reference", events=asked)
+
+
+def test_each_name_of_the_catalogue_is_taken_by_only(capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["events", "reference", "--until", "0.01", "--only", ",".join(["all", *EVENTS])]
+    assert cli.main(asked) == 0

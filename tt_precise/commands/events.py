@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import click
 
 from tt_precise.commands import options
+from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO, change
+from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.terminal import say
+
+if TYPE_CHECKING:
+    from tt_precise.integration import Trajectory
 
 SCHEMA = "tt_precise.events/1"
 
@@ -16,62 +24,95 @@ SCHEMA = "tt_precise.events/1"
 @click.command("events")
 @click.argument("scene", required=False)
 @options.PRECISION
-@click.option("--only", help="Names separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
+@click.option("--digits", type=int, help="Correct digits wanted, of times and states.")
+@click.option("--until", help="Horizon in s, instead of the scene's.")
+@click.option("--only", help="Names of the catalogue, by commas; extremum:QUANTITY, zero:QUANTITY.")
 @options.JSON
-def command(scene: str | None, precision: str | None, only: str | None, as_json: bool) -> int:
-    """List the catalogue of events; with SCENE, all events of that scene, and the climb."""
+def command(
+    scene: str | None,
+    precision: str | None,
+    digits: int | None,
+    until: str | None,
+    only: str | None,
+    as_json: bool,
+) -> int:
+    """List the catalogue of events; with SCENE, all events of that scene, and the climb.
+
+    Beside each stand what it is (minimum or maximum, up or down through zero), theta, and the
+    quantity's own value at its extremum.
+    """
     if scene is None:
-        if precision or only is not None:
+        if any(one is not None for one in (precision, digits, until, only)):
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
     from tt_precise.commands.run import event_rows
-    from tt_precise.integration import catalogue, integrate
+    from tt_precise.integration import integrate
+    from tt_precise.integration.events import asked_for
     from tt_precise.runtime.progress import progress_bar
+    from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import load_scene
 
     loaded = load_scene(scene)
-    names = catalogue(loaded.model) if only is None else options.names(only)
+    if until is not None:
+        loaded = replace(loaded, until=exact(until, "until"))
+    names = asked_for("all" if only is None else only, loaded.model)
     if not names:
         raise InputError(f"--only: got {only!r}, expected names separated by commas")
     with progress_bar(f"integrating {loaded.name}") as progress:
-        trajectory = integrate(loaded, precision, events=names, progress=progress)
-    climb = None
+        run = integrate(loaded, precision, digits=digits, events=names, progress=progress)
+    climb = {}
     if loaded.model != "flight":  # in which a top turns over, and climbs nowhere
         climb = {
-            f"{when}_{definition}": getattr(getattr(trajectory.inversion, definition), when)
+            f"{when}_{definition}": getattr(getattr(run.inversion, definition), when)
             for definition in "ABC"
             for when in ("t_init", "t_end")
         }
     if as_json:
-        text, context = trajectory.precision.text, trajectory.precision.context
+        text, context = run.precision.text, run.precision.context
         content = {
             "schema": SCHEMA,
             "scene": loaded.name,
-            "status": trajectory.status,
-            "t_end": text(context.mpf(trajectory.t_end)),
-            "events": event_rows(trajectory),
-            "climb": climb
-            and {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()},
+            "status": run.status,
+            "t_end": text(context.mpf(run.t_end)),
+            "events": event_rows(run),
+            "climb": {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()}
+            or None,
         }
         click.echo(json.dumps(content))
         return 0
-    events = trajectory.event_table()
-    lines = []
-    for name, t, sign, theta in zip(
-        *(events[column] for column in ("name", "t", "direction", "theta")), strict=True
-    ):
-        shown = "" if theta is None else f"theta {float(theta):.6f}"
-        direction = {1: "rising", -1: "falling"}.get(int(sign), "")
-        lines.append(f"{float(t):18.12f} s  {name:<20} {direction:<8} {shown}")
-    say(lines)
-    for key, time in (climb or {}).items():
-        click.echo(f"{key:>9}: {'none' if time is None else f'{float(time):.12f} s'}")
+    shown = _lines(run)
+    shown += [f"{key:>9}: {_seconds(time)}" for key, time in climb.items()]
+    if run.status != "complete":
+        meaning = TERMINAL.get(run.status, "the integration ended early")
+        shown.append(f"{run.status} at t = {_seconds(run.t_end)}: {meaning}")
+    say(shown)
     return 0
 
 
-def _catalogue(as_json: bool) -> int:
-    from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
+def _seconds(time: Scalar) -> str:
+    return "none" if time is None else f"{float(time):.12f} s"
 
+
+def _lines(run: Trajectory) -> list[str]:
+    quantities = {
+        name: QUANTITIES[name.removeprefix(EXTREMUM)]
+        for name in run.setup.events
+        if name.startswith(EXTREMUM)
+    }
+    columns = dict.fromkeys(["theta", *(one.name for one in quantities.values())])
+    events = run.event_table(list(columns))
+    lines = []
+    for row in (dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)):
+        shown = "" if row["theta"] is None else f"theta {float(row['theta']):.6f}"
+        quantity = quantities.get(row["name"])
+        if quantity and row[quantity.name] is not None:
+            shown += f"  {quantity.name} {float(row[quantity.name]):.9g} {quantity.unit}"
+        what = change(row["name"], int(row["direction"]))
+        lines.append(f"{float(row['t']):18.12f} s  {row['name']:<20} {what:<8} {shown}")
+    return lines
+
+
+def _catalogue(as_json: bool) -> int:
     if as_json:
         listed = {name: event.meaning for name, event in EVENTS.items()}
         told = {"schema": SCHEMA, "events": listed, "joining": JOINING, "terminal": TERMINAL}

@@ -67,7 +67,8 @@ def command(
     """
     from dataclasses import replace
 
-    from tt_precise.integration import catalogue, integrate
+    from tt_precise.integration import integrate
+    from tt_precise.integration.events import asked_for
     from tt_precise.runtime.progress import progress_bar
     from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import RECORDABLE, load_scene
@@ -75,10 +76,7 @@ def command(
     loaded = load_scene(scene)
     if until is not None:
         loaded = replace(loaded, until=exact(until, "until"))
-    if events == "all":
-        names: tuple[str, ...] = catalogue(loaded.model)
-    else:
-        names = options.names(events) or loaded.events
+    names = asked_for(events, loaded.model) if events else loaded.events
     recorded = set(options.names(record) or loaded.record)
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too
@@ -160,18 +158,21 @@ def summary(trajectory: Trajectory) -> dict[str, Json]:
 
 
 def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
-    """The recorded events for JSON: name, t, direction, and the state there as strings."""
+    """The recorded events for JSON: name, t, what changes, and the state there as strings."""
+    from tt_precise.integration.events import change
+
     text, context = trajectory.precision.text, trajectory.precision.context
     events = trajectory.event_table()
     rows = [dict(zip(events, row, strict=True)) for row in zip(*events.values(), strict=True)]
     return [
         {
-            "name": row.pop("name"),
-            "t": text(context.mpf(row.pop("t"))),
-            "direction": int(row.pop("direction")),
+            "name": row["name"],
+            "t": text(context.mpf(row["t"])),
+            "change": change(row["name"], int(row["direction"])),
             "state": {
                 name: None if value is None else text(context.mpf(value))
                 for name, value in row.items()
+                if name not in ("name", "t", "direction")
             },
         }
         for row in rows

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from tt_precise.integration.digits import Rung, integrate_to_digits
+from tt_precise.integration.events import asked_for
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.trajectory import Trajectory
 from tt_precise.runtime.errors import InputError
@@ -18,7 +19,7 @@ def integrate(
     *,
     digits: int | None = None,
     formulation: str | None = None,
-    events: Iterable[str] | None = None,
+    events: str | Iterable[str] | None = None,
     record: Iterable[str] | None = None,
     bits: int | None = None,
     contact: str = "unilateral",
@@ -44,8 +45,8 @@ def integrate(
         ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
         pole).
     events, record
-        Names from the event catalogue, and of quadratures (phi, psi, x, y); by default those
-        that the scene names.
+        Names from the event catalogue (also one, several by commas, or "all"), and of quadratures
+        (phi, psi, x, y); by default those that the scene names.
     contact
         ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it goes on, and
         may start, with g_n < 0, where the equations hold and no table does; its status then is
@@ -66,7 +67,8 @@ def integrate(
         The scene or an argument cannot be used, or the digits cannot be reached.
     """
     loaded = load_scene(scene)
-    events, record = (None if one is None else tuple(one) for one in (events, record))
+    record = None if record is None else tuple(record)
+    events = None if events is None else asked_for(events, loaded.model)
 
     def run(rung: Rung) -> Trajectory:
         setup = Setup.of(

@@ -165,6 +165,37 @@ def catalogue(model: str) -> tuple[str, ...]:
     return tuple(name for name, event in EVENTS.items() if model == "gliding" or not event.gliding)
 
 
+def asked_for(events: str | Iterable[str], model: str) -> tuple[str, ...]:
+    """The names in ``events``: an iterable of them, one, several by commas, or "all" of a model.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    if isinstance(events, str):
+        events = [one.strip() for one in events.split(",") if one.strip()]
+        if "all" in events:
+            return tuple(dict.fromkeys([*catalogue(model), *(set(events) - {"all"})]))
+    if not isinstance(events, Iterable):
+        raise InputError(f"events: got {events!r:.60}, expected names, such as theta_max, or all")
+    names = tuple(events)
+    for name in names:
+        if not isinstance(name, str):
+            raise InputError(f"events: got {name!r:.60}, expected names, such as theta_max")
+    return tuple(dict.fromkeys(names))
+
+
+def change(name: str, direction: int) -> str:
+    """What an event is, in a word: minimum or maximum, up or down; "" for what joins pieces."""
+    if name in JOINING:
+        return ""
+    if name.startswith(EXTREMUM):
+        return "minimum" if direction > 0 else "maximum"
+    known = {"theta_min": "minimum", "theta_max": "maximum"}
+    return known.get(name, "up" if direction > 0 else "down")
+
+
 def existing(names: Iterable[str], model: str) -> tuple[str, ...]:
     """Those events of ``names`` that ``model`` can have."""
     gliding = {name for name, event in EVENTS.items() if event.gliding}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tt_precise.integration.contact import CONTACTS
-from tt_precise.integration.events import event_named
+from tt_precise.integration.events import asked_for, event_named
 from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.mechanics.formulations import Formulation, elastic, integrated
 from tt_precise.runtime.arithmetic import Scalar
@@ -43,7 +43,7 @@ class Setup:
         *,
         bits: int | None = None,
         formulation: str | None = None,
-        events: Iterable[str] | None = None,
+        events: str | Iterable[str] | None = None,
         record: Iterable[str] | None = None,
         contact: str = "unilateral",
         tolerance: float = 0.0,
@@ -126,8 +126,8 @@ def _require_euler_angles(scene: Scene, precision: Precision) -> None:
         )
 
 
-def _checked_events(scene: Scene, events: Iterable[str] | None) -> tuple[str, ...]:
-    names = tuple(dict.fromkeys(scene.events if events is None else events))
+def _checked_events(scene: Scene, events: str | Iterable[str] | None) -> tuple[str, ...]:
+    names = asked_for(scene.events if events is None else events, scene.model)
     for name in names:
         event_named(name, scene.model, scene.body.friction)
     return names
