@@ -80,7 +80,7 @@ def test_a_size_bounds_what_errors_of_the_summands_make(name: str) -> None:
     function, eps = FUNCTIONS[name], 1e-7
     plain = function(2.0, 3.0, SizedFunctions())
     x, y = Sized(2.0, 2.0), Sized(3.0, 3.0)
-    size = function(*(constant(one) for one in (x, y)), SeriesFunctions(SizedFunctions()))[0].size
+    size = function(constant(x), constant(y), SeriesFunctions(SizedFunctions()))[0].size
     for a in (-1, 1):
         for b in (-1, 1):
             moved = function(2.0 * (1 + a * eps), 3.0 * (1 + b * eps), SizedFunctions())
