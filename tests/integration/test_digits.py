@@ -132,7 +132,7 @@ def right_digits(run: Trajectory) -> float:
     errors = {
         column: floats(
             [
-                None if own is None or text is None else abs(number(own) - number(text))
+                None if own is None or not text else abs(number(own) - number(text))
                 for own, text in zip(rows[column], inner[column], strict=True)
             ]
         )
