@@ -250,6 +250,8 @@ class SizedFunctions:
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         """The angle of the point (x, y)."""
+        if not isinstance(y, Sized) and not isinstance(x, Sized):
+            return numpy.arctan2(y, x)
         y, x = (one if isinstance(one, Sized) else Sized(one, 0.0) for one in (y, x))
         spread = abs(x.value) * y.size + abs(y.value) * x.size
         square = x.value * x.value + y.value * y.value
