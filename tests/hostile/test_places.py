@@ -55,7 +55,7 @@ def arguments(writer: str, folder: Path) -> list[str]:
         "check": ["check", str(golden), "--scene", "reference", "--plot", str(folder / "a.svg")],
         "sweep": [
             "sweep", "reference", "--vary", "omega_3=150:155:64", "--until", "0.5",
-            "--workers", "1", "--honesty", "0", "--out", str(folder / "sweep"),
+            "--workers", "1", "--recheck", "0", "--out", str(folder / "sweep"),
         ],
         "golden build": ["golden", "build", "upright", "--workers", "1", "--folder", str(folder)],
     }[writer]  # fmt: skip

@@ -77,7 +77,6 @@ def command() -> None:
     "--recheck", type=click.IntRange(min=0), default=1000, show_default=True,
     help="One row in so many is integrated again in double-double; 0: none.",
 )  # fmt: skip
-@click.option("--honesty", "recheck", type=click.IntRange(min=0), hidden=True)
 @click.option("--json", "as_json", is_flag=True, help="The summary, one JSON object, on stdout.")
 def run(
     scene: str,
