@@ -65,5 +65,5 @@ def test_blocks_of_rows_say_what_the_whole_says(
     soft = frame(801, 1)
     soft["vcz"] += 1e-5 * 190 * numpy.cos(190 * soft["t"])
     whole = contact_velocity(soft)
-    monkeypatch.setattr("tt_precise.check.array_sources.BLOCK_ROWS", 50)
+    monkeypatch.setattr("tt_precise.check.sources.BLOCK_ROWS", 50)
     assert contact_velocity(soft) == whole

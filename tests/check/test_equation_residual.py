@@ -14,11 +14,11 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tt_precise.check import equation_residual
+from tt_precise.check import equations
 from tt_precise.check.columns import COLUMN_SETS
-from tt_precise.check.equation_residual import EquationResidual, SummedResidual
-from tt_precise.check.reading import open_source
+from tt_precise.check.equations import EquationResidual, SummedResidual
 from tt_precise.check.samples import CheckSetup
+from tt_precise.check.sources import open_source
 from tt_precise.engines.adapters import COLUMNS
 from tt_precise.engines.protocol import Friction, job
 from tt_precise.mechanics.euler import EulerState
@@ -190,7 +190,7 @@ def test_what_begins_to_glide_is_joined(monkeypatch: pytest.MonkeyPatch) -> None
     scene = SimpleNamespace(lifts=False, may_stick=True)
     found.setup = SimpleNamespace(scene=scene, body=None)  # type: ignore[assignment]
     solved = SimpleNamespace(stays=lambda steps: steps > 0)
-    monkeypatch.setattr(equation_residual, "SolvedRows", lambda *arguments: solved)
+    monkeypatch.setattr(equations, "SolvedRows", lambda *arguments: solved)
     samples: Any = SimpleNamespace(state=None)
     joined = found._joined(samples, numpy.ones(4))
     assert joined.tolist() == [True, False, True, False]

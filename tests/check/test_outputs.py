@@ -13,7 +13,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.check.checks import checks_of
-from tt_precise.check.worst import MOST_POINTS, RunningWorst
+from tt_precise.check.result import MOST_POINTS, RunningWorst
 from tt_precise.cli import main
 
 Healthy = Callable[..., pandas.DataFrame]

@@ -19,8 +19,8 @@ import pytest
 from hypothesis import strategies
 
 import tt_precise as tt
-from tt_precise.check import array_sources, csv_source
-from tt_precise.check.reading import open_source
+from tt_precise.check import sources
+from tt_precise.check.sources import open_source
 from tt_precise.cli import main
 
 COLUMNS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
@@ -67,8 +67,8 @@ def test_small_blocks_change_nothing(
     healthy: Healthy, written: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = tt.check.conservation(written, "reference")
-    monkeypatch.setattr(csv_source, "BLOCK_BYTES", 20_000)
-    monkeypatch.setattr(array_sources, "BLOCK_ROWS", 101)
+    monkeypatch.setattr(sources, "BLOCK_BYTES", 20_000)
+    monkeypatch.setattr(sources, "BLOCK_ROWS", 101)
     for source in (written, healthy()[COLUMNS]):
         split = tt.check.conservation(source, "reference")
         for one, other in zip(whole.checks, split.checks, strict=True):
@@ -289,7 +289,7 @@ def test_progress_goes_from_block_to_block_to_the_end(
 ) -> None:
     pytest.importorskip("pyarrow", reason="needs the extra parquet")
     healthy().to_parquet(tmp_path / "run.parquet")
-    monkeypatch.setattr(array_sources, "BLOCK_ROWS", 200)
+    monkeypatch.setattr(sources, "BLOCK_ROWS", 200)
     seen: list[float] = []
     with closing(open_source(tmp_path / "run.parquet")) as table:
         rows = [len(block) for block in table.blocks(("t", "kx"), (), seen.append)]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy
 
 import tt_precise as tt
-from tt_precise.check.readings import CONVENTIONS, OMEGA, READINGS, readings
+from tt_precise.check.units import CONVENTIONS, OMEGA, READINGS, readings
 
 
 def test_two_conventions_at_once_are_tried_after_each_alone() -> None:

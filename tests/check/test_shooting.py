@@ -9,7 +9,7 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.check.shooting import EPS, MOST_STEPS, follow
+from tt_precise.check.equations import EPS, MOST_STEPS, follow
 
 ONE = numpy.ones(1)
 

@@ -10,7 +10,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tt_precise.check.unit_guard import LOOKED_AT, _percent
+from tt_precise.check.units import LOOKED_AT, _percent
 from tt_precise.golden import store
 from tt_precise.scene.scene import parse_scene
 

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING
 from tt_precise.runtime.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from tt_precise.check.assertions import assert_conserves, assert_matches_golden
     from tt_precise.check.result import Finding, Result
-    from tt_precise.check.run import conservation
+    from tt_precise.check.run import assert_conserves, assert_matches_golden, conservation
 
 __all__ = ["Finding", "Result", "assert_conserves", "assert_matches_golden", "conservation"]
 
@@ -26,8 +25,7 @@ __all__ = ["Finding", "Result", "assert_conserves", "assert_matches_golden", "co
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "assertions": ["assert_conserves", "assert_matches_golden"],
         "result": ["Finding", "Result"],
-        "run": ["conservation"],
+        "run": ["assert_conserves", "assert_matches_golden", "conservation"],
     },
 )

@@ -7,22 +7,88 @@ worst counts. Formulas are those of ``mechanics``, evaluated on arrays.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy
 
-from tt_precise.check.contact_height import ContactVelocity
-from tt_precise.check.equation_residual import EquationResidual, SummedResidual
-from tt_precise.check.finding import Sense
+from tt_precise.check.equations import EquationResidual, SummedResidual
 from tt_precise.check.kinematics import ContactMomentum, Kinematics
+from tt_precise.check.result import Sense
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
-from tt_precise.mechanics.vectors import dot
+from tt_precise.mechanics.newton import arm
+from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene
+
+SHALLOW = 0.1  # of R: what leaves the table by more is no contact at all
+PROPORTIONAL = 0.99  # correlation of the height with k.z from which it is the arm that is another
+
+
+class ContactVelocity:
+    """|v_A.z| (rolling: |v_A|) of each row over R omega at the start, and why it is not 0."""
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        self._setup, self._limit = setup, limit
+        omega = first.first.omega
+        self._scale = float(setup.body.R * numpy.sqrt(dot(omega, omega))) or 1.0
+        self._worst = self._height = 0.0
+        self._sums = numpy.zeros(5)  # of h, kz, h^2, kz^2 and h kz, from the first row on
+        self._ends = numpy.zeros(2)  # lowest and highest h, in m
+        self._rows = 0
+
+    def __call__(self, samples: Samples) -> numpy.ndarray:
+        values: numpy.ndarray = samples.slip / self._scale
+        self._worst = max(self._worst, float(values.max()))
+        if self._setup.columns.name == "rigid body":
+            self._follow(samples)
+        return values
+
+    def _follow(self, samples: Samples) -> None:
+        q = samples.q
+        lift = samples.given["vcz"] + cross(q.omega, arm(self._setup.body, q.k))[2]
+        risen = numpy.cumsum(numpy.diff(samples.t) * (lift[1:] + lift[:-1]) / 2)
+        new = slice(1 if self._rows else 0, None)  # every later block repeats a row
+        h = (self._height + numpy.concatenate(([0.0], risen)))[new]
+        kz, self._height = samples.state.kz[new], float(h[-1])
+        self._rows += len(h)
+        self._sums += [h.sum(), kz.sum(), (h * h).sum(), (kz * kz).sum(), (h * kz).sum()]
+        low, high = self._ends
+        self._ends = numpy.array([min(low, h.min()), max(high, h.max())])
+
+    @property
+    def note(self) -> str:
+        """What the contact point does, and what to do about it; "" where it stays on the table."""
+        if self._worst <= self._limit or not self._rows:
+            return ""
+        moved = float(self._ends[1] - self._ends[0])
+        if not moved <= SHALLOW * self._setup.body.R:
+            return ""
+        h, kz, hh, kk, hk = self._sums / self._rows
+        spread, common = kk - kz * kz, hk - h * kz
+        if common**2 > PROPORTIONAL**2 * spread * (hh - h * h):
+            lever = float(self._setup.body.R * self._setup.body.alpha)
+            return (
+                f"its height follows the axis: alpha R = {lever - common / spread:.5g} m would "
+                f"keep it on the table, the scene has {lever:.5g} m"
+            )
+        return (
+            f"it sinks and rises by {moved:.1g} m, as a soft contact does: if yours is one, give "
+            f"it a limit of its own, as --limit contact_velocity={_rounded_up(2 * self._worst):g}"
+        )
+
+
+def _rounded_up(value: float) -> float:
+    """To one digit."""
+    exponent = math.floor(math.log10(value))
+    return float(f"{math.ceil(value / 10.0**exponent)}e{exponent}")
+
 
 PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2.1
 
@@ -274,3 +340,66 @@ CHECKS = (
         if name not in ("jellett", "energy", "axis_norm")
     ),
 )  # fmt: skip
+
+
+def default_limits() -> dict[str, float]:
+    """Default limit of every check."""
+    return {check.name: check.limit for check in CHECKS}
+
+
+def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
+    """The default limits, changed by those given.
+
+    Raises
+    ------
+    InputError
+        A check of that name does not exist, or its limit is no number.
+    """
+    known = default_limits()
+    for name in given:
+        if name not in known:
+            raise InputError(f"limit: got {name!r}, expected one of: {', '.join(known)}")
+    return known | {name: finite(f"limit of {name}", value) for name, value in given.items()}
+
+
+def finite(what: str, value: object) -> float:
+    """A number that somebody gives to decide by.
+
+    Raises
+    ------
+    InputError
+        It is none, or not finite: a comparison with NaN would pass everything.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"{what}: got {value!r}, expected a finite number")
+    number = float(value)
+    if not math.isfinite(number):
+        raise InputError(f"{what}: got {value!r}, expected a finite number")
+    return number
+
+
+def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, float]:
+    """Limits by name from NAME=VALUE, or from VALUE for all others that have the default 1e-6.
+
+    ``option`` is where they were given.
+
+    Raises
+    ------
+    InputError
+        A value is no number, or two are given for one name.
+    """
+    found: dict[str, float] = {}
+    for text in texts:
+        name, equals, value = text.rpartition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            raise InputError(f"{option}: got {text!r}, expected NAME=VALUE or VALUE") from None
+        name = name.strip()
+        if name in found or (equals and not name):
+            raise InputError(f"{option}: got {text!r}, expected NAME=VALUE or VALUE, each once")
+        found[name] = number
+    usual = found.pop("", None)
+    if usual is None:
+        return found
+    return {name: usual for name, value in default_limits().items() if value == PAPER_LIMIT} | found

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     import numpy
 
 Columns = Mapping[str, "numpy.ndarray"]
+Changed = dict[str, "numpy.ndarray"]
+Reading = Callable[[Columns, Parameters], "Changed | None"]
+"""Columns as another convention has them, read as ours: those that differ; None if none can."""
 
 
 @dataclass(frozen=True)

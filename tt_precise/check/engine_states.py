@@ -20,9 +20,8 @@ from tt_precise.scene.scene import Scene
 if TYPE_CHECKING:
     import numpy
 
-    from tt_precise.check.array_sources import ColumnSource
-    from tt_precise.check.columns import Columns
-    from tt_precise.check.readings import Changed, Reading
+    from tt_precise.check.columns import Changed, Columns, Reading
+    from tt_precise.check.sources import ColumnSource
     from tt_precise.scene.body import Parameters
 
 CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
@@ -108,7 +107,7 @@ def engine_source(path: str, engine: str, scene: Scene, rename: Mapping[str, str
     InputError
         As ``engine_columns``.
     """
-    from tt_precise.check.array_sources import ColumnSource
+    from tt_precise.check.sources import ColumnSource
 
     given = engine_columns(path, engine, scene)
     source = ColumnSource(list(given), lambda name: given[str(name)], rename, path)

@@ -23,11 +23,10 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.blocks import Block
 from tt_precise.check.columns import TRACK
-from tt_precise.check.finding import CheckFinding, Verdict
+from tt_precise.check.result import CheckFinding, RunningWorst, Verdict
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.check.worst import RunningWorst
+from tt_precise.check.sources import Block
 from tt_precise.golden import store
 from tt_precise.golden.digits import EXACT, as_decimal, correct_digits
 from tt_precise.golden.measuring import RESOLVED, FewestDigits, Measured, TrueRows, turned_back

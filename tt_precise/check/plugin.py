@@ -35,8 +35,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture
 def assert_conserves(request: pytest.FixtureRequest) -> Callable[..., Result]:
     """``tt_precise.check.assert_conserves``, under the limits of the command line."""
-    from tt_precise.check.assertions import assert_conserves as check
-    from tt_precise.check.limits import read_limits
+    from tt_precise.check.checks import read_limits
+    from tt_precise.check.run import assert_conserves as check
 
     given = read_limits(request.config.getoption("--tt-limit"), "--tt-limit")
 
@@ -52,7 +52,7 @@ def assert_conserves(request: pytest.FixtureRequest) -> Callable[..., Result]:
 @pytest.fixture
 def assert_matches_golden(request: pytest.FixtureRequest) -> Callable[..., Result]:
     """``tt_precise.check.assert_matches_golden``, with the digits of the command line."""
-    from tt_precise.check.assertions import assert_matches_golden as check
+    from tt_precise.check.run import assert_matches_golden as check
 
     digits = request.config.getoption("--tt-digits")
 

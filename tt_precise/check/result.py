@@ -1,19 +1,295 @@
-"""What a check run returns: a finding for every check, and the verdict."""
+"""What checks find: a finding each and the verdict; as tables, Markdown, HTML, XML and a plot."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from tt_precise.check import outputs
-from tt_precise.check.finding import CheckFinding
+import numpy
+
+from tt_precise.runtime.plotting import new_figure, require_format, save, styled
+from tt_precise.runtime.terminal import one_line
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
+
+Verdict = Literal["pass", "fail", "skipped"]
+Sense = Literal["at most", "above", "at least"]
+SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
+
+
+@dataclass(frozen=True)
+class CheckFinding:
+    """One check as it came out.
+
+    ``value`` is the worst of all rows, ``at`` its time in s, ``reason`` why it was skipped or
+    what else must be known. ``curve`` holds times and values for a plot, ``parts`` what the value
+    is made of (correct digits of every column), and ``history`` says how it came about over time.
+    """
+
+    name: str
+    verdict: Verdict
+    value: float | None = None
+    limit: float | None = None
+    at: float | None = None
+    reason: str = ""
+    meaning: str = ""
+    sense: Sense = "at most"
+    parts: dict[str, float] = field(default_factory=dict)
+    history: str = ""
+    curve: tuple[numpy.ndarray, numpy.ndarray] | None = field(
+        default=None, repr=False, compare=False
+    )
+
+    def as_dict(self) -> dict[str, Json]:
+        """For JSON."""
+        # JSON has no infinity: an infinite worst value is given by its reason
+        value = None if self.value is None or not math.isfinite(self.value) else self.value
+        found: dict[str, Json] = {
+            "name": self.name,
+            "verdict": self.verdict,
+            "value": value,
+            "limit": self.limit,
+            "sense": self.sense,
+            "at": self.at,
+            "reason": self.reason,
+            "meaning": self.meaning,
+        }
+        if self.parts:
+            found |= {"digits": self.parts, "digits_over_time": self.history}
+        return found
+
+    def sentence(self) -> str:
+        """One line: check, value, limit, time."""
+        if self.value is None or self.limit is None:
+            return f"{self.name}: {self.reason}"
+        where = f" at t = {self.at:.6g} s" if self.at is not None else ""
+        why = f" ({self.reason})" if self.reason else ""
+        return f"{self.name}: {self.value:.3g}{where}, expected {self.sense} {self.limit:.3g}{why}"
+
+
+MOST_POINTS = 4096
+
+
+class RunningWorst:
+    """Takes values of consecutive rows; keeps the worst, and the worst of every bucket of rows.
+
+    ``largest_is_worst`` is False for checks that ask for values above a limit. A value that is
+    no number is the worst of all.
+    """
+
+    def __init__(self, largest_is_worst: bool = True):
+        self._sign = 1.0 if largest_is_worst else -1.0
+        self.worst: float | None = None
+        self.at: float | None = None
+        self._bucket = 1
+        self._t: list[numpy.ndarray] = []
+        self._values: list[numpy.ndarray] = []
+        self._count = 0
+
+    def add(self, t: numpy.ndarray, values: numpy.ndarray) -> None:
+        """The next rows."""
+        badness = numpy.where(numpy.isnan(values), numpy.inf, values * self._sign)
+        row = int(numpy.argmax(badness))
+        if self.worst is None or badness[row] > self.worst * self._sign:
+            self.worst, self.at = float(badness[row] * self._sign), float(t[row])
+        self._keep(t, badness, self._bucket)
+        if self._count > 2 * MOST_POINTS:
+            t, badness = numpy.concatenate(self._t), numpy.concatenate(self._values)
+            factor = math.ceil(self._count / MOST_POINTS)
+            self._t, self._values, self._count = [], [], 0
+            self._bucket *= factor
+            self._keep(t, badness, factor)
+
+    def _keep(self, t: numpy.ndarray, badness: numpy.ndarray, bucket: int) -> None:
+        starts = numpy.arange(0, len(t), bucket)
+        self._t.append(t[starts])
+        self._values.append(numpy.maximum.reduceat(badness, starts))
+        self._count += len(starts)
+
+    @property
+    def curve(self) -> tuple[numpy.ndarray, numpy.ndarray]:
+        """Times (s) and the worst value of the bucket of rows that begins there."""
+        if not self._t:
+            return numpy.empty(0), numpy.empty(0)
+        return numpy.concatenate(self._t), self._sign * numpy.concatenate(self._values)
+
+
+WIDTH = 100
+HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
+
+
+def _number(value: float | None, digits: int = 3) -> str:
+    return "" if value is None else f"{value:.{digits}g}"
+
+
+def _cells(finding: CheckFinding) -> tuple[str, ...]:
+    limit = _number(finding.limit)
+    return (
+        finding.name,
+        finding.verdict.upper() if finding.verdict == "fail" else finding.verdict,
+        _number(finding.value),
+        f"{SIGNS[finding.sense]} {limit}" if limit else "",
+        _number(finding.at, 6),
+        one_line(finding.reason),
+    )
+
+
+def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) -> str:
+    """The findings for a terminal of ``width`` characters; what was skipped stands below."""
+    done = [finding for finding in findings if finding.verdict != "skipped"]
+    rows = [HEADINGS, *map(_cells, done)]
+    widths = [max(len(row[i]) for row in rows) for i in range(5)]
+    margin = sum(widths) + 2 * len(widths)
+    lines = textwrap.wrap(one_line(heading), width)
+    for row in rows:
+        start = "  ".join(cell.ljust(size) for cell, size in zip(row, widths, strict=False)) + "  "
+        notes = textwrap.wrap(row[5], max(24, width - margin)) or [""]
+        lines.append((start + notes[0]).rstrip())
+        lines += [" " * margin + note for note in notes[1:]]
+    for finding in done:
+        if finding.parts:
+            listed = "  ".join(f"{name} {digits:.1f}" for name, digits in finding.parts.items())
+            lines += textwrap.wrap(
+                f"{finding.name}, correct digits of each column: {listed}", width,
+                subsequent_indent="  ",
+            )  # fmt: skip
+    reasons: dict[str, list[str]] = {}
+    for finding in findings:
+        if finding.verdict == "skipped":
+            reasons.setdefault(finding.reason, []).append(finding.name)
+    for reason, names in reasons.items():
+        lines += textwrap.wrap(
+            f"skipped {', '.join(names)}: {one_line(reason)}", width, subsequent_indent="  "
+        )
+    return "\n".join(lines)
+
+
+def markdown(heading: str, findings: Sequence[CheckFinding]) -> str:
+    """The findings as Markdown."""
+    marks = {"pass": "✅ pass", "fail": "❌ **fail**", "skipped": "➖ skipped"}
+    lines = [
+        f"### {_escaped(one_line(heading))}",
+        "",
+        "| " + " | ".join(HEADINGS) + " |",
+        "| --- | --- | ---: | ---: | ---: | --- |",
+    ]
+    for finding in findings:
+        name, _, *rest = _cells(finding)
+        cells = (f"`{name}`", marks[finding.verdict], *map(_escaped, rest))
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _escaped(text: str) -> str:
+    for mark in "\\|`*_<>[]":
+        text = text.replace(mark, "\\" + mark)
+    return text
+
+
+def html(heading: str, findings: Sequence[CheckFinding]) -> str:
+    """The findings as an HTML table."""
+    from html import escape  # here, because few want it
+
+    colours = {"pass": "#1a7f37", "fail": "#cf222e", "skipped": "#6e7781"}
+    head = "".join(f"<th>{name}</th>" for name in HEADINGS)
+    body = "".join(
+        f'<tr title="{escape(finding.meaning)}">'
+        + "".join(
+            f'<td style="color:{colours[finding.verdict]}">{cell}</td>'
+            if i == 1
+            else f"<td>{escape(cell)}</td>"
+            for i, cell in enumerate(_cells(finding))
+        )
+        + "</tr>"
+        for finding in findings
+    )
+    return (
+        f"<p>{escape(one_line(heading))}</p>"
+        f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    )
+
+
+def junit(place: str, findings: Sequence[CheckFinding]) -> str:
+    """The findings as JUnit XML, a test case for each of them, in the class ``place``."""
+    from xml.etree import ElementTree
+
+    counts = {
+        "tests": str(len(findings)),
+        "failures": str(sum(finding.verdict == "fail" for finding in findings)),
+        "errors": "0",
+        "skipped": str(sum(finding.verdict == "skipped" for finding in findings)),
+    }
+    suites = ElementTree.Element("testsuites", counts)
+    suite = ElementTree.SubElement(suites, "testsuite", {"name": "tt-precise check", **counts})
+    for finding in findings:
+        named = {"name": finding.name, "classname": _printable(place)}
+        case = ElementTree.SubElement(suite, "testcase", named)
+        if finding.verdict == "skipped":
+            ElementTree.SubElement(case, "skipped", {"message": _printable(finding.reason)})
+        elif finding.verdict == "fail":
+            message = {"message": _printable(finding.sentence())}
+            ElementTree.SubElement(case, "failure", message).text = finding.meaning
+        else:
+            ElementTree.SubElement(case, "system-out").text = _printable(finding.sentence())
+    ElementTree.indent(suites)
+    return ElementTree.tostring(suites, "unicode", xml_declaration=True) + "\n"
+
+
+def _printable(text: str) -> str:
+    # XML has no place for control characters, and a file name may hold them
+    return "".join(c if c.isprintable() else "?" for c in text)
+
+
+SMALLEST = 1e-18  # what is drawn for an exact zero
+
+
+def figure(title: str, findings: Sequence[CheckFinding], path: str | Path | None = None) -> Figure:
+    """A matplotlib ``Figure``; needs no display. Written to ``path`` if one is given."""
+    if path is not None:
+        require_format(path)
+    with styled():
+        drawn = _drawn(title, findings)
+    if path is not None:
+        save(drawn, path)
+    return drawn
+
+
+def _drawn(title: str, findings: Sequence[CheckFinding]) -> Figure:
+    import numpy
+
+    drawn = new_figure(8, 4.5)
+    axes = drawn.add_subplot()
+    limits: dict[float, Any] = {}
+    for finding in findings:
+        if finding.curve is None or finding.sense != "at most" or finding.verdict == "skipped":
+            continue
+        t, values = finding.curve
+        (line,) = axes.semilogy(
+            t,
+            numpy.maximum(values, SMALLEST),
+            linewidth=1,
+            label=f"{finding.name} {finding.value:.1e}",
+        )
+        if finding.limit is not None and finding.limit > 0:
+            colour = "black" if finding.limit in limits else line.get_color()
+            limits[finding.limit] = colour
+    for limit, colour in limits.items():
+        axes.axhline(limit, color=colour, linestyle="--", linewidth=1, label=f"limit {limit:.1e}")
+    axes.set_xlabel("t (s)")
+    axes.set_ylabel("relative drift")
+    axes.set_title(title)
+    if axes.lines:
+        axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+    return drawn
+
 
 SCHEMA = "tt_precise.check/1"
 FEW_DIGITS = 4  # fewer of golden data, where none were asked for, are said loudly
@@ -102,22 +378,20 @@ class Result:
         return f", {golden.value:.1f} correct digits of golden data"
 
     def __str__(self) -> str:
-        return outputs.table(self.heading, self.checks)
+        return table(self.heading, self.checks)
 
     def _repr_html_(self) -> str:
-        return outputs.html(self.heading, self.checks)
+        return html(self.heading, self.checks)
 
     def markdown(self) -> str:
         """The table in Markdown, for the summary of a CI job."""
-        return outputs.markdown(self.heading, self.checks)
+        return markdown(self.heading, self.checks)
 
     def junit(self) -> str:
         """The findings as JUnit XML: one test case for each check."""
-        return outputs.junit(f"{self.scene}.{self.trajectory}", self.checks)
+        return junit(f"{self.scene}.{self.trajectory}", self.checks)
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """A matplotlib ``Figure`` of all drifts over time, written to ``path`` if one is given."""
-        from tt_precise.check.plot import figure
-
         name = Path(self.trajectory).name
         return figure(f"{name} against {self.scene}: {self.verdict}", self.checks, path)

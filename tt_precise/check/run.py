@@ -1,4 +1,4 @@
-"""``conservation``: every check that a trajectory's columns and its scene allow."""
+"""``conservation``: every check that a trajectory's columns and its scene allow, and assertions."""
 
 from __future__ import annotations
 
@@ -8,26 +8,60 @@ from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy
 
-from tt_precise.check.blocks import Block, NotFinite, RowSource, UsableRows
-from tt_precise.check.checks import CHECKS, RowCheck, Watch, checks_of
+from tt_precise.check.checks import CHECKS, RowCheck, Watch, checks_of, chosen_limits, finite
 from tt_precise.check.columns import choose_set, known_columns
-from tt_precise.check.finding import CheckFinding, Verdict
-from tt_precise.check.finite import Finiteness
 from tt_precise.check.golden import GoldenDistance
-from tt_precise.check.limits import chosen_limits, finite
-from tt_precise.check.reading import open_source
-from tt_precise.check.result import Result
+from tt_precise.check.result import CheckFinding, Result, RunningWorst, Verdict
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.check.unit_guard import refuse_other_units
-from tt_precise.check.worst import RunningWorst
+from tt_precise.check.sources import Block, NotFinite, RowSource, UsableRows, open_source
+from tt_precise.check.units import refuse_other_units
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.terminal import one_line
 from tt_precise.scene.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    import os
+
+NAME = "finite"
+MEANING = "every column holds finite numbers, but for Euler angles where they are undefined"
+
+
+class Finiteness:
+    """Counts the entries that are no finite numbers, in the columns ``also`` beside the state's."""
+
+    def __init__(self, also: Sequence[str]):
+        self._also = also
+        self._count, self._first = 0, ""
+        self._at: float | None = None
+
+    def look(self, block: Block, samples: Samples) -> None:
+        """The next rows, as given and as vectors."""
+        tilted = (samples.state.kx != 0) | (samples.state.ky != 0)
+        for name in self._also:
+            wrong = numpy.flatnonzero(~numpy.isfinite(block.values[name]) & tilted)
+            self._count += len(wrong)
+            if len(wrong) and (self._at is None or samples.t[wrong[0]] < self._at):
+                row = int(wrong[0])
+                self._at = float(samples.t[row])
+                self._first = f"{name} = {block.values[name][row]} in {block.place(row)}"
+
+    def finding(self, broken: NotFinite | None) -> CheckFinding:
+        """How many entries are not finite, the row at which reading stopped included."""
+        count, at, first = self._count, self._at, self._first
+        if broken is not None:
+            count, first = count + 1, f"{broken}, where the checks stop"
+            at = broken.t if at is None else min(at, broken.t)
+        return CheckFinding(
+            NAME, "fail" if count else "pass", float(count), 0.0, at, first, MEANING
+        )
+
 
 NAMES = [check.name for check in CHECKS]
 HOLDS = {"at most": operator.le, "above": operator.gt, "at least": operator.ge}
@@ -258,3 +292,102 @@ class _Running:
             sense=check.sense,
             curve=self._worst.curve if self._watch else None,
         )
+
+
+def assert_conserves(
+    trajectory: object,
+    scene: str | Path | Scene,
+    *,
+    limits: Mapping[str, float] | None = None,
+    until: float | None = None,
+    digits: float | None = None,
+    fresh: bool = False,
+    friction: str = "scene",
+    columns: Mapping[str, str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    **demanded: float,
+) -> Result:
+    """Assert that no check fails; arguments are those of ``conservation``.
+
+    A limit can be given as a keyword, ``jellett=1e-9``; then the check must also have been
+    possible, and fails where it was skipped.
+
+    Raises
+    ------
+    AssertionError
+        A check failed; one line for each says its time, value and limit.
+    InputError
+        The trajectory cannot be used.
+    """
+    __tracebackhide__ = True
+    result = conservation(
+        trajectory,
+        scene,
+        limits={**(limits or {}), **demanded},
+        until=until,
+        digits=digits,
+        fresh=fresh,
+        friction=friction,
+        columns=columns,
+        folder=folder,
+    )
+    lines = [finding.sentence() for finding in result.failures]
+    found = {finding.name: finding for finding in result.checks}
+    for name in demanded:
+        if name not in found:
+            lines.append(f"{name}: a limit was given, but the check is of flight only")
+        elif found[name].verdict == "skipped":
+            reason = found[name].reason
+            lines.append(f"{name}: a limit was given, but the check was skipped: {reason}")
+    if lines:
+        raise AssertionError("\n  ".join([_of(result), *map(one_line, lines)]))
+    return result
+
+
+def assert_matches_golden(
+    trajectory: object,
+    scene: str | Path | Scene,
+    *,
+    digits: float,
+    until: float | None = None,
+    fresh: bool = False,
+    columns: Mapping[str, str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+) -> Result:
+    """Assert that every column has ``digits`` correct digits at the golden times.
+
+    With ``fresh`` the solution is computed at the trajectory's own times where there is no golden
+    row.
+
+    Raises
+    ------
+    AssertionError
+        It has fewer; the message names time and columns.
+    InputError
+        The trajectory cannot be used, or there is nothing to compare it with.
+    """
+    __tracebackhide__ = True
+    if digits is None:
+        raise InputError("digits: got None, expected the number of correct digits wanted")
+    result = conservation(
+        trajectory,
+        scene,
+        until=until,
+        digits=digits,
+        fresh=fresh,
+        columns=columns,
+        folder=folder,
+    )
+    golden = result["golden"]
+    if golden.verdict != "pass":
+        few = {name: found for name, found in golden.parts.items() if found < digits}
+        listed = ", ".join(f"{name} {found:.1f}" for name, found in few.items())
+        lines = [_of(result), one_line(golden.sentence())]
+        lines += [f"correct digits: {listed}"] if few else []
+        lines.append(f"over time: {golden.history or 'nothing to compare'}")
+        raise AssertionError("\n  ".join(lines))
+    return result
+
+
+def _of(result: Result) -> str:
+    return one_line(f"{result.trajectory} against {result.scene}:")

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy
 
-from tt_precise.check.blocks import Block
 from tt_precise.check.columns import Columns, ColumnSet
+from tt_precise.check.sources import Block
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion

@@ -75,8 +75,8 @@ def command(
     kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` says what
     each is, in which frame. Exit status 1 if a check failed.
     """
+    from tt_precise.check.checks import read_limits
     from tt_precise.check.columns import renaming
-    from tt_precise.check.limits import read_limits
     from tt_precise.check.run import conservation
     from tt_precise.runtime.files import require_apart
     from tt_precise.runtime.progress import progress_bar

@@ -17,22 +17,217 @@ trajectory's own. Rows closer together than the equations need are passed over.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.piecewise import SolvedRows, State, rates_of, rows_under
 from tt_precise.check.samples import CheckSetup, Samples
-from tt_precise.check.shooting import follow
-from tt_precise.mechanics import quantities
+from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.formulations import formulation, raised
+from tt_precise.mechanics.flight import LiftedState
+from tt_precise.mechanics.formulations import Formulation, elastic_in_time, formulation, raised
+from tt_precise.mechanics.friction import cone_margin
+from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.taylor import integral
+from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries, integral, solution
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.arithmetic import Array, Scalar
+from tt_precise.scene.body import Parameters
+from tt_precise.scene.scene import Scene
+
+ON_TABLE = 1e-9  # of R: below this a rigid table is touched
+POINTS = 9  # of an interval, at which a solution is looked at
+State = NewtonState | LiftedState
+
+
+class RowsUnder(NamedTuple):
+    """Rows (a mask, or all of them) that obey one formulation, in vectors."""
+
+    rows: Array | slice
+    form: Formulation
+
+
+def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
+    """The rows of ``state`` by the equations that they obey; none of them is empty."""
+    lifted = isinstance(state, LiftedState)
+    if scene.model == "flight" and lifted:
+        return [RowsUnder(slice(None), raised("newton"))]
+    gliding = formulation(scene.model, "newton", scene.body.friction)
+    on_table = numpy.ones(len(state.kx), bool)
+    if isinstance(state, LiftedState):
+        on_table, gliding = _on_table(body, state, gliding)
+    rests = numpy.zeros(len(on_table), bool)
+    if scene.may_stick:
+        rests = on_table & (state.vx == 0) & (state.vy == 0)
+    found = (
+        (on_table & ~rests, gliding),
+        (rests, formulation("rolling", "newton")),
+        (~on_table, raised("newton")),
+    )
+    there = [(rows, form) for rows, form in found if rows.any()]
+    if len(there) == 1:  # all rows
+        return [RowsUnder(slice(None), there[0][1])]
+    return [RowsUnder(*one) for one in there]
+
+
+def _on_table(
+    body: Parameters, state: LiftedState, rigid: Formulation
+) -> tuple[Array, Formulation]:
+    spring = body.spring
+    if not spring:
+        return state.height <= ON_TABLE * body.R, rigid
+    pushed = compliant.reach(body, state.height, state.rise) < 0
+    return (state.height < 0) & pushed, elastic_in_time(spring, body.friction)
+
+
+def rates_of(
+    form: Formulation, body: Parameters
+) -> Callable[[tuple[Scalar, ...]], Sequence[Scalar]]:
+    """The equations of ``form`` for series."""
+    return lambda entries: form.rates(body, form.State(*entries), SeriesFunctions)
+
+
+class SolvedRows:
+    """The Taylor series of the solution through every row, each by its own equations."""
+
+    def __init__(self, scene: Scene, body: Parameters, state: State, order: int):
+        self._body, self._order = body, order
+        self.parts = rows_under(scene, body, state)
+        self._count = len(state.kx)
+        solved = [self._solved(state, part) for part in self.parts]
+        self.state = solved[0]
+        if len(solved) > 1:
+            self.state = type(state)(*map(self._together, zip(*solved, strict=True)))
+
+    def _solved(self, state: State, part: RowsUnder) -> State:
+        start = [entry[part.rows] for entry in state]
+        width = len(part.form.columns)
+        series = [*solution(rates_of(part.form, self._body), start[:width], self._order)]
+        for constant in start[width:]:
+            series.append(TaylorSeries(numpy.zeros_like(series[0].c)))
+            series[-1].c[0] = constant
+        return type(state)(*series)
+
+    def _together(self, series: Sequence[TaylorSeries]) -> TaylorSeries:
+        whole = numpy.empty((self._order + 1, self._count))
+        for part, found in zip(self.parts, series, strict=True):
+            whole[:, part.rows] = found.c
+        return TaylorSeries(whole)
+
+    def _motions(self) -> Iterator[tuple[RowsUnder, Motion]]:
+        for part in self.parts:
+            state = type(self.state)(*(TaylorSeries(x.c[:, part.rows]) for x in self.state))
+            yield part, Motion(self._body, state, SeriesFunctions, part.form.model)
+
+    @property
+    def power(self) -> Array:
+        """Coefficients of the rate of the energy."""
+        found = numpy.zeros((self._order + 1, self._count))
+        for part, q in self._motions():
+            if part.form.model not in ("rolling", "flight"):
+                found[:, part.rows] = quantities.E_dot(q).c
+        return found
+
+    def stays(self, steps: Array) -> Array:
+        """Intervals (of ``steps`` s) in which the top neither leaves the table nor touches it.
+
+        Seen from either end: the force pushes all along, and stays within the cone where the
+        contact rests, or the height is above zero.
+        """
+        margins, which = numpy.zeros((self._order + 1, self._count)), numpy.zeros(self._count)
+        for part, q in self._motions():
+            flies = part.form.model == "flight"
+            margin = q.state.height if flies else q.force[2]
+            if part.form.model == "rolling":
+                margin = cone_margin(self._body, q.state)
+            margins[:, part.rows] = margin.c
+            which[part.rows] = flies
+        # just behind a loss of contact a row is still at the table, which would have to pull it
+        held = margins[0] >= 0
+        found: Array = (which[:-1] == which[1:]) & held[:-1] & held[1:]
+        for end, sign in ((slice(None, -1), 1), (slice(1, None), -1)):
+            for fraction in numpy.linspace(0, 1, POINTS)[1:-1]:
+                h = sign * fraction * steps
+                found = found & (numpy.polynomial.polynomial.polyval(h, margins[:, end], False) > 0)
+        return found
+
+
+EPS = float(numpy.finfo(float).eps)
+TERMS = 20  # Taylor coefficients: for eps, half its digits in base e, and two
+STEP = math.exp(-2)  # of the radius of convergence: the last of TERMS coefficients is then eps
+MOST_STEPS = 32
+NUDGE = 1e-7  # of the size: far above rounding, far below what is not linear any more
+ROUNDED = 4.0  # eps: a row is rounded in two numbers of either end
+A_STEP = 2.0  # eps that a Taylor step adds
+
+
+class Followed(NamedTuple):
+    """Where the solutions through rows are after their spans.
+
+    ``state`` has shape (entries, rows). ``error`` bounds what rounding, of the rows and of the
+    steps, has made of it, relative to the sizes; infinite where the end was not reached.
+    ``reached`` is the time in s up to which the error stayed below what was wanted.
+    """
+
+    state: numpy.ndarray
+    error: numpy.ndarray
+    reached: numpy.ndarray
+
+
+def follow(
+    rates: Callable[[tuple[Scalar, ...]], Sequence[Scalar]],
+    start: numpy.ndarray,
+    spans: numpy.ndarray,
+    sizes: numpy.ndarray,
+    wanted: float,
+) -> Followed:
+    """The solutions that start at the columns of ``start``, each after its span (s).
+
+    ``sizes`` (entries,) is what a difference of each entry is measured in; a solution whose error
+    has come above ``wanted`` is given up.
+    """
+    size = sizes[:, None]
+    signs = numpy.where(numpy.arange(len(start)) % 2, -1.0, 1.0)[:, None]
+    here = numpy.stack((start, start + NUDGE * signs * size), axis=2)
+    t, error = numpy.zeros(len(spans)), numpy.full(len(spans), ROUNDED * EPS)
+    open_ = numpy.arange(len(spans))
+    for count in range(1, MOST_STEPS + 1):
+        both = here[:, open_].reshape(len(start), -1)
+        c = numpy.array([entry.c for entry in solution(rates, list(both), TERMS)])
+        c = c.reshape(len(start), TERMS + 1, len(open_), 2)
+        h = numpy.minimum(_step(abs(c[:, :, :, 0]) / sizes[:, None, None]), spans[open_] - t[open_])
+        ahead = _at(c, h)
+        growth = (abs(ahead[:, :, 1] - ahead[:, :, 0]) / size).max(axis=0) / NUDGE
+        found = EPS * (ROUNDED + A_STEP * count) * numpy.maximum(growth, 1.0)
+        good = (found <= wanted) & (h > 0)  # neither where a state is no number
+        open_, h = open_[good], h[good]
+        here[:, open_], error[open_] = ahead[:, good], found[good]
+        t[open_] += h
+        open_ = open_[t[open_] < spans[open_]]
+        if not len(open_):
+            break
+    error[t < spans] = numpy.inf
+    return Followed(here[:, :, 0], error, t)
+
+
+def _step(sizes: numpy.ndarray) -> numpy.ndarray:
+    """Length of the step (s) of each row, from the sizes of its coefficients; NaN if there is none.
+
+    The last two coefficients stand for the radius of convergence, as in Jorba and Zou, Experimental
+    Mathematics 14 (2005) 99.
+    """
+    last, before = sizes[:, -1].max(axis=0), sizes[:, -2].max(axis=0)
+    return STEP * numpy.minimum(last ** (-1 / TERMS), before ** (-1 / (TERMS - 1)))
+
+
+def _at(c: numpy.ndarray, h: numpy.ndarray) -> numpy.ndarray:
+    total = c[:, -1]
+    for k in range(c.shape[1] - 2, -1, -1):
+        total = total * h[:, None] + c[:, k]
+    return total
+
 
 ORDERS = (2, 4, 8, 13)  # Taylor coefficients used at either end of an interval
 RESOLVED = 1e-9  # wanted error bound of a whole check, before a higher order is tried
@@ -43,7 +238,6 @@ MARGIN, MOST = 100.0, 10.0
 WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
 FEWEST_RESOLVED = 0.5  # of the intervals: a few resolved ones do not vouch for all the others
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
-EPS = float(numpy.finfo(float).eps)
 Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
 
 

@@ -1,0 +1,587 @@
+"""Trajectories as blocks of rows: CSV, gzipped CSV, standard input, Parquet, tables in memory.
+
+What the checks get is a ``Block``, whatever it was read from; however long a file is, only one
+block is in memory. Everything that makes a trajectory unusable (text in a number, dates, time that
+does not increase) ends in one line that names file and line.
+"""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import io
+import math
+import os
+import sys
+import zlib
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, BinaryIO
+
+import numpy
+
+from tt_precise.check.columns import Reading, renamed
+from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive rows: name to float64 array, and how to say where a row stands.
+
+    ``texts(row, names)`` gives the cells of a row as they were written, exact to the last digit.
+    """
+
+    values: dict[str, numpy.ndarray]
+    place: Callable[[int], str]
+    texts: Callable[[int, Sequence[str]], list[Any]]
+
+    def __len__(self) -> int:
+        return len(self.values["t"])
+
+    def head(self, count: int) -> Block:
+        """The first rows."""
+        if count >= len(self):
+            return self
+        values = {name: array[:count] for name, array in self.values.items()}
+        return Block(values, self.place, self.texts)
+
+
+class RowSource:
+    """A source of blocks: its column names after renaming, and where it comes from.
+
+    ``otherwise`` has further readings of its first rows, by what each supposes.
+    """
+
+    otherwise: Mapping[str, Reading] = MappingProxyType({})
+
+    def __init__(self, where: str, names: Sequence[str], rename: Mapping[str, str]):
+        self.where = where
+        self.names = renamed([name.strip() for name in names], rename, where)
+
+    def blocks(
+        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
+    ) -> Iterator[Block]:
+        """The columns as arrays, block by block; can be asked for once.
+
+        What is missing is NaN. In the columns ``also``, text that is no number is NaN too.
+        """
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Let go of the file, if there is one."""
+
+
+@dataclass(frozen=True)
+class NotFinite:
+    """The first row without a finite number in a column that was wanted: time (s), what, where."""
+
+    t: float
+    column: str
+    value: float
+    place: str
+
+    def __str__(self) -> str:
+        return f"{self.column} = {self.value} in {self.place}"
+
+
+class UsableRows:
+    """The blocks of a source up to time ``until`` and up to the first row that is not finite.
+
+    Iterating raises ``InputError`` where time stands still or goes back. Afterwards ``broken`` is
+    the row that is not finite, if there is one.
+    """
+
+    def __init__(
+        self, blocks: Iterator[Block], wanted: Sequence[str], where: str, until: float = math.inf
+    ):
+        self._blocks, self._wanted, self._where, self._until = blocks, wanted, where, until
+        self.broken: NotFinite | None = None
+
+    def __iter__(self) -> Iterator[Block]:
+        before = -math.inf
+        for given in self._blocks:
+            beyond = numpy.flatnonzero(given.values["t"] > self._until)
+            block = given.head(int(beyond[0])) if len(beyond) else given
+            block = self._finite(block, before)
+            self._require_rising(block, before)
+            if len(block):
+                before = float(block.values["t"][-1])
+                yield block
+            if len(beyond) or self.broken:
+                return
+
+    def _finite(self, block: Block, before: float) -> Block:
+        if not len(block):
+            return block
+        finite = numpy.all([numpy.isfinite(block.values[name]) for name in self._wanted], axis=0)
+        if finite.all():
+            return block
+        row = int(numpy.argmin(finite))
+        t = block.values["t"]
+        name = next(name for name in self._wanted if not math.isfinite(block.values[name][row]))
+        # a row without a time is known by the one before it
+        times = [float(t[row]), float(t[row - 1]) if row else before]
+        at = next((time for time in times if math.isfinite(time)), 0.0)
+        self.broken = NotFinite(at, name, float(block.values[name][row]), block.place(row))
+        return block.head(row)
+
+    def _require_rising(self, block: Block, before: float) -> None:
+        t = block.values["t"]
+        wrong = numpy.flatnonzero(~(numpy.diff(t, prepend=before) > 0))
+        if len(wrong):
+            row = int(wrong[0])
+            previous = float(t[row - 1]) if row else before
+            raise InputError(
+                f"{self._where}: {block.place(row)}: t = {float(t[row])!r} "
+                + ("occurs twice" if t[row] == previous else f"comes after t = {previous!r}")
+                + ", expected strictly increasing time"
+            )
+
+
+SHOWN = 40  # characters of a bad cell
+INFINITIES = ("inf", "infinity")
+MISSING = ("", "nan", "na", "n/a", "null", "none", "<na>")
+DATES = (datetime.date, datetime.time, datetime.timedelta, numpy.datetime64, numpy.timedelta64)
+
+
+def number(value: Any, *, strict: bool) -> float:
+    """The number in a cell (text, or a number of any kind); NaN where there is none.
+
+    Text that is no number is NaN, too, unless ``strict``.
+
+    Raises
+    ------
+    ValueError
+        With what was expected: it is no real number within the range of a double.
+    """
+    if value is None or type(value).__name__ == "NAType":
+        return math.nan
+    if isinstance(value, DATES) or type(value).__name__ == "NaTType":
+        raise ValueError("seconds as a number, such as (t - t[0]) / numpy.timedelta64(1, 's')")
+    if isinstance(value, str):
+        return _number_of_text(value.strip(), strict)
+    if isinstance(value, complex | numpy.complexfloating):
+        raise ValueError("a real number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError("a number within the range of a double") from None
+    except (TypeError, ValueError):
+        if strict:
+            raise ValueError("a number") from None
+        return math.nan
+
+
+def _number_of_text(text: str, strict: bool) -> float:
+    if text.lower() in MISSING:
+        return math.nan
+    try:
+        if "_" in text or not text.isascii():  # float reads the digits of every script
+            raise ValueError
+        found = float(text)
+    except ValueError:
+        if strict or _is_complex(text):
+            raise ValueError("a real number" if _is_complex(text) else "a number") from None
+        return math.nan
+    if math.isinf(found) and text.lstrip("+-").lower() not in INFINITIES:
+        raise ValueError("a number within the range of a double")
+    return found
+
+
+def _is_complex(text: str) -> bool:
+    try:
+        complex(text)
+    except ValueError:
+        return False
+    return text[-1:] in "jJ)"
+
+
+def column_of(values: Any, name: str, where: str) -> Array:
+    """``values`` as an array with one entry a row.
+
+    Raises
+    ------
+    InputError
+        It has another shape, or a mask, or holds dates or complex numbers.
+    """
+    # naming numpy.ma would import it
+    if type(values).__name__ == "MaskedArray" and numpy.any(values.mask):
+        raise InputError(f"{where}: column {name}: got masked entries, expected numbers")
+    try:
+        array = numpy.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{where}: column {name}: {_line(error)}, expected numbers") from None
+    if array.ndim != 1:
+        raise InputError(
+            f"{where}: column {name}: got an array of shape {array.shape}, expected one number "
+            "for each row"
+        )
+    if array.dtype.kind in "mM":
+        raise InputError(
+            f"{where}: column {name}: got {array.dtype}, expected seconds as a number, such as "
+            f"({name} - {name}[0]) / numpy.timedelta64(1, 's')"
+        )
+    if array.dtype.kind in "cb":
+        got = "complex numbers" if array.dtype.kind == "c" else "truth values"
+        raise InputError(f"{where}: column {name}: got {got}, expected real numbers")
+    return array
+
+
+def numbers_of(
+    array: Array, name: str, where: str, first: int = 0, *, strict: bool = True
+) -> numpy.ndarray:
+    """The numbers in an array of ``column_of``, NaN where there are none; row ``first`` onwards.
+
+    Raises
+    ------
+    InputError
+        An entry is no real number; the line says in which row.
+    """
+    if array.dtype.kind in "fiu":
+        with numpy.errstate(over="ignore"):
+            rounded = numpy.asarray(array, dtype=float)
+        if array.dtype.itemsize <= 8 or not numpy.any(numpy.isinf(rounded) & ~numpy.isinf(array)):
+            return rounded
+    found = numpy.empty(len(array))
+    for row, value in enumerate(array):
+        try:
+            found[row] = number(value, strict=strict)
+        except ValueError as error:
+            raise InputError(bad_cell(f"{where}: row {first + row}", name, value, error)) from None
+    return found
+
+
+def bad_cell(place: str, name: str, value: object, error: ValueError) -> str:
+    """The line that refuses a cell."""
+    # Python does not print integers of more than some thousand digits
+    huge = isinstance(value, int) and value.bit_length() > 1000
+    shown = "an integer of that size" if huge else repr(str(value)[:SHOWN])
+    return f"{place}, column {name}: got {shown}, expected {error}"
+
+
+def _line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0][:120]
+
+
+BLOCK_BYTES = 2_000_000  # some 10,000 rows: what numpy makes of them stays in the cache
+LONGEST_LINE = 1_000_000  # bytes; a row of numbers is a few hundred
+
+
+class TextSource(RowSource):
+    """CSV text, plain or gzipped, with one header line."""
+
+    def __init__(
+        self,
+        where: str,
+        opened: BinaryIO,
+        size: int,
+        rename: Mapping[str, str],
+        gzipped: bool = False,
+    ):
+        self._opened, self._size, self._file = opened, size, where
+        self._stream: Any = opened
+        if gzipped:
+            import gzip
+
+            self._stream = gzip.GzipFile(fileobj=opened)
+        header = self._read_line()
+        if not header.strip():
+            raise InputError(f"{where}: it is empty, expected a header line and rows of numbers")
+        # numpy.savetxt puts "# " before its header
+        text = self._decoded(header).removeprefix("\ufeff").lstrip("# ").strip()
+        for mark, name in ((";", "semicolons"), ("\t", "tabs")):
+            if mark in text and "," not in text:
+                raise InputError(f"{where}: the header is separated by {name}, expected commas")
+        super().__init__(where, self._split(text, 1), rename)
+
+    def blocks(
+        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
+    ) -> Iterator[Block]:
+        names = (*wanted, *also)
+        indices = [self.names.index(name) for name in names]
+        strict = [name in wanted for name in names]
+        rest, line = b"", 2
+        while True:
+            piece = self._read(BLOCK_BYTES)
+            data = rest + piece
+            if piece:
+                cut = data.rfind(b"\n") + 1
+                data, rest = data[:cut], data[cut:]
+                if len(rest) > LONGEST_LINE:
+                    raise InputError(
+                        f"{self.where}: line {line + data.count(10)} is longer than "
+                        f"{LONGEST_LINE} bytes, expected a row of numbers"
+                    )
+            if data.strip():
+                yield self._block(self._decoded(data), names, indices, strict, line)
+            line += data.count(b"\n")
+            if not piece:
+                return
+            if self._size:
+                progress(min(1.0, self._opened.tell() / self._size))
+
+    def close(self) -> None:
+        """Close the file, but not standard input."""
+        if self._size:
+            self._opened.close()
+
+    def _block(
+        self,
+        text: str,
+        names: Sequence[str],
+        indices: list[int],
+        strict: Sequence[bool],
+        line: int,
+    ) -> Block:
+        @cache
+        def lines() -> list[tuple[int, str]]:
+            return self._lines(text, line)
+
+        def cells(row: int, wanted: Sequence[str]) -> list[str]:
+            split = self._split(lines()[row][1], lines()[row][0])
+            positions = [self.names.index(name) for name in wanted]
+            return [split[i].strip() for i in positions]
+
+        def place(row: int) -> str:
+            return f"line {lines()[row][0]}"
+
+        try:
+            parsed = numpy.loadtxt(
+                io.StringIO(text), delimiter=",", usecols=indices, comments=None, ndmin=2,
+                quotechar='"',
+            )  # fmt: skip
+        except ValueError:
+            parsed = self._cell_by_cell(lines(), names, indices, strict)
+        else:
+            if not self._even(text, len(parsed)) or not numpy.isfinite(parsed).all():
+                # a row of another length, or a number that a double cannot hold, is refused there
+                parsed = self._cell_by_cell(lines(), names, indices, strict)
+        columns = numpy.ascontiguousarray(parsed.T)
+        return Block(dict(zip(names, columns, strict=True)), place, cells)
+
+    def _even(self, text: str, rows: int) -> bool:
+        """Whether each of so many lines of ``text`` has as many cells as the header."""
+        if '"' in text:
+            return False
+        data = numpy.frombuffer(text.encode(), dtype=numpy.uint8)
+        ends = numpy.append(numpy.flatnonzero(data == ord("\n")), len(data) - 1)
+        commas = numpy.diff(numpy.cumsum(data == ord(","))[ends], prepend=0)
+        return bool(
+            (commas == len(self.names) - 1).sum() == rows
+            and numpy.isin(commas, (0, len(self.names) - 1)).all()
+        )
+
+    def _cell_by_cell(
+        self,
+        lines: Sequence[tuple[int, str]],
+        names: Sequence[str],
+        indices: Sequence[int],
+        strict: Sequence[bool],
+    ) -> numpy.ndarray:
+        found = numpy.empty((len(lines), len(names)))
+        for row, (at, line) in enumerate(lines):
+            split = self._split(line, at)
+            if len(split) != len(self.names):
+                cut = " (was the file cut off?)" if len(split) < len(self.names) else ""
+                raise InputError(
+                    f"{self.where}: line {at} has {len(split)} cells, expected "
+                    f"{len(self.names)} as in the header{cut}"
+                )
+            for column, index in enumerate(indices):
+                try:
+                    found[row, column] = number(split[index], strict=strict[column])
+                except ValueError as error:
+                    place = f"{self.where}: line {at}"
+                    raise InputError(bad_cell(place, names[column], split[index], error)) from None
+        return found
+
+    def _split(self, row: str, number: int) -> list[str]:
+        try:
+            return next(csv.reader([row]), [])
+        except csv.Error as error:  # a lone carriage return, most of all
+            raise InputError(
+                f"{self._file}: line {number}: {error}; expected cells between commas"
+            ) from None
+
+    @staticmethod
+    def _lines(text: str, line: int) -> list[tuple[int, str]]:
+        rows = text.replace("\r\n", "\n").split("\n")
+        return [(number, row) for number, row in enumerate(rows, line) if row.strip()]
+
+    def _read(self, count: int) -> bytes:
+        try:
+            return self._stream.read(count)
+        except (OSError, EOFError, zlib.error) as error:
+            raise InputError(f"{self._file}: {error}; expected a readable file") from None
+
+    def _read_line(self) -> bytes:
+        try:
+            line = self._stream.readline(LONGEST_LINE)
+        except (OSError, EOFError, zlib.error) as error:
+            raise InputError(f"{self._file}: {error}; expected a readable file") from None
+        if len(line) >= LONGEST_LINE:
+            raise InputError(f"{self._file}: no end of its first line, expected a CSV header")
+        return line
+
+    def _decoded(self, data: bytes) -> str:
+        try:
+            return data.decode("utf-8")
+        except UnicodeDecodeError:
+            raise InputError(f"{self._file}: not UTF-8 text, expected CSV") from None
+
+
+BLOCK_ROWS = 16_384
+
+
+class ParquetSource(RowSource):
+    """A Parquet file, read a batch of rows at a time."""
+
+    def __init__(self, path: Path, rename: Mapping[str, str]):
+        try:
+            import pyarrow
+            import pyarrow.parquet
+        except ImportError:
+            raise InputError(
+                f"{path}: reading Parquet needs pyarrow; pip install 'tt-precise[parquet]'"
+            ) from None
+        self._failures = (pyarrow.ArrowException, OSError)
+        try:
+            self._file = pyarrow.parquet.ParquetFile(path)
+        except self._failures as error:
+            raise self._refused(str(path), error) from None
+        self._theirs = list(self._file.schema_arrow.names)
+        super().__init__(str(path), self._theirs, rename)
+
+    def blocks(
+        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
+    ) -> Iterator[Block]:
+        """The columns as arrays, batch by batch."""
+        every = (*wanted, *also)
+        theirs = [self._theirs[self.names.index(name)] for name in every]
+        total, done = self._file.metadata.num_rows, 0
+        batches = self._file.iter_batches(BLOCK_ROWS, columns=theirs)
+        while True:
+            try:
+                batch = next(batches, None)
+            except self._failures as error:
+                raise self._refused(self.where, error) from None
+            if batch is None:
+                return
+            given = {
+                ours: column_of(batch.column(name), ours, self.where)
+                for ours, name in zip(every, theirs, strict=True)
+            }
+            yield _block(given, wanted, self.where, done)
+            done += len(batch)
+            progress(done / total)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    @staticmethod
+    def _refused(where: str, error: Exception) -> InputError:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        return InputError(f"{where}: {reason}; expected a Parquet file")
+
+
+class ColumnSource(RowSource):
+    """Columns in memory; ``column(name)`` gives one of those called ``names``.
+
+    ``where`` is what messages call them.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[Hashable],
+        column: Callable[[Hashable], object],
+        rename: Mapping[str, str],
+        where: str = "the table",
+    ):
+        self._theirs, self._column = list(names), column
+        super().__init__(where, [str(name) for name in names], rename)
+
+    def blocks(
+        self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
+    ) -> Iterator[Block]:
+        """The columns as arrays, block by block."""
+        given = {}
+        for name in (*wanted, *also):
+            theirs = self._theirs[self.names.index(name)]
+            given[name] = column_of(self._column(theirs), name, self.where)
+        lengths = {name: len(column) for name, column in given.items()}
+        if len(set(lengths.values())) > 1:
+            raise InputError(f"{self.where}: columns of different length: {lengths}")
+        for first in range(0, lengths["t"], BLOCK_ROWS):
+            part = {name: column[first : first + BLOCK_ROWS] for name, column in given.items()}
+            yield _block(part, wanted, self.where, first)
+
+
+def _block(
+    given: Mapping[str, numpy.ndarray], wanted: Sequence[str], where: str, first: int
+) -> Block:
+    return Block(
+        {
+            name: numbers_of(column, name, where, first, strict=name in wanted)
+            for name, column in given.items()
+        },
+        lambda row: f"row {first + row}",
+        lambda row, names: [given[name][row] for name in names],
+    )
+
+
+def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowSource:
+    """A table from a path, "-" (standard input), a DataFrame, a mapping or a ``Trajectory``.
+
+    The caller closes it. A source that is open already is returned as it is.
+
+    Raises
+    ------
+    InputError
+        It cannot be opened, or has no header.
+    """
+    rename = rename or {}
+    if isinstance(source, RowSource):
+        return source
+    if isinstance(source, str | os.PathLike):
+        name = os.fspath(source)
+        if name == "-":
+            return TextSource("standard input", sys.stdin.buffer, 0, rename)
+        return _open_file(Path(name), rename)
+    if hasattr(source, "frame") and callable(source.frame):
+        source = source.frame(numbers="float")
+    names = getattr(source, "column_names", None)  # a pyarrow.Table
+    if names is None:
+        names = list(source) if isinstance(source, Mapping) else getattr(source, "columns", None)
+    if names is not None and hasattr(source, "__getitem__"):
+        return ColumnSource(list(names), source.__getitem__, rename)
+    raise InputError(
+        f"trajectory: got a {type(source).__name__}, expected a path, a DataFrame or a mapping "
+        "of columns"
+    )
+
+
+def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
+    parquet = path.suffix == ".parquet"
+    try:
+        # opening a pipe waits for its writer, and Parquet cannot be read from one
+        if parquet and path.exists() and not path.is_file():
+            raise OSError(0, "no regular file")
+        size = path.stat().st_size
+        opened = path.open("rb")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: {reason}; expected a trajectory file") from None
+    if parquet:
+        opened.close()
+        return ParquetSource(path, rename)
+    try:
+        return TextSource(str(path), opened, size, rename, path.name.endswith(".gz"))
+    except BaseException:
+        opened.close()
+        raise
