@@ -23,7 +23,7 @@ import msgspec
 import numpy
 from msgspec import Meta
 
-from tt_precise.check.readings import readings
+from tt_precise.check.units import readings
 from tt_precise.engines.adapters import COLUMNS, REFUSED
 from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.initial_state import InitialState
