@@ -8,7 +8,7 @@ import flint
 from flint import arb
 
 from tt_precise.certify import balls
-from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.balls import NotProved
 
 
 def test_balls_round_outward_here() -> None:

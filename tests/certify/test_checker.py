@@ -23,7 +23,7 @@ from flint import arb
 
 import tt_precise as tt
 from tests.certify.conftest import printed, stored_of
-from tt_precise.certify import certificate, checker, prove
+from tt_precise.certify import certificate, checker, checker_arithmetic, prove
 from tt_precise.certify.certificate import (
     FILE,
     Accepted,
@@ -96,14 +96,18 @@ def test_what_is_right_is_accepted(stored: Stored, content: dict[str, Any]) -> N
 
 
 def test_it_shares_nothing_with_the_prover() -> None:
-    source = Path(checker.__file__).read_text("utf-8")
-    imported = {
-        node.module for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)
-    }
-    own = {name for name in imported if name and name.startswith("tt_precise.certify")}
-    assert own == {f"tt_precise.certify.{name}" for name in ("balls", "certificate", "comparison")}
-    assert not any(name and name.startswith("tt_precise.golden") for name in imported)
-    assert "heyoka" not in source
+    shared = {"balls", "certificate", "checker_arithmetic", "comparison"}
+    for module in (checker, checker_arithmetic):
+        source = Path(module.__file__).read_text("utf-8")
+        imported = {
+            node.module or ""
+            for node in ast.walk(ast.parse(source))
+            if isinstance(node, ast.ImportFrom)
+        }
+        own = {name for name in imported if name.startswith("tt_precise.certify")}
+        assert own <= {f"tt_precise.certify.{name}" for name in shared}
+        assert not any(name.startswith("tt_precise.golden") for name in imported)
+        assert "heyoka" not in source
 
 
 # What the checker before this one accepted.

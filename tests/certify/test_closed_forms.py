@@ -173,7 +173,7 @@ def test_without_outward_rounding_nothing_is_proved(monkeypatch: pytest.MonkeyPa
 
 def test_zeros_of_an_oscillator() -> None:
     enclosure = enclose(oscillator(Fraction(2), Fraction(10)), BITS)
-    found = list(zeros(enclosure.stretches, lambda state: state[0]))
+    found = list(zeros(enclosure.steps, lambda state: state[0]))
     with flint.ctx.workprec(2 * BITS):
         inside = [zero for zero in found if zero.time < 10]
         assert len(inside) == 6
@@ -181,7 +181,7 @@ def test_zeros_of_an_oscillator() -> None:
             assert zero.time.overlaps((2 * k + 1) * arb.pi() / 4)
             assert zero.time.rad() < 1e-30
             assert zero.direction == (-1) ** (k + 1)
-    backwards = next(zeros(reversed(enclosure.stretches), lambda state: state[0]))
+    backwards = next(zeros(reversed(enclosure.steps), lambda state: state[0]))
     assert backwards.time.overlaps(found[-1].time)
 
 
@@ -198,35 +198,35 @@ def test_zeros_of_a_component_that_is_tiny_beside_another() -> None:
         lambda: [arb(1), arb(0), tiny, arb(0)], lambda: arb(6),
     )  # fmt: skip
     enclosure = enclose(problem, 200)
-    found = [zero for zero in zeros(enclosure.stretches, lambda state: state[2]) if zero.time < 6]
+    found = [zero for zero in zeros(enclosure.steps, lambda state: state[2]) if zero.time < 6]
     assert len(found) == 2
     with flint.ctx.workprec(400):
         for k, zero in enumerate(found):
             assert zero.time.overlaps((2 * k + 1) * arb.pi() / 2)
             assert zero.time.rad() < 1e-20
             # the coarse ones alone
-            stretch = next(s for s in enclosure.stretches if not zero.time > s.finish)
-            assert stretch.tube[2].polynomial(stretch.piece.end).contains(0)
+            step = next(s for s in enclosure.steps if not zero.time > s.finish)
+            assert step.tube[2].polynomial(step.piece.end).contains(0)
 
 
 def test_a_zero_at_the_start_is_passed_over() -> None:
     enclosure = enclose(oscillator(Fraction(2), Fraction(2)), BITS)
-    found = zeros(enclosure.stretches, lambda state: state[1], begins=Onset(1, -1))
+    found = zeros(enclosure.steps, lambda state: state[1], begins=Onset(1, -1))
     assert next(found).time.overlaps(arb.pi() / 2)
 
 
 def test_a_stretch_in_which_the_end_is_undecided_is_not_delivered() -> None:
     asked: list[Any] = []
 
-    def ends(stretch: Any) -> bool:
-        asked.append(stretch)
+    def ends(step: Any) -> bool:
+        asked.append(step)
         if len(asked) == 3:
             raise NotProved("contact", "as if")
         return False
 
     enclosure = enclose(oscillator(Fraction(2), Fraction(20)), BITS, ends=ends)
     assert enclosure.failure is not None
-    assert len(enclosure.stretches) == 2
+    assert len(enclosure.steps) == 2
     with pytest.raises(NotProved, match="proof ends"):
         enclosure.at(asked[2].finish)
 
@@ -236,7 +236,7 @@ def test_a_touching_zero_that_is_known_changes_no_sign() -> None:
     enclosure = enclose(oscillator(Fraction(2), Fraction(5)), BITS)
     with flint.ctx.workprec(BITS):
         known = [arb.pi() * k for k in (1, 2)]
-        found = zeros(enclosure.stretches, lambda y: y[0] - 1, begins=Onset(2, -1), touches=known)
+        found = zeros(enclosure.steps, lambda y: y[0] - 1, begins=Onset(2, -1), touches=known)
         assert [zero for zero in found if zero.time < 5] == []
 
 
@@ -244,14 +244,14 @@ def test_a_touching_zero_is_undecided() -> None:
     # x - 1 touches zero at each period; no arithmetic with errors can prove or exclude it
     enclosure = enclose(oscillator(Fraction(2), Fraction(5)), BITS)
     with pytest.raises(NotProved, match="undecided"):
-        list(zeros(enclosure.stretches, lambda state: state[0] - 1))
+        list(zeros(enclosure.steps, lambda state: state[0] - 1))
 
 
 def test_a_wide_ball_of_time_is_enclosed_throughout() -> None:
     enclosure = enclose(oscillator(Fraction(2), Fraction(20)), BITS)
     with flint.ctx.workprec(BITS):
         x, _ = enclosure.at(arb(10, 8))
-        assert len(enclosure.stretches) > 6
+        assert len(enclosure.steps) > 6
         assert x.contains(1)
         assert x.contains(-1)
 

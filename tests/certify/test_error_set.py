@@ -7,15 +7,15 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 import flint
 from flint import arb, arb_mat
 
-from tt_precise.certify.error_set import ErrorSet
-from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.balls import NotProved
+from tt_precise.certify.error_set import LohnerSet
 
 
 def test_a_moved_set_contains_the_moved_points() -> None:
     dice = random.Random(1)
     with flint.ctx.workprec(80):
         point = [arb(dice.uniform(-1, 1)) for _ in range(4)]
-        errors = ErrorSet.of([arb(0, 1)] * 4)
+        errors = LohnerSet.of([arb(0, 1)] * 4)
         for _ in range(40):
             flow = arb_mat([[arb(dice.uniform(-1, 1)) for _ in range(4)] for _ in range(4)])
             more = arb(dice.uniform(-1, 1))
@@ -27,7 +27,7 @@ def test_a_moved_set_contains_the_moved_points() -> None:
 def test_a_rotated_box_does_not_grow_by_wrapping() -> None:
     with flint.ctx.workprec(80):
         c, s = arb(1).cos(), arb(1).sin()
-        errors = ErrorSet.of([arb(0, 1), arb(0, 1)])
+        errors = LohnerSet.of([arb(0, 1), arb(0, 1)])
         for _ in range(100):
             errors = errors.moved(arb_mat([[c, -s], [s, c]]), [arb(0), arb(0)])
         assert max(h.rad() for h in errors.hull) < 1.42
@@ -37,7 +37,7 @@ def test_a_flat_set_stays_flat_whichever_edge_is_the_long_one() -> None:
     """Nearly parallel edges: the long one keeps its direction, or its length would go across."""
     with flint.ctx.workprec(80):
         for edges, across in (((1, 1e-6), (0, 1)), ((1e-6, 1), (-1e-8, 1))):
-            errors = ErrorSet.of([arb(0, edge) for edge in edges])
+            errors = LohnerSet.of([arb(0, edge) for edge in edges])
             moved = errors.moved(arb_mat([[1, 1], [0, 1e-8]]), [arb(0), arb(0)])
             along = arb_mat([[arb(x) for x in across]]) * moved._basis * moved._box
             assert along[0, 0].rad() < 1e-13
@@ -45,6 +45,6 @@ def test_a_flat_set_stays_flat_whichever_edge_is_the_long_one() -> None:
 
 def test_what_is_not_finite_is_not_proved() -> None:
     with flint.ctx.workprec(80), pytest.raises(NotProved):
-        ErrorSet.of([arb("nan")])
+        LohnerSet.of([arb("nan")])
     with flint.ctx.workprec(80), pytest.raises(NotProved):
-        ErrorSet.of([arb(1)] * 2).moved(arb_mat([[0, 0], [0, 0]]), [arb("inf")] * 2)
+        LohnerSet.of([arb(1)] * 2).moved(arb_mat([[0, 0], [0, 0]]), [arb("inf")] * 2)

@@ -14,10 +14,10 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 import pandas
 
 import tt_precise as tt
+from tt_precise.certify.balls import NotProved
 from tt_precise.certify.certificate import FILE, Refused
 from tt_precise.certify.golden_proof import certify, checked, compared
 from tt_precise.certify.proof import Proof, prove
-from tt_precise.certify.verdict import NotProved
 from tt_precise.commands.golden import certify_command as command
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF

@@ -11,14 +11,14 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
 from flint import arb
 
+from tt_precise.certify.balls import NotProved
 from tt_precise.certify.interval_newton import _Part
-from tt_precise.certify.verdict import NotProved
 
 
 def sign(value: arb) -> int:
-    """At 1 in the piece's unit of 1/4, of a stretch from 2 on."""
-    stretch = SimpleNamespace(begin=arb(2), piece=SimpleNamespace(unit=arb(1) / 4))
-    part: Any = SimpleNamespace(_sharp=lambda _: value, stretch=stretch)
+    """At 1 in the piece's unit of 1/4, of a step from 2 on."""
+    step = SimpleNamespace(begin=arb(2), piece=SimpleNamespace(unit=arb(1) / 4))
+    part: Any = SimpleNamespace(_sharp=lambda _: value, step=step)
     return _Part._sign(part, arb(1))
 
 

@@ -11,7 +11,7 @@ from flint import arb
 
 import tt_precise as tt
 from tt_precise.certify import Problem, problem_of
-from tt_precise.certify.invariant import exact_zeros, restored, without
+from tt_precise.certify.problem import exact_zeros, restored, without
 
 
 def names(problem: Problem) -> set[str]:

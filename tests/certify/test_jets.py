@@ -3,7 +3,7 @@
 from fractions import Fraction
 from math import factorial
 
-from tt_precise.certify.jets import Jet, taylor
+from tt_precise.certify.taylor_model import PowerSeries, taylor
 
 
 def test_the_exponential_series() -> None:
@@ -27,7 +27,7 @@ def test_an_oscillator_and_a_clock() -> None:
 
 
 def test_arithmetic_with_numbers() -> None:
-    t = Jet([Fraction(0), Fraction(1), Fraction(0)])
+    t = PowerSeries([Fraction(0), Fraction(1), Fraction(0)])
     assert (2 * t - 1).coefficients == (-1, 2, 0)
     assert (1 - t / 2).coefficients == (1, Fraction(-1, 2), 0)
     assert (t - t).coefficients == (0, 0, 0)
@@ -39,5 +39,5 @@ def test_the_square_root() -> None:
         def sqrt(self) -> Fraction:
             return Fraction(3)
 
-    root = Jet([Square(9), Fraction(6), Fraction(2), Fraction(5)]).sqrt()
+    root = PowerSeries([Square(9), Fraction(6), Fraction(2), Fraction(5)]).sqrt()
     assert (root * root).coefficients == (9, 6, 2, 5)

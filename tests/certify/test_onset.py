@@ -14,9 +14,9 @@ import flint
 import tt_precise as tt
 from tt_precise.certify import NotProved, prove
 from tt_precise.certify.balls import Balls
-from tt_precise.certify.jets import taylor
 from tt_precise.certify.onset import Exact, Onset, onset
 from tt_precise.certify.problem import body_of, form_of, problem_of
+from tt_precise.certify.taylor_model import taylor
 from tt_precise.integration.events import catalogue, event_named
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState

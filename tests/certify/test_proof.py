@@ -15,7 +15,7 @@ from flint import arb
 
 import tt_precise as tt
 import tt_precise.certify
-from tt_precise.certify import Enclosure, NotProved, Proof, events, problem_of, prove
+from tt_precise.certify import Enclosure, NotProved, Proof, interval_newton, problem_of, prove
 from tt_precise.certify.problem import units_of
 from tt_precise.golden import store
 from tt_precise.integration import catalogue
@@ -115,8 +115,8 @@ def test_a_coarser_integration_does_not(short: tt.Scene, proof: Proof) -> None:
 
 def test_other_precision_and_steps_intersect(short: tt.Scene, proof: Proof) -> None:
     other = prove(short, bits=150)
-    begins = {str(stretch.begin) for stretch in proof.enclosure.stretches[1:]}
-    assert not begins & {str(stretch.begin) for stretch in other.enclosure.stretches[1:]}
+    begins = {str(step.begin) for step in proof.enclosure.steps[1:]}
+    assert not begins & {str(step.begin) for step in other.enclosure.steps[1:]}
     for time in TIMES:
         a, b = proof.state(time), other.state(time)
         for name, enclosed in a.items():
@@ -155,7 +155,7 @@ def test_an_event_that_does_not_exist_is_refused(proof: Proof) -> None:
 def test_a_start_alone_says_nothing_of_what_is_conserved(proof: Proof) -> None:
     assert "jellett" in proof.drift_bounds
     begun = replace(
-        proof.enclosure, stretches=proof.enclosure.stretches[:1], failure=NotProved("S4", "as if")
+        proof.enclosure, steps=proof.enclosure.steps[:1], failure=NotProved("S4", "as if")
     )
     alone = replace(proof, enclosure=begun)
     assert len(list(alone.rows())) == 1
@@ -240,7 +240,7 @@ def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c() -> None
 
 def test_a_truncated_proof_has_no_times_of_the_climb(proof: Proof) -> None:
     begun = replace(
-        proof.enclosure, stretches=proof.enclosure.stretches[:5], failure=NotProved("S4", "as if")
+        proof.enclosure, steps=proof.enclosure.steps[:5], failure=NotProved("S4", "as if")
     )
     with pytest.raises(NotProved, match=r"inversion.*the proof ends at 0\.0"):
         _ = replace(proof, enclosure=begun).inversion
@@ -249,14 +249,14 @@ def test_a_truncated_proof_has_no_times_of_the_climb(proof: Proof) -> None:
 def test_one_undecidable_event_leaves_the_others(
     proof: Proof, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    begins = events.onset
+    begins = interval_newton.onset
 
     def undecided(scene: tt.Scene, evaluate: Any) -> Any:
         if evaluate is event_named("nu_y_zero", "gliding").function:
             raise NotProved("onset", "as if")
         return begins(scene, evaluate)
 
-    monkeypatch.setattr(events, "onset", undecided)
+    monkeypatch.setattr(interval_newton, "onset", undecided)
     found = replace(proof).all_events
     assert found["nu_y_zero"].failure
     assert {name for name, one in found.items() if one.failure} == {"nu_y_zero"}

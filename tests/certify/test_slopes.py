@@ -1,6 +1,6 @@
 from fractions import Fraction
 
-from tt_precise.certify.slopes import Slope, variables
+from tt_precise.certify.taylor_model import DualNumber, variables
 
 
 def test_slopes_are_the_partial_derivatives() -> None:
@@ -18,16 +18,16 @@ def test_the_slope_of_a_root() -> None:
         def sqrt(self) -> Fraction:
             return Fraction(3, 2)
 
-    root = Slope(Square(9, 4), {0: Fraction(5)}).sqrt()
+    root = DualNumber(Square(9, 4), {0: Fraction(5)}).sqrt()
     assert (root.value, root.partials[0]) == (Fraction(3, 2), Fraction(5, 3))
 
 
 def test_a_value_without_slopes_stays_constant() -> None:
     (a,) = variables([Fraction(2)])
     assert (a - a).partials[0] == 0
-    assert Slope(Fraction(1), {}).partials == {}
+    assert DualNumber(Fraction(1), {}).partials == {}
 
 
 def test_division_by_an_integer_rounds_nothing() -> None:
-    third = Slope(Fraction(1), {0: Fraction(2)}) / 3
+    third = DualNumber(Fraction(1), {0: Fraction(2)}) / 3
     assert (third.value, third.partials[0]) == (Fraction(1, 3), Fraction(2, 3))

@@ -13,8 +13,8 @@ from flint import arb, arb_poly
 
 import tt_precise as tt
 from tt_precise.certify import NotProved, Problem, problem_of, step
-from tt_precise.certify.approximation import Piece, Steps
-from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.enclosure import Piece, Steps
+from tt_precise.certify.error_set import LohnerSet
 from tt_precise.certify.step import Crossing, cross
 
 BITS = 200
@@ -39,7 +39,7 @@ def piece(problem: Problem) -> Piece:
 
 def crossed(problem: Problem, piece: Piece) -> Crossing:
     differences = [x - c for x, c in zip(problem.start(), piece.first, strict=True)]
-    return cross(problem, piece, ErrorSet.of(differences))
+    return cross(problem, piece, LohnerSet.of(differences))
 
 
 def ends(crossing: Crossing, piece: Piece) -> list[arb]:
@@ -143,7 +143,7 @@ def test_every_entry_that_the_norm_of_the_flow_admits_is_allowed_for(
     seen: list[Any] = []
     after, weigh = step._after, step._weights
 
-    def noted(*given: Any) -> ErrorSet:
+    def noted(*given: Any) -> LohnerSet:
         seen.append(given[2])
         return after(*given)
 

@@ -18,7 +18,7 @@ from flint import arb, arb_poly, fmpz, fmpz_poly
 import tt_precise as tt
 from tt_precise.certify import NotProved, prove
 from tt_precise.certify.balls import Balls, ball, bounds
-from tt_precise.certify.checker import PowerSeries
+from tt_precise.certify.checker_arithmetic import PowerSeries
 from tt_precise.certify.problem import BALLS
 from tt_precise.integration import catalogue
 from tt_precise.integration.events import event_named

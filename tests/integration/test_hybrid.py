@@ -287,8 +287,8 @@ def test_what_leaves_or_stands_off_the_table_flies(height: int, rise: int, flies
 
 def test_proofs_refuse_flight() -> None:
     pytest.importorskip("flint", reason="python-flint is not installed")
+    from tt_precise.certify.balls import NotProved
     from tt_precise.certify.problem import problem_of
-    from tt_precise.certify.verdict import NotProved
 
     viscous = load_scene("contact-lost").text + '\n[contact]\nlost = "fly"\n'
     with pytest.raises(NotProved, match="flight and elastic tables change them on the way"):

@@ -8,7 +8,7 @@ polynomials are given.
 
 **One step.** Let p be polynomials on 0 <= s <= S, time t = t0 + u s with an exact unit u; F = u f;
 w > 0 weights, |x| = max |x_i|/w_i and ||.|| the operator norm that belongs to it. All bounds
-below are verified at run time, by a ``Band`` (a polynomial with balls as coefficients that
+below are verified at run time, by a ``TaylorModel`` (a polynomial with balls as coefficients that
 contains a function at each s of the interval):
 
 - **B** Balls contain the exact results of the operations. (Tested against rational arithmetic.)
@@ -36,9 +36,9 @@ W(S) W(s)^-1 is at most exp(a (S - s)). (W - P)' = M (W - P) + (M P - P'), so W 
 of W(S) W(s)^-1 (M P - P') ds, at most q G; and e(S) = W(S) e0 + integral of W(S) W(s)^-1 c(s) ds,
 where the integral is at most d G. ∎
 
-Components that are zero identically (``invariant``) are left out of all this and are exact.
-Step after step, the set of errors is carried as B z, z in a box (``error_set``), and shifted by
-the gap between the end of one polynomial and the start of the next. By induction every state is
+Components that are zero identically (``exact_zeros``) are left out of all this and are exact.
+Step after step, the set of errors is carried as B z, z in a box (a Lohner set), and shifted by the
+gap between the end of one polynomial and the start of the next. By induction every state is
 enclosed at every time. What fails to verify is tried again with half the step; what still fails
 ends the enclosure there and is reported as ``NotProved``, never rounded up.
 
@@ -48,8 +48,8 @@ numbers (``Piece``), and the arithmetic rounds outward (``balls``, against ratio
 On it stand proved signs (g_n > 0 throughout, so E' = -mu g_n v^2 <= 0: the energy never grows),
 proved zeros (``interval_newton``: existence, uniqueness, enclosure of time and state; at t = 0,
 where many functions vanish, ``onset`` decides exactly), hence proved initiation and ending times,
-and the count of printed digits that are proved (``printed``). What comes after the horizon is the
-subject of ``energy_well``; ``checker`` is a second opinion that shares nothing with all this.
+and the count of printed digits that are proved (``comparison``). What comes after the horizon is
+the subject of ``energy_well``; ``checker`` is a second opinion that shares nothing with all this.
 
     >>> import dataclasses
     >>> import tt_precise as tt
@@ -68,11 +68,11 @@ from typing import TYPE_CHECKING
 from tt_precise.runtime.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from tt_precise.certify.balls import NotProved
     from tt_precise.certify.enclosure import Enclosure, enclose
     from tt_precise.certify.interval_newton import Zero, zeros
     from tt_precise.certify.problem import Problem, problem_of
     from tt_precise.certify.proof import Proof, prove
-    from tt_precise.certify.verdict import NotProved
 
 __all__ = [
     "Enclosure", "NotProved", "Problem", "Proof", "Zero", "enclose", "problem_of", "prove", "zeros",
@@ -86,6 +86,6 @@ __getattr__, __dir__ = lazy_names(
         "interval_newton": ["Zero", "zeros"],
         "problem": ["Problem", "problem_of"],
         "proof": ["Proof", "prove"],
-        "verdict": ["NotProved"],
+        "balls": ["NotProved"],
     },
 )

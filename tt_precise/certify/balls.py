@@ -14,8 +14,21 @@ from fractions import Fraction
 import flint
 from flint import arb, arb_poly, fmpq
 
-from tt_precise.certify.verdict import NotProved
 from tt_precise.runtime.arithmetic import Scalar
+
+
+class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
+    """A hypothesis did not verify, so nothing is claimed; never a statement that it is false.
+
+    ``hypothesis`` names it as in the docstring of ``tt_precise.certify``.
+    """
+
+    def __init__(self, hypothesis: str, reason: str):
+        super().__init__(f"not proved ({hypothesis}): {reason}")
+        self.hypothesis, self.reason = hypothesis, reason
+
+    def __reduce__(self) -> tuple[type[NotProved], tuple[str, str]]:
+        return NotProved, (self.hypothesis, self.reason)
 
 
 class Balls:
@@ -23,6 +36,8 @@ class Balls:
 
     Roots are taken of bands and slopes as well.
     """
+
+    mpf = arb  # of a whole number
 
     @staticmethod
     def sin(x: Scalar) -> Scalar:

@@ -57,19 +57,19 @@ class Accepted:
 
 def content_of(stored: Stored, proof: Proof) -> dict[str, Json]:
     """The certificate of a proof: the pieces that it went through."""
-    stretches = proof.enclosure.stretches
+    steps = proof.enclosure.steps
     return {
         "schema": SCHEMA,
         "scene": stored.name,
         "scene_sha256": scene_sha256(stored.scene_text),
         "bits": proof.enclosure.bits,
-        "order": max(p.degree() for p in stretches[0].piece.polynomials),
+        "order": max(p.degree() for p in steps[0].piece.polynomials),
         "pieces": [
             [
                 int(one.piece.unit.man_exp()[1]),
                 *(_dyadic(x) for x in (one.piece.end, *one.piece.first)),
             ]
-            for one in stretches
+            for one in steps
         ],
     }
 

@@ -1,24 +1,130 @@
-"""Step after step: an enclosure of the exact solution over a span of time."""
+"""Step after step: an enclosure of the exact solution over a span of time.
+
+The approximate solution is heyoka's Taylor polynomials in ``mp``. Nothing is assumed about them; a
+wrong one makes the proof fail, or the enclosure wide.
+"""
 
 from __future__ import annotations
 
 import bisect
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import flint
 from flint import arb, arb_poly
 
-from tt_precise.certify.approximation import Piece, Steps
-from tt_precise.certify.balls import between, require_outward_rounding
-from tt_precise.certify.bands import Band, Frame
-from tt_precise.certify.error_set import ErrorSet
-from tt_precise.certify.invariant import exact_zeros, restored, without
-from tt_precise.certify.problem import Problem
-from tt_precise.certify.step import Crossing, cross
-from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.balls import NotProved, between, require_outward_rounding
+from tt_precise.certify.error_set import LohnerSet
+from tt_precise.certify.problem import Problem, exact_zeros, restored, without
+from tt_precise.certify.step import Crossing, Piece, cross
+from tt_precise.certify.taylor_model import Frame, TaylorModel
+from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.untyped import Adaptive
+
+# Time is counted in units of a power of two near this many steps: about where the series stops
+# converging (heyoka steps radius/e^2). Coefficients are then of one size, which arb multiplies
+# twice as fast.
+UNIT_STEPS = 6
+SHORTEST = 1e-9  # step; before a point where the equations end they would get shorter for ever
+
+
+class Steps:
+    """heyoka's adaptive Taylor steps for a ``Problem``, one ``Piece`` after the other.
+
+    ``length`` is that of the latest.
+    """
+
+    def __init__(self, problem: Problem, bits: int):
+        parameters = [_decimal(p) for p in problem.parameters()]
+        self._real = _reals(bits)
+        self._adaptive = _lent(problem, bits)
+        self._adaptive.time = self._real("0")
+        for i, x in enumerate(problem.start()):
+            self._adaptive.state[i] = self._real(_decimal(x))
+        # heyoka counts the parameters that the equations contain up to the last one
+        for i in range(len(self._adaptive.pars)):
+            self._adaptive.pars[i] = self._real(parameters[i])
+        self.length = arb("inf")
+
+    def step(self, limit: arb | None = None) -> Piece:
+        """The next piece, no longer than ``limit``.
+
+        Raises
+        ------
+        NotProved
+            heyoka found no way forward.
+        """
+        adaptive = self._adaptive
+        limits = {} if limit is None else {"max_delta_t": self._real(_decimal(limit))}
+        adaptive.step(write_tc=True, **limits)
+        rows = [[arb(str(c)).mid() for c in row] for row in adaptive.tc]
+        length = arb(str(adaptive.last_h)).mid()
+        if not (length.is_finite() and length > SHORTEST):
+            raise NotProved("approximation", f"heyoka made a step of {adaptive.last_h}")
+        self.length = length
+        unit = _power_of_two(UNIT_STEPS * float(length))
+        return Piece(tuple(_scaled(row, unit) for row in rows), unit, length / unit)
+
+    @property
+    def state(self) -> list[Scalar]:
+        """Where it is, for ``back``."""
+        return [x + 0 for x in self._adaptive.state]
+
+    def back(self, state: list[Scalar]) -> None:
+        """Be where it was, to go on from there with a shorter limit."""
+        for i, value in enumerate(state):
+            self._adaptive.state[i] = value
+
+
+def _reals(bits: int) -> Callable[[str], Scalar]:
+    import heyoka
+
+    return lambda text: heyoka.real(text, bits)
+
+
+_compiled: dict[Hashable, Adaptive] = {}
+
+
+def _lent(problem: Problem, bits: int) -> Adaptive:
+    """heyoka's integrator for these equations, compiled once; one proof at a time may use it."""
+    import heyoka
+
+    # where nothing can be cached it would say so, once a file
+    heyoka.set_logger_level_critical()
+    variables = heyoka.make_vars(*problem.columns)
+    variables = [variables] if len(problem.columns) == 1 else list(variables)
+    open_ones = [heyoka.par[i] for i in range(len(problem.parameters()))]
+    rates = tuple(problem.rates(open_ones, variables, heyoka))
+    key = (problem.columns, rates, bits)
+    if key not in _compiled:
+        _compiled[key] = heyoka.taylor_adaptive(
+            list(zip(variables, rates, strict=True)),
+            [heyoka.real("0", bits) for _ in variables],
+            fp_type=heyoka.real,
+            prec=bits,
+            compact_mode=True,
+        )
+    return _compiled[key]
+
+
+def _decimal(number: arb) -> str:
+    return str(number.mid().str(int(flint.ctx.prec * 0.30103) + 5, radius=False))
+
+
+def _power_of_two(size: float) -> arb:
+    return arb(2) ** round(math.log2(size))
+
+
+def _scaled(coefficients: list[arb], unit: arb) -> arb_poly:
+    powers, power = [], arb(1)
+    for coefficient in coefficients:
+        powers.append(coefficient * power)
+        power *= unit
+    return arb_poly(powers)
+
 
 GUARD_BITS = 16  # balls are this much finer than heyoka's numbers
 MOST_HALVINGS = 12  # of a step that does not verify, before the proof ends there
@@ -26,7 +132,7 @@ NEARLY, FORGETTING = 0.9, 1.01  # of the length of a step that failed; by which 
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class VerifiedStep:
     """One verified step: |y(t) - p(s)| <= radius for t = begin + unit s, 0 <= s <= end.
 
     ``tube`` and ``rates`` are bands of y and dy/ds in s, good to about 17 digits of the largest
@@ -38,8 +144,8 @@ class Stretch:
     begin: arb
     piece: Piece
     radius: tuple[arb, ...]
-    tube: tuple[Band, ...]
-    rates: tuple[Band, ...]
+    tube: tuple[TaylorModel, ...]
+    rates: tuple[TaylorModel, ...]
     bits: int
 
     @property
@@ -48,14 +154,16 @@ class Stretch:
         return self.begin + self.piece.end * self.piece.unit
 
     @cached_property
-    def sharp(self) -> tuple[tuple[Band, ...], tuple[Band, ...]]:
+    def sharp(self) -> tuple[tuple[TaylorModel, ...], tuple[TaylorModel, ...]]:
         """``tube`` and ``rates`` as good as the enclosure is, at many times their price."""
         with flint.ctx.workprec(self.bits):
             frame = Frame(self.piece.end, max(p.degree() for p in self.piece.polynomials))
             radii = zip(self.piece.polynomials, self.radius, strict=True)
-            tube = [Band(p, frame).widened(radius) for p, radius in radii]
-            rates = self.problem.tape(self.problem.parameters(), tube)
-            return tuple(tube), tuple(Band.of(rate, frame) * self.piece.unit for rate in rates)
+            tube = [TaylorModel(p, frame).widened(radius) for p, radius in radii]
+            rates = self.problem.traced(self.problem.parameters(), tube)
+            return tuple(tube), tuple(
+                TaylorModel.of(rate, frame) * self.piece.unit for rate in rates
+            )
 
     def state(self, s: arb) -> list[arb]:
         """Balls around the exact state at every local time in ``s``, within [0, end]."""
@@ -65,20 +173,20 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Enclosure:
-    """What was proved: the solution exists, is unique and lies in the stretches, until ``finish``.
+    """What was proved: the solution exists, is unique and lies in the steps, until ``finish``.
 
     ``failure`` says why the proof ends before ``problem.until()``, if it does.
     """
 
     problem: Problem
     bits: int
-    stretches: tuple[Stretch, ...]
+    steps: tuple[VerifiedStep, ...]
     failure: NotProved | None
 
     @cached_property
     def finish(self) -> arb:
         """The time up to which the enclosure is proved."""
-        return self.stretches[-1].finish if self.stretches else arb(0)
+        return self.steps[-1].finish if self.steps else arb(0)
 
     @property
     def working_bits(self) -> int:
@@ -94,16 +202,16 @@ class Enclosure:
             The time reaches beyond what was proved.
         """
         with flint.ctx.workprec(self.working_bits):
-            if not (self.stretches and time >= 0 and time <= self.finish):
+            if not (self.steps and time >= 0 and time <= self.finish):
                 raise NotProved("time", f"the proof ends at {float(self.finish):.6g}")
-            # all stretches that the ball may reach into
-            first = bisect.bisect_left(self.stretches, time.lower(), key=lambda one: one.finish)
-            last = bisect.bisect_right(self.stretches, time.upper(), key=lambda one: one.begin)
+            # all steps that the ball may reach into
+            first = bisect.bisect_left(self.steps, time.lower(), key=lambda one: one.finish)
+            last = bisect.bisect_right(self.steps, time.upper(), key=lambda one: one.begin)
             found: list[arb] = []
-            for stretch in self.stretches[first:last]:
-                s = (time - stretch.begin) / stretch.piece.unit
-                inside = s.intersection(between(arb(0), stretch.piece.end))
-                state = stretch.state(inside)
+            for step in self.steps[first:last]:
+                s = (time - step.begin) / step.piece.unit
+                inside = s.intersection(between(arb(0), step.piece.end))
+                state = step.state(inside)
                 pairs = zip(found, state, strict=True)
                 found = [between(a, b) for a, b in pairs] if found else state
             return found
@@ -113,10 +221,10 @@ def enclose(
     problem: Problem,
     bits: int,
     *,
-    ends: Callable[[Stretch], bool] | None = None,
+    ends: Callable[[VerifiedStep], bool] | None = None,
     progress: Progress = silent,
 ) -> Enclosure:
-    """Enclose the solution from 0 to ``problem.until()``, or through the stretch where it ``ends``.
+    """Enclose the solution from 0 to ``problem.until()``, or through the step where it ``ends``.
 
     A step that does not verify is made again, half as long; those to come are much alike, so its
     length stays in mind for a while.
@@ -131,16 +239,16 @@ def enclose(
         require_outward_rounding()
         zeros = exact_zeros(problem)
         stepped = without(problem, zeros)
-        steps, until, time = Steps(stepped, bits), problem.until(), arb(0)
+        approximation, until, time = Steps(stepped, bits), problem.until(), arb(0)
         longest = ceiling = limit = (until + 1).upper()
         reached = stepped.start()
-        errors = ErrorSet.of([arb(0)] * len(stepped.columns))
-        stretches: list[Stretch] = []
+        errors = LohnerSet.of([arb(0)] * len(stepped.columns))
+        steps: list[VerifiedStep] = []
         halvings, failure = 0, None
         while not time > until:
-            before = steps.state
+            before = approximation.state
             try:
-                piece = steps.step(limit)
+                piece = approximation.step(limit)
                 gaps = [x - y for x, y in zip(reached, piece.first, strict=True)]
                 crossing = cross(stepped, piece, errors.shifted(gaps))
             except NotProved as why:
@@ -148,34 +256,34 @@ def enclose(
                 if halvings > MOST_HALVINGS:
                     failure = why
                     break
-                steps.back(before)
-                ceiling = min(ceiling, steps.length) * NEARLY
-                limit = min(limit, steps.length) / 2
+                approximation.back(before)
+                ceiling = min(ceiling, approximation.length) * NEARLY
+                limit = min(limit, approximation.length) / 2
                 continue
             halvings, ceiling = 0, min(ceiling * FORGETTING, longest)
             limit = min(limit * 5 / 4, ceiling)
-            stretch = _stretch(problem, time, piece, crossing, zeros)
+            step = _whole(problem, time, piece, crossing, zeros)
             try:
-                ended = ends is not None and ends(stretch)
+                ended = ends is not None and ends(step)
             except NotProved as why:
-                # whether the model holds throughout this stretch is undecided: it proves nothing
+                # whether the model holds throughout this step is undecided: it proves nothing
                 failure = why
                 break
-            stretches.append(stretch)
+            steps.append(step)
             if ended:
                 break
-            errors, reached, time = crossing.after, piece.last, stretch.finish
+            errors, reached, time = crossing.after, piece.last, step.finish
             progress(min(1.0, float(time / until)))
-        return Enclosure(problem, bits, tuple(stretches), failure)
+        return Enclosure(problem, bits, tuple(steps), failure)
 
 
-def _stretch(
+def _whole(
     problem: Problem, begin: arb, piece: Piece, crossing: Crossing, zeros: frozenset[int]
-) -> Stretch:
-    """The stretch in all components, those included that are exactly zero."""
+) -> VerifiedStep:
+    """The step in all components, those included that are exactly zero."""
     nothing, size = arb_poly([]), len(problem.columns)
-    still = Band(nothing, crossing.tube[0].frame)
-    return Stretch(
+    still = TaylorModel(nothing, crossing.tube[0].frame)
+    return VerifiedStep(
         problem,
         begin,
         replace(piece, polynomials=tuple(restored(piece.polynomials, zeros, size, nothing))),

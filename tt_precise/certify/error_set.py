@@ -11,14 +11,13 @@ from __future__ import annotations
 import numpy
 from flint import arb, arb_mat
 
-from tt_precise.certify.balls import largest
-from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.balls import NotProved, largest
 
 # While its edges are this far from dependent, the box is carried along as it is and nothing wraps.
 LARGEST_CONDITION = 30
 
 
-class ErrorSet:
+class LohnerSet:
     """{B z : z in box}, which contains exact minus approximate state."""
 
     def __init__(self, basis: arb_mat, inverse: arb_mat, box: arb_mat):
@@ -27,7 +26,7 @@ class ErrorSet:
         self._basis, self._inverse, self._box = basis, inverse, box
 
     @classmethod
-    def of(cls, differences: list[arb]) -> ErrorSet:
+    def of(cls, differences: list[arb]) -> LohnerSet:
         """The box itself."""
         size = len(differences)
         one = arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
@@ -38,12 +37,12 @@ class ErrorSet:
         """A ball for each component."""
         return (self._basis * self._box).entries()
 
-    def shifted(self, more: list[arb]) -> ErrorSet:
+    def shifted(self, more: list[arb]) -> LohnerSet:
         """Contains x + y for every x in this set and y in the balls ``more``."""
         box = self._box + self._inverse * arb_mat(len(more), 1, more)
-        return ErrorSet(self._basis, self._inverse, box)
+        return LohnerSet(self._basis, self._inverse, box)
 
-    def moved(self, flow: arb_mat, more: list[arb]) -> ErrorSet:
+    def moved(self, flow: arb_mat, more: list[arb]) -> LohnerSet:
         """Contains flow x + y for every x in this set and y in the balls ``more``.
 
         Raises
@@ -58,7 +57,7 @@ class ErrorSet:
         except ZeroDivisionError:
             raise NotProved("error set", "no basis could be found for it") from None
         box = (inverse * image) * self._box + inverse * arb_mat(len(more), 1, more)
-        return ErrorSet(basis, inverse, box)
+        return LohnerSet(basis, inverse, box)
 
 
 def _basis_for(image: arb_mat, box: arb_mat) -> arb_mat:

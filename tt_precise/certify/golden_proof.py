@@ -19,11 +19,10 @@ from pathlib import Path
 from flint import arb
 
 from tt_precise.certify import checker
-from tt_precise.certify.balls import bounds
+from tt_precise.certify.balls import NotProved, bounds
 from tt_precise.certify.certificate import FILE, Accepted, Refused, content_of, packed, unpacked
 from tt_precise.certify.comparison import Comparison, State, compare, outward, rounded
 from tt_precise.certify.proof import BITS, Proof, prove
-from tt_precise.certify.verdict import NotProved
 from tt_precise.golden import proofs, store
 from tt_precise.golden.digits import scale_of
 from tt_precise.golden.store import (
@@ -235,7 +234,7 @@ def compared(stored: Stored, proof: Proof) -> Certificate:
             "sources_sha256": source_hash("certify", *SOURCES),
         },
         "bits": proof.enclosure.bits,
-        "steps": len(proof.enclosure.stretches),
+        "steps": len(proof.enclosure.steps),
         "proved_until_s": _number(proof.finish_s, 12),
         "failure": str(failure) if failure else None,
         "digits": found.digits,

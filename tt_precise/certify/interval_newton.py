@@ -1,9 +1,9 @@
 """Proved zeros and signs of functions along an enclosed solution.
 
 A function F of the state is followed with its derivative along the solution, F' = DF f, as bands
-in each stretch. Where the band of F excludes zero there is none. Where the band of F' excludes
+in each step. Where the band of F excludes zero there is none. Where the band of F' excludes
 zero, F is monotone: exactly one zero if its signs at the two ends differ, none if they agree. A
-part of a stretch where neither holds is halved; where that does not help, sharper bands may. A
+part of a step where neither holds is halved; where that does not help, sharper bands may. A
 zero is then refined by interval Newton, N = m - F(m)/F'(T): it contains every zero in T (R. E.
 Moore, "Interval analysis", 1966).
 
@@ -15,25 +15,23 @@ where the band of F'' excludes zero; and it does not change sign there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import flint
 from flint import arb
 
-from tt_precise.certify.balls import Balls, between, fraction, largest
-from tt_precise.certify.bands import Band
-from tt_precise.certify.enclosure import Stretch
-from tt_precise.certify.jets import Jet, taylor
-from tt_precise.certify.onset import Onset
-from tt_precise.certify.slopes import Slope
-from tt_precise.certify.verdict import NotProved
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.certify.balls import Balls, NotProved, between, fraction, largest
+from tt_precise.certify.enclosure import VerifiedStep
+from tt_precise.certify.onset import Onset, onset
+from tt_precise.certify.problem import Function, Observer
+from tt_precise.certify.taylor_model import DualNumber, PowerSeries, TaylorModel, taylor
+from tt_precise.integration.events import event_named
+from tt_precise.scene.scene import Scene
 
-Function = Callable[[Sequence[Scalar]], Scalar]
 MOST_HALVINGS = 30  # of a part, in the search for one where F or F' has a sign
-MOST_HALVINGS_AT_START = 200  # of the first stretch, for [0, b]; each costs two evaluations
+MOST_HALVINGS_AT_START = 200  # of the first step, for [0, b]; each costs two evaluations
 NEWTON_STEPS = 100  # each adds about 15 digits, or a few where the slope is known roughly
 
 
@@ -50,16 +48,16 @@ class Zero:
 
 
 def zeros(
-    stretches: Iterable[Stretch],
+    steps: Iterable[VerifiedStep],
     function: Function,
     *,
     begins: Onset | None = None,
     touches: Sequence[arb] = (),
 ) -> Iterator[Zero]:
-    """All zeros after t = 0 in the stretches, in the order of these, as they are proved.
+    """All zeros after t = 0 in the steps, in the order of these, as they are proved.
 
-    ``reversed(enclosure.stretches)`` gives the last one first. ``begins`` is how F begins at
-    t = 0, where that is known; a stretch that begins there needs it unless F has a sign there.
+    ``reversed(enclosure.steps)`` gives the last one first. ``begins`` is how F begins at
+    t = 0, where that is known; a step that begins there needs it unless F has a sign there.
     ``touches`` are balls around instants at which F and its derivative are known to be zero; where
     F does not change sign there is no event. A function that vanishes identically has none.
 
@@ -68,50 +66,50 @@ def zeros(
     NotProved
         Whether there is a zero could not be decided.
     """
-    for stretch in stretches:
-        near = [t for t in touches if not (t < stretch.begin or t > stretch.finish)]
-        with flint.ctx.workprec(stretch.bits):
+    for step in steps:
+        near = [t for t in touches if not (t < step.begin or t > step.finish)]
+        with flint.ctx.workprec(step.bits):
             try:
-                found = _Part.of(stretch, function, begins, near).zeros()
+                found = _Part.of(step, function, begins, near).zeros()
             except NotProved:
                 # the function may be tiny beside the components that it is made of
-                found = _Part.of(stretch, function, begins, near, sharp=True).zeros()
+                found = _Part.of(step, function, begins, near, sharp=True).zeros()
         yield from found
 
 
 def lower_bound(
-    stretch: Stretch, function: Function, pieces: int = 8, until: arb | None = None
+    step: VerifiedStep, function: Function, pieces: int = 8, until: arb | None = None
 ) -> arb:
-    """A number that the function is nowhere below on the stretch, up to a time ``until``.
+    """A number that the function is nowhere below on the step, up to a time ``until``.
 
     Raises
     ------
     NotProved
         There is none to be found.
     """
-    with flint.ctx.workprec(stretch.bits):
-        band = function(stretch.tube)
-        end = stretch.piece.end
-        if until is not None and until < stretch.finish:
-            end = min(end, ((until - stretch.begin) / stretch.piece.unit).upper())
-        step = end / pieces
-        parts = (band.polynomial(between(i * step, (i + 1) * step)) for i in range(pieces))
+    with flint.ctx.workprec(step.bits):
+        band = function(step.tube)
+        end = step.piece.end
+        if until is not None and until < step.finish:
+            end = min(end, ((until - step.begin) / step.piece.unit).upper())
+        part = end / pieces
+        parts = (band.polynomial(between(i * part, (i + 1) * part)) for i in range(pieces))
         return -largest(-part for part in parts)
 
 
 @lru_cache(maxsize=2)
-def _moving(stretch: Stretch, sharp: bool) -> tuple[Slope, ...]:
-    """The state in a stretch with its derivative; the next function is mostly about the same."""
-    tube, rates = stretch.sharp if sharp else (stretch.tube, stretch.rates)
-    return tuple(Slope(y, {0: rate}) for y, rate in zip(tube, rates, strict=True))
+def _moving(step: VerifiedStep, sharp: bool) -> tuple[DualNumber, ...]:
+    """The state in a step with its derivative; the next function is mostly about the same."""
+    tube, rates = step.sharp if sharp else (step.tube, step.rates)
+    return tuple(DualNumber(y, {0: rate}) for y, rate in zip(tube, rates, strict=True))
 
 
 @dataclass(frozen=True)
 class _Part:
-    stretch: Stretch
+    step: VerifiedStep
     function: Function
-    value: Band
-    slope: Band
+    value: TaylorModel
+    slope: TaylorModel
     sharp: bool
 
     begins: Onset | None
@@ -120,20 +118,20 @@ class _Part:
     @classmethod
     def of(
         cls,
-        stretch: Stretch,
+        step: VerifiedStep,
         function: Function,
         begins: Onset | None,
         touches: Sequence[arb],
         *,
         sharp: bool = False,
     ) -> _Part:
-        along = function(_moving(stretch, sharp))
-        local = [(t - stretch.begin) / stretch.piece.unit for t in touches]
-        first = begins if stretch.begin == 0 else None
-        return cls(stretch, function, along.value, along.partials[0], sharp, first, local)
+        along = function(_moving(step, sharp))
+        local = [(t - step.begin) / step.piece.unit for t in touches]
+        first = begins if step.begin == 0 else None
+        return cls(step, function, along.value, along.partials[0], sharp, first, local)
 
     def zeros(self) -> list[Zero]:
-        """All zeros in the stretch but one at t = 0, in order of time."""
+        """All zeros in the step but one at t = 0, in order of time."""
         if not self.value.polynomial.length():
             return []
         found = sorted(self._isolated(), key=lambda where: fraction(where[0]))
@@ -141,7 +139,7 @@ class _Part:
 
     def _isolated(self) -> Iterator[tuple[arb, arb, int]]:
         """Parts [a, b] of local time with exactly one zero each, and its direction."""
-        end = self.stretch.piece.end
+        end = self.step.piece.end
         a = arb(0)
         if self.begins is not None:
             a = self._first_part(self.begins)
@@ -155,7 +153,7 @@ class _Part:
 
     def _first_part(self, begins: Onset) -> arb:
         """Some b > 0 such that F has no zero in (0, b], or one at most if F(0) is not zero."""
-        end = self.stretch.piece.end
+        end = self.step.piece.end
         bands = [self.value, self.slope] if not begins.order else [self.derivative(begins.order)]
         for _ in range(MOST_HALVINGS_AT_START):
             ranges = [band.polynomial(between(arb(0), end)) for band in bands]
@@ -181,25 +179,25 @@ class _Part:
                     continue
             if not halvings:
                 raise NotProved(
-                    "zeros", f"a sign near t = {float(self.stretch.begin):.6g} is undecided"
+                    "zeros", f"a sign near t = {float(self.step.begin):.6g} is undecided"
                 )
             middle = self._middle(a, b)
             waiting += [(a, middle, halvings - 1), (middle, b, halvings - 1)]
 
     @cached_property
-    def second(self) -> Band:
+    def second(self) -> TaylorModel:
         """Half the band of F''."""
         return self.derivative(2)
 
-    def derivative(self, order: int) -> Band:
+    def derivative(self, order: int) -> TaylorModel:
         """The band of the derivative of this order divided by its factorial, in problem time."""
-        problem = self.stretch.problem
-        tube = self.stretch.sharp[0] if self.sharp else self.stretch.tube
+        problem = self.step.problem
+        tube = self.step.sharp[0] if self.sharp else self.step.tube
         parameters = problem.parameters()
         series = taylor(lambda y: problem.rates(parameters, y, Balls), list(tube), order)
         found = self.function(series)
-        assert isinstance(found, Jet)  # a function of the state
-        return Band.of(found.coefficients[order], tube[0].frame)
+        assert isinstance(found, PowerSeries)  # a function of the state
+        return TaylorModel.of(found.coefficients[order], tube[0].frame)
 
     def _zero(self, a: arb, b: arb, direction: int) -> Zero:
         """The zero in [a, b], refined as far as the enclosure allows."""
@@ -212,20 +210,82 @@ class _Part:
                 break
             where = narrower
         inside = where.intersection(between(a, b))
-        time = self.stretch.begin + inside * self.stretch.piece.unit
-        return Zero(time, direction, tuple(self.stretch.state(inside)))
+        time = self.step.begin + inside * self.step.piece.unit
+        return Zero(time, direction, tuple(self.step.state(inside)))
 
     def _middle(self, a: arb, b: arb) -> arb:
-        """An exact number between a and b, and within the stretch, however they are rounded."""
+        """An exact number between a and b, and within the step, however they are rounded."""
         middle = ((a + b) / 2).mid()
-        return max(arb(0), a, min(middle, b, self.stretch.piece.end))
+        return max(arb(0), a, min(middle, b, self.step.piece.end))
 
     def _sharp(self, s: arb) -> arb:
-        return arb(self.function(self.stretch.state(s)))
+        return arb(self.function(self.step.state(s)))
 
     def _sign(self, s: arb) -> int:
         value = self._sharp(s)
         if value.contains(0):
-            where = float(self.stretch.begin + s * self.stretch.piece.unit)
+            where = float(self.step.begin + s * self.step.piece.unit)
             raise NotProved("zeros", f"the sign at t = {where:.6g} is undecided")
         return 1 if value > 0 else -1
+
+
+@dataclass(frozen=True)
+class ProvedEvents:
+    """All zeros of one event after t = 0, or why they are not proved."""
+
+    name: str
+    zeros: tuple[Zero, ...]
+    failure: NotProved | None = None
+
+
+class _Search:
+    """The zeros of one event, as far as the steps have been searched."""
+
+    def __init__(self, scene: Scene, name: str, observer: Observer, touches: Sequence[arb]):
+        event = event_named(name, scene.model)
+        self.name, self.direction, self.touches = name, event.direction, touches
+        self.function = observer.of(event.function)
+        self.found: list[Zero] = []
+        self.failure: NotProved | None = None
+        try:
+            self.begins = onset(scene, event.function)
+        except NotProved as why:
+            self.failure = why
+        self.ended = self.failure is not None
+
+    def through(self, step: VerifiedStep, end: arb) -> None:
+        """Add the zeros in a step, up to the end of the motion."""
+        try:
+            for zero in zeros([step], self.function, begins=self.begins, touches=self.touches):
+                self.ended = zero.time > end
+                if self.ended:
+                    return
+                if not zero.time < end:
+                    raise NotProved(
+                        "zeros", f"whether one of {self.name} is beyond the end is undecided"
+                    )
+                if self.direction in (0, zero.direction):
+                    self.found.append(zero)
+        except NotProved as why:
+            self.failure, self.ended = why, True
+
+
+def search(
+    scene: Scene,
+    steps: Iterable[VerifiedStep],
+    end: arb,
+    names: Mapping[str, Sequence[arb]],
+) -> dict[str, ProvedEvents]:
+    """The events called ``names`` between t = 0 and ``end``.
+
+    ``names`` has for each event instants at which its function is known to touch zero
+    (``interval_newton.zeros``).
+    """
+    observer = Observer(scene)
+    searches = [_Search(scene, name, observer, touches) for name, touches in names.items()]
+    # all events of a step in turn: they share what they are made of
+    for step in steps:
+        for one in searches:
+            if not one.ended:
+                one.through(step, end)
+    return {one.name: ProvedEvents(one.name, tuple(one.found), one.failure) for one in searches}

@@ -22,9 +22,8 @@ from math import isqrt
 import flint
 from flint import arb, fmpq, fmpq_poly
 
-from tt_precise.certify.balls import Balls, ball
-from tt_precise.certify.jets import Jet, taylor
-from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.balls import Balls, NotProved, ball
+from tt_precise.certify.taylor_model import PowerSeries, taylor
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
@@ -151,7 +150,7 @@ def _at(polynomial: fmpq_poly, x: arb) -> arb:
 
 
 @lru_cache(maxsize=8)
-def _solution(scene: Scene, order: int) -> tuple[Scalar, tuple[Jet, ...]]:
+def _solution(scene: Scene, order: int) -> tuple[Scalar, tuple[PowerSeries, ...]]:
     """The body (SI, exact) and the Taylor series of the scene's solution."""
     form = formulation(scene.model, "newton", scene.body.friction)
     body = scene.body.numbers(Fraction)
@@ -176,7 +175,7 @@ def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
     for order in range(MOST_ORDER + 1):
         body, series = _solution(scene, order)
         found = evaluate(form.motion(body, form.State(*series), Balls))
-        last = found.coefficients[order] if isinstance(found, Jet) else found
+        last = found.coefficients[order] if isinstance(found, PowerSeries) else found
         coefficient = Exact.of(last)
         if not coefficient.is_zero:
             return Onset(order, coefficient.sign(scene.start.theta))

@@ -11,16 +11,20 @@ from functools import cached_property
 import flint
 from flint import arb
 
-from tt_precise.certify.balls import largest
+from tt_precise.certify.balls import NotProved, largest
 from tt_precise.certify.comparison import CONTACT_LOST, Enclosed, Happening
-from tt_precise.certify.enclosure import Enclosure, Stretch, enclose
+from tt_precise.certify.enclosure import Enclosure, VerifiedStep, enclose
 from tt_precise.certify.energy_well import Held, forever
-from tt_precise.certify.events import ProvedEvents, search
-from tt_precise.certify.interval_newton import Zero, lower_bound, zeros
-from tt_precise.certify.observed import Observer, columns_in_si, observed
+from tt_precise.certify.interval_newton import ProvedEvents, Zero, lower_bound, search, zeros
 from tt_precise.certify.onset import onset
-from tt_precise.certify.problem import dimensionless_time, problem_of, units_of
-from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.problem import (
+    Observer,
+    columns_in_si,
+    dimensionless_time,
+    observed,
+    problem_of,
+    units_of,
+)
 from tt_precise.integration.events import catalogue, event_named
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
@@ -142,9 +146,7 @@ class Proof:
         Not available where contact is lost, as g_n comes down to zero there.
         """
         function, end = _normal_force(self.scene), self.finish
-        return -largest(
-            -lower_bound(stretch, function, 16, end) for stretch in self.enclosure.stretches
-        )
+        return -largest(-lower_bound(step, function, 16, end) for step in self.enclosure.steps)
 
     @cached_property
     def drift_bounds(self) -> dict[str, arb]:
@@ -189,7 +191,7 @@ class Proof:
 
     def _search(self, names: Sequence[str]) -> dict[str, ProvedEvents]:
         touches = {name: self._touches if name == "phi_dot_zero" else () for name in names}
-        return search(self.scene, self.enclosure.stretches, self.finish, touches)
+        return search(self.scene, self.enclosure.steps, self.finish, touches)
 
     @cached_property
     def forever(self) -> dict[str, Held]:
@@ -290,9 +292,9 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
     function = _normal_force(scene)
     lost: list[Zero] = []
 
-    def ends(stretch: Stretch) -> bool:
-        if not lower_bound(stretch, function) > 0:
-            lost.extend(zeros([stretch], function))
+    def ends(step: VerifiedStep) -> bool:
+        if not lower_bound(step, function) > 0:
+            lost.extend(zeros([step], function))
         return bool(lost)
 
     start = arb(function(problem_of(scene).start()))
@@ -305,9 +307,9 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
             f"the proof ends near t = {float(enclosure.finish):.4g} sqrt(R/g): "
             f"{enclosure.failure.reason}; where a contact sticks Coulomb's law has no derivative",
         )
-    if not enclosure.stretches:
+    if not enclosure.steps:
         raise enclosure.failure or NotProved("time", "the horizon is zero")
-    # the last stretch reaches beyond the horizon, and so may what happens in it
+    # the last step reaches beyond the horizon, and so may what happens in it
     within = [zero for zero in lost if not zero.time > enclosure.problem.until()]
     return Proof(scene, enclosure, within[0] if within else None)
 

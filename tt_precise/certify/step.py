@@ -9,13 +9,10 @@ import flint
 import numpy
 from flint import arb, arb_mat, arb_poly
 
-from tt_precise.certify.approximation import Piece
-from tt_precise.certify.balls import around, largest
-from tt_precise.certify.bands import Band, Frame
-from tt_precise.certify.error_set import ErrorSet
+from tt_precise.certify.balls import NotProved, around, largest
+from tt_precise.certify.error_set import LohnerSet
 from tt_precise.certify.problem import Problem
-from tt_precise.certify.slopes import variables
-from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.taylor_model import Frame, TaylorModel, variables
 
 # A step is e^-2 of the radius of convergence, so 18 terms leave e^-36 of a function. The flow's
 # derivative multiplies errors far below the working precision: 11 terms are plenty for it.
@@ -31,6 +28,35 @@ MOST_GROWTH = 1e5  # of the norm in one step; five digits of what the step adds
 
 
 @dataclass(frozen=True)
+class Piece:
+    """Polynomials p(s), exact, for 0 <= s <= end, of the time t0 + s unit.
+
+    ``unit`` is a power of two, ``end`` exact; one polynomial for each component.
+    """
+
+    polynomials: tuple[arb_poly, ...]
+    unit: arb
+    end: arb
+
+    def __post_init__(self) -> None:
+        coefficients = (c for p in self.polynomials for c in p.coeffs())
+        if not all(number.is_exact() for number in (self.unit, self.end, *coefficients)):
+            raise NotProved("S1", "a polynomial of the approximation is not exact")
+        if not (self.unit > 0 and self.end > 0):
+            raise NotProved("S1", "a step of the approximation does not go forward")
+
+    @property
+    def first(self) -> list[arb]:
+        """p(0)."""
+        return [p[0] for p in self.polynomials]
+
+    @property
+    def last(self) -> list[arb]:
+        """p(end), as balls."""
+        return [p(self.end) for p in self.polynomials]
+
+
+@dataclass(frozen=True)
 class Crossing:
     """What one verified step proves.
 
@@ -43,9 +69,9 @@ class Crossing:
     """
 
     radius: tuple[arb, ...]
-    after: ErrorSet
-    tube: tuple[Band, ...]
-    rates: tuple[Band, ...]
+    after: LohnerSet
+    tube: tuple[TaylorModel, ...]
+    rates: tuple[TaylorModel, ...]
 
 
 @dataclass(frozen=True)
@@ -54,20 +80,20 @@ class _Look:
 
     problem: Problem
     piece: Piece
-    tube: tuple[Band, ...]
+    tube: tuple[TaylorModel, ...]
     frame: Frame
-    jacobian: list[list[Band]]
+    jacobian: list[list[TaylorModel]]
     weights: list[arb]
     rate: arb
     growth: arb
 
     @classmethod
     def into(
-        cls, problem: Problem, piece: Piece, centre: Sequence[Band], radii: Sequence[arb]
+        cls, problem: Problem, piece: Piece, centre: Sequence[TaylorModel], radii: Sequence[arb]
     ) -> _Look:
         tube = tuple(b.widened(radius) for b, radius in zip(centre, radii, strict=True))
         frame = Frame(piece.end, FLOW_DEGREE)
-        jacobian = _jacobian(problem, piece, [Band.cut(b.polynomial, frame) for b in tube])
+        jacobian = _jacobian(problem, piece, [TaylorModel.cut(b.polynomial, frame) for b in tube])
         bound = _upper(jacobian)
         weights = _weights(bound, _sizes(centre))
         if not all(w.is_finite() and w > 0 for w in weights):
@@ -94,10 +120,10 @@ class _Look:
         return flow, spread
 
     @property
-    def moving(self) -> tuple[Band, ...]:
+    def moving(self) -> tuple[TaylorModel, ...]:
         """Bands of unit f over the tube."""
-        rates = self.problem.tape(self.problem.parameters(), self.tube)
-        return tuple(Band.of(rate, self.tube[0].frame) * self.piece.unit for rate in rates)
+        rates = self.problem.traced(self.problem.parameters(), self.tube)
+        return tuple(TaylorModel.of(rate, self.tube[0].frame) * self.piece.unit for rate in rates)
 
 
 def _size(x: Sequence[arb], weights: Sequence[arb]) -> arb:
@@ -110,15 +136,15 @@ def _at(flow: list[list[arb_poly]], time: arb) -> list[list[arb]]:
 
 
 def _after(
-    errors: ErrorSet, flow: list[list[arb]], bent: list[list[arb]], added: list[arb]
-) -> ErrorSet:
+    errors: LohnerSet, flow: list[list[arb]], bent: list[list[arb]], added: list[arb]
+) -> LohnerSet:
     """The errors at the end, where P is ``flow``, Q is within ``bent`` and x within ``added``."""
     pairs = (zip(row, more, strict=True) for row, more in zip(flow, bent, strict=True))
     at_end = [[p + around(q) for p, q in row] for row in pairs]
     return errors.moved(arb_mat(at_end), [around(x) for x in added])
 
 
-def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
+def cross(problem: Problem, piece: Piece, errors: LohnerSet) -> Crossing:
     """Verify the hypotheses S1 to S4 of the theorem for one piece.
 
     Raises
@@ -128,7 +154,7 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
     """
     defects = _defects(problem, piece)
     with flint.ctx.workprec(TUBE_BITS):
-        centre = [Band.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
+        centre = [TaylorModel.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
         radii = [TUBE * size for size in _sizes(centre)]
         look = _Look.into(problem, piece, centre, radii)
         weights, defect = look.weights, _size(defects, look.weights)
@@ -149,29 +175,35 @@ def cross(problem: Problem, piece: Piece, errors: ErrorSet) -> Crossing:
 def _defects(problem: Problem, piece: Piece) -> list[arb]:
     """S1: bounds of |unit f(p) - dp/ds| on the step, in the working precision."""
     frame = Frame(piece.end, max(1, *(p.degree() for p in piece.polynomials)))
-    bands = [Band(p, frame) for p in piece.polynomials]
-    rates = problem.tape(problem.parameters(), bands)
+    bands = [TaylorModel(p, frame) for p in piece.polynomials]
+    rates = problem.traced(problem.parameters(), bands)
     found = []
     for rate, p in zip(rates, piece.polynomials, strict=True):
-        defect = Band(Band.of(rate, frame).polynomial * piece.unit - p.derivative(), frame).range
+        defect = TaylorModel(
+            TaylorModel.of(rate, frame).polynomial * piece.unit - p.derivative(), frame
+        ).range
         if not defect.is_finite():
             raise NotProved("S1", "the defect could not be bounded")
         found.append(defect.abs_upper())
     return found
 
 
-def _jacobian(problem: Problem, piece: Piece, tube: list[Band]) -> list[list[Band]]:
+def _jacobian(problem: Problem, piece: Piece, tube: list[TaylorModel]) -> list[list[TaylorModel]]:
     """S2: bands of unit Df over the tube; that they exist there proves f analytic."""
     frame = tube[0].frame
     zero = arb_poly([])
     rows = []
-    for rate in problem.tape(problem.parameters(), variables(tube)):
+    for rate in problem.traced(problem.parameters(), variables(tube)):
         partials = getattr(rate, "partials", {})
-        rows.append([Band.of(partials.get(j, zero), frame) * piece.unit for j in range(len(tube))])
+        rows.append(
+            [TaylorModel.of(partials.get(j, zero), frame) * piece.unit for j in range(len(tube))]
+        )
     return rows
 
 
-def _flow(jacobian: list[list[Band]], frame: Frame) -> tuple[list[list[arb_poly]], list[list[arb]]]:
+def _flow(
+    jacobian: list[list[TaylorModel]], frame: Frame
+) -> tuple[list[list[arb_poly]], list[list[arb]]]:
     """S3: a polynomial matrix P, P(0) = 1, and bounds of A P - P' for A in the jacobian."""
     size = len(jacobian)
     series = numpy.zeros((frame.degree + 1, size, size))
@@ -204,14 +236,14 @@ def _flow(jacobian: list[list[Band]], frame: Frame) -> tuple[list[list[arb_poly]
     return flow, defects
 
 
-def _sizes(bands: Sequence[Band]) -> list[arb]:
+def _sizes(bands: Sequence[TaylorModel]) -> list[arb]:
     """Rough sizes of the components, none smaller than 1/16 of the largest."""
     found = [band.range.abs_upper() for band in bands]
     floor = largest(found) / 16
     return [largest((size, floor)) for size in found]
 
 
-def _upper(jacobian: list[list[Band]]) -> list[list[arb]]:
+def _upper(jacobian: list[list[TaylorModel]]) -> list[list[arb]]:
     """Bounds of the entries: of their size, but on the diagonal of their value.
 
     Their norm bounds the logarithmic norm, which keeps what damping takes away.

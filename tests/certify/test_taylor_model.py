@@ -9,15 +9,14 @@ pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 import flint
 from flint import arb, arb_poly, fmpq
 
-from tt_precise.certify.balls import ball, bounds
-from tt_precise.certify.bands import Band, Frame
-from tt_precise.certify.verdict import NotProved
+from tt_precise.certify.balls import NotProved, ball, bounds
+from tt_precise.certify.taylor_model import Frame, TaylorModel
 
 END = Fraction(1, 6)
 BITS = 100
 
 
-def contains(band: Band, s: Fraction, value: Fraction) -> bool:
+def contains(band: TaylorModel, s: Fraction, value: Fraction) -> bool:
     low, high = bounds(band.polynomial(ball(s)))
     return low <= value <= high
 
@@ -41,7 +40,7 @@ def test_band_arithmetic_contains_exact_values(frame: Frame, seed: int) -> None:
     dice = random.Random(seed)
     a, b = ([Fraction(dice.randint(-99, 99), 70) for _ in range(9)] for _ in range(2))
     b[0] = Fraction(3) + abs(b[0])
-    f, g = Band(polynomial(a), frame), Band(polynomial(b), frame)
+    f, g = TaylorModel(polynomial(a), frame), TaylorModel(polynomial(b), frame)
     for s in (Fraction(0), END / 3, END):
         x, y = at(a, s), at(b, s)
         for band, value in (
@@ -60,26 +59,26 @@ def test_a_band_without_what_was_cut_off_would_be_wrong(frame: Frame) -> None:
     # the negative control of the test above: the tail matters
     ones = [Fraction(1)] * 9
     product = polynomial(ones) * polynomial(ones)
-    careless = Band(product.truncate(9), frame)
+    careless = TaylorModel(product.truncate(9), frame)
     assert not contains(careless, END, at(ones, END) ** 2)
-    assert contains(Band.cut(product, frame), END, at(ones, END) ** 2)
+    assert contains(TaylorModel.cut(product, frame), END, at(ones, END) ** 2)
 
 
 def test_a_widened_band_contains_all_it_should(frame: Frame) -> None:
-    f = Band(polynomial([Fraction(1), Fraction(2)]), frame).widened(arb("0.001"))
+    f = TaylorModel(polynomial([Fraction(1), Fraction(2)]), frame).widened(arb("0.001"))
     exact = 1 + 2 * END + Fraction(1, 1000)
     assert contains(f * f, END, exact * exact)
 
 
 def test_a_divisor_with_a_zero_is_refused(frame: Frame) -> None:
-    inside = Band(polynomial([Fraction(-1, 10), Fraction(1)]), frame)
+    inside = TaylorModel(polynomial([Fraction(-1, 10), Fraction(1)]), frame)
     with pytest.raises(NotProved, match="division"):
         1 / inside
-    at_start = Band(polynomial([Fraction(0), Fraction(1)]), frame)
+    at_start = TaylorModel(polynomial([Fraction(0), Fraction(1)]), frame)
     with pytest.raises(NotProved, match="division"):
         1 / at_start
     with pytest.raises(NotProved):
         (inside * inside + arb("0.001") - arb("0.0011")).sqrt()
-    nothing = Band(arb_poly([arb("nan"), 1]), frame)
+    nothing = TaylorModel(arb_poly([arb("nan"), 1]), frame)
     with pytest.raises(NotProved, match="division"):
         1 / nothing
