@@ -307,8 +307,8 @@ def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: boo
     from dataclasses import asdict
 
     from tt_precise.certify import certificate, prove
-    from tt_precise.certify.golden_proof import check
     from tt_precise.certify.balls import NotProved
+    from tt_precise.certify.golden_proof import check
     from tt_precise.golden import store
     from tt_precise.runtime.progress import progress_bar
 
