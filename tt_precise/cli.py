@@ -17,11 +17,7 @@ import click
 from tt_precise._version import __version__
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.interruption import Terminated, end_within, heeded
-from tt_precise.runtime.startup import (
-    hide_sympy_from_heyoka,
-    keep_compiled,
-    keep_linear_algebra_to_one_thread,
-)
+from tt_precise.runtime.startup import in_a_process_of_ours
 from tt_precise.runtime.terminal import open_closed_streams, sanitized
 
 COMMANDS = {
@@ -79,7 +75,6 @@ def group() -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line with ``argv``; returns the exit status."""
-    keep_compiled()
     with sanitized():
         return _main(argv)
 
@@ -137,8 +132,7 @@ def _bug(error: BaseException) -> int:
 def entry() -> None:
     """Console entry point."""
     open_closed_streams()
-    hide_sympy_from_heyoka()
-    keep_linear_algebra_to_one_thread()
+    in_a_process_of_ours()
     with heeded():
         status = main()
     try:

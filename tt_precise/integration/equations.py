@@ -19,7 +19,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.runtime.startup import bound_compiled
+from tt_precise.runtime.startup import import_heyoka
 from tt_precise.scene.body import Parameters
 from tt_precise.taylor.series import Series, SeriesFunctions, solution
 
@@ -116,9 +116,7 @@ class Equations:
     @classmethod
     def of(cls, form: Formulation, record: tuple[str, ...] = ()) -> Equations:
         """The equations of ``form`` with the quadratures ``record`` behind it."""
-        import heyoka
-
-        bound_compiled()
+        heyoka = import_heyoka()
         variables = tuple(heyoka.make_vars(*form.columns, *record))
         body = form.body([heyoka.par[i] for i in range(len(form.parameters))])
         fn = HeyokaFunctions()

@@ -45,6 +45,7 @@ from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
+from tt_precise.runtime.startup import import_heyoka
 from tt_precise.runtime.untyped import Adaptive
 from tt_precise.scene.scene import Scene
 
@@ -126,7 +127,7 @@ def propagate(
     InputError
         More than ``MOST_EVENTS`` events happened, or the function of one became undefined.
     """
-    import heyoka
+    heyoka = import_heyoka()
 
     form = setup.formulation
     number, zero = setup.precision.number, setup.precision.context.mpf(0)
@@ -215,7 +216,7 @@ def _advance(
     progress is reported and Ctrl-C gets through. The outcome is ``step_limit`` where a whole piece
     covered less than eps of the horizon (mu = 1e300): the rest would take 1/eps more of them.
     """
-    import heyoka
+    heyoka = import_heyoka()
 
     def report(adaptive: Adaptive) -> bool:
         if progress and goals[-1]:
@@ -291,7 +292,7 @@ def _values(adaptive: Adaptive) -> tuple[Scalar, ...]:
 
 def status_of(outcome: Any, terminal: tuple[str, ...]) -> Status:
     """The status of a propagation that heyoka ended with ``outcome``."""
-    import heyoka
+    heyoka = import_heyoka()
 
     if outcome == heyoka.taylor_outcome.time_limit:
         return "complete"
@@ -343,7 +344,7 @@ def _first_numbers(setup: Setup, start: InitialState) -> tuple[Scalar, list[Scal
 
 def build(setup: Setup) -> Integrator:
     """Compile the integrator for ``setup``."""
-    import heyoka
+    heyoka = import_heyoka()
 
     # what heyoka would log is in a trajectory's status and its suspect_events
     heyoka.set_logger_level_critical()
@@ -430,7 +431,7 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
 
 def heyoka_direction(direction: int) -> Any:
     """heyoka's name for an event's direction."""
-    import heyoka
+    heyoka = import_heyoka()
 
     kinds = heyoka.event_direction
     return {0: kinds.any, 1: kinds.positive, -1: kinds.negative}[direction]

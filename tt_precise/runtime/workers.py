@@ -28,7 +28,7 @@ from typing import Any
 
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.startup import hide_sympy_from_heyoka
+from tt_precise.runtime.startup import in_a_process_of_ours
 
 IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting
 LONGEST_REASON = 500  # characters
@@ -130,7 +130,7 @@ def _begin(prepare: Callable[[], object] | None) -> None:
     os.setsid()  # what it starts ends with it
     signal.signal(signal.SIGTERM, lambda *_: os.killpg(0, signal.SIGKILL))
     threading.Thread(target=_follow, name="follows its parent", daemon=True).start()
-    hide_sympy_from_heyoka()
+    in_a_process_of_ours()
     if prepare is not None:
         prepare()
 

@@ -15,7 +15,6 @@ from functools import cache, reduce
 from math import comb
 from typing import NamedTuple
 
-import heyoka
 import numpy
 
 from tt_precise.integration.equations import Equations, along, event_expression
@@ -26,7 +25,10 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.startup import import_heyoka
 from tt_precise.sweeps.columns import Detector
+
+heyoka = import_heyoka()
 
 ALONE = {"batch_parallel": False}  # the other cores have sweeps of their own
 EARLY = 2.0**-26.5  # dimensionless; nearer to t = 0 an event may be the start itself

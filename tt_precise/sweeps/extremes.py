@@ -13,14 +13,16 @@ from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
-import heyoka
 import numpy
 
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.startup import import_heyoka
 from tt_precise.sweeps.columns import SMALLEST_FORCE, Part
 from tt_precise.sweeps.events import ALONE, Steps, horner, states_in, variables
+
+heyoka = import_heyoka()
 
 NODES = numpy.linspace(0, 1, 5)
 FINER = numpy.linspace(0, 1, 9)

@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
-import heyoka
 import numpy
 
 from tt_precise.integration.equations import Equations, terminal_functions
@@ -21,10 +20,13 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.startup import import_heyoka
 from tt_precise.runtime.untyped import Adaptive
 from tt_precise.sweeps.columns import Detector, Part
 from tt_precise.sweeps.events import Events, Steps, Zeros
 from tt_precise.sweeps.extremes import Extreme
+
+heyoka = import_heyoka()
 
 ROOM = 500  # steps; not near a multiple of 64, where the rows of columns share lines of a cache
 STEPS_BETWEEN = 64  # until Python looks: an ended lane idles half of it, 2 % of a reference run

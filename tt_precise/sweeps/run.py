@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from tt_precise._version import __version__
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.startup import import_heyoka
 from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import Call, Failure, Pool, dask_pool, local_pool
 from tt_precise.sweeps import spot_check
@@ -251,7 +252,7 @@ def _rows(store: Store, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:
 
 def _simd_lanes(rows: int) -> int:
     """How many lanes are best for a worker that has so many rows before it."""
-    import heyoka
+    heyoka = import_heyoka()
 
     # the Python around each step of a batch costs the same for more lanes, and heyoka takes steps
     # of four vectors in as much time a lane as of two (24 lanes 1.25 times); but to compile them

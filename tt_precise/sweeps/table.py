@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from tt_precise._version import __version__
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.startup import import_heyoka
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError
 from tt_precise.scene.scene import Inclination, Scene
 from tt_precise.sweeps import run, spot_check
@@ -115,7 +116,7 @@ def integrated(pool: Pool, plan: Plan, tables: list[tuple[str, Array, Array]]) -
     RuntimeError
         It fails for another reason.
     """
-    import heyoka
+    heyoka = import_heyoka()
     import pandas
 
     pieces = [
