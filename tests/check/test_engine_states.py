@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import tt_precise as tt
 from tt_precise import cli
 from tt_precise.check.engine_states import CONVENTIONS, engine_columns
 from tt_precise.engines.scoreboard import ENGINES
@@ -166,3 +167,15 @@ def test_no_file_and_no_numbers(scene: Scene, tmp_path: Path) -> None:
     for name in ("a.npz", "a.csv", "b.npz", "none.npz"):
         with pytest.raises(InputError, match=r"expected a readable \.npz or \.csv file"):
             engine_columns(tmp_path / name, "mujoco", scene)
+
+
+def test_an_engines_file_is_read_by_the_assertions_too(
+    pose: pd.DataFrame, scene: Scene, tmp_path: Path
+) -> None:
+    np.savez(tmp_path / "run.npz", **written(pose, scene, "mujoco"))  # type: ignore[arg-type]
+    kept = tt.check.assert_conserves(
+        tmp_path / "run.npz", "reference", engine="mujoco", friction="other"
+    )
+    assert kept["kinematics"].verdict == "pass"
+    with pytest.raises(tt.InputError, match="got 'ouija', expected one of: mujoco"):
+        tt.check.assert_conserves(tmp_path / "run.npz", "reference", engine="ouija")

@@ -76,6 +76,7 @@ def conservation(
     digits: float | None = None,
     fresh: bool = False,
     friction: str = "scene",
+    engine: str | None = None,
     columns: Mapping[str, str] | None = None,
     folder: Folder = None,
     progress: Progress = silent,
@@ -102,6 +103,8 @@ def conservation(
     friction
         "scene", or "other" where the contact force is not the scene's: then only what holds for
         every friction law is checked.
+    engine
+        Whose own state the file ``trajectory`` holds: "mujoco", "drake", "bullet", ...
     columns
         Renames: their name to ours.
     folder
@@ -113,10 +116,15 @@ def conservation(
         The trajectory cannot be used: one line that says where and why.
     """
     wanted = chosen_limits(limits or {})
+    scene = load_scene(scene)
+    if engine is not None:
+        from tt_precise.check.engine_states import engine_source
+
+        trajectory = engine_source(str(trajectory), engine, scene, columns or {})
     # what overflows or is undefined becomes a value that fails, not a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
         request = Request(wanted, until, digits, fresh, friction, folder)
-        return _checked(table, load_scene(scene), request, progress)
+        return _checked(table, scene, request, progress)
 
 
 @dataclass(frozen=True)
@@ -303,6 +311,7 @@ def assert_conserves(
     digits: float | None = None,
     fresh: bool = False,
     friction: str = "scene",
+    engine: str | None = None,
     columns: Mapping[str, str] | None = None,
     folder: str | os.PathLike[str] | None = None,
     **demanded: float,
@@ -328,6 +337,7 @@ def assert_conserves(
         digits=digits,
         fresh=fresh,
         friction=friction,
+        engine=engine,
         columns=columns,
         folder=folder,
     )
@@ -351,6 +361,7 @@ def assert_matches_golden(
     digits: float,
     until: float | None = None,
     fresh: bool = False,
+    engine: str | None = None,
     columns: Mapping[str, str] | None = None,
     folder: str | os.PathLike[str] | None = None,
 ) -> Result:
@@ -375,6 +386,7 @@ def assert_matches_golden(
         until=until,
         digits=digits,
         fresh=fresh,
+        engine=engine,
         columns=columns,
         folder=folder,
     )

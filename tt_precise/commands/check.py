@@ -73,7 +73,12 @@ def command(
 
     Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 [nu_x nu_y], or
     kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` says what
-    each is, in which frame. Exit status 1 if a check failed.
+    each is, in which frame. x, y, z, phi and psi are checked too where they are there. Exit status
+    1 if a check failed.
+
+    Checks: time, finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
+    contact, contact_velocity, fall, axis_norm, quaternion_norm, golden, and the integrals of the
+    scene's model.
     """
     from tt_precise.check.checks import read_limits
     from tt_precise.check.columns import renaming
@@ -88,21 +93,16 @@ def command(
         from tt_precise.runtime.plotting import require_format
 
         require_format(plot)
-    table: object = trajectory
-    if engine is not None:
-        from tt_precise.check.engine_states import engine_source
-        from tt_precise.scene.scene import load_scene
-
-        table = engine_source(trajectory, engine, load_scene(scene), renaming(columns))
     with progress_bar(f"checking {trajectory}") as progress:
         result = conservation(
-            table,
+            trajectory,
             scene,
             limits=read_limits(limits),
             until=until,
             digits=digits,
             fresh=fresh,
             friction=friction,
+            engine=engine,
             columns=renaming(columns),
             folder=folder,
             progress=progress,
