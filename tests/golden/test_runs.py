@@ -163,7 +163,7 @@ def test_cusps_are_no_change_of_sign(shorten: Shorten) -> None:
     # from phi_dot = 0 on ice, phi_dot comes back to 0 at each maximum of theta and turns there
     scene = shorten("frictionless", "0.2")
     raw = integrate(scene, "mp", bits=160, events=("phi_dot_zero", "theta_max")).events
-    assert "phi_dot_zero" in set(raw["name"])
+    assert "phi_dot_zero" not in set(raw["name"])
     run = perform(Task(scene.name, scene.text, "mp", 160, "newton"))
     names = Counter(run.events.column("name"))
     assert names["theta_max"] == 5
@@ -194,7 +194,7 @@ def test_tables_are_those_of_mpmath_event_by_event(shorten: Shorten, precision: 
     found = events_table(run, names)
     assert found.columns == ("name", "t", "direction", *names[1:])
     assert list(found.rows) == expected
-    assert 0 < len(expected) < len(run.events)
+    assert 0 < len(expected) == len(run.events)  # cusps are no events of a run either
 
 
 @pytest.mark.parametrize(
