@@ -98,7 +98,7 @@ def test_what_is_right_is_accepted(stored: Stored, content: dict[str, Any]) -> N
 def test_it_shares_nothing_with_the_prover() -> None:
     shared = {"balls", "certificate", "checker_arithmetic", "comparison"}
     for module in (checker, checker_arithmetic):
-        source = Path(module.__file__).read_text("utf-8")
+        source = Path(str(module.__file__)).read_text("utf-8")
         imported = {
             node.module or ""
             for node in ast.walk(ast.parse(source))

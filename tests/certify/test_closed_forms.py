@@ -1,9 +1,12 @@
-"""A Monte Carlo of exact problems with closed-form solutions: always contained."""
+"""A Monte Carlo of exact problems with closed-form solutions; zeros, and what stays zero."""
+
+from __future__ import annotations
 
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -16,8 +19,9 @@ from flint import arb
 import tt_precise as tt
 from tt_precise.certify import NotProved, Problem, balls, enclose, problem_of, prove, zeros
 from tt_precise.certify.balls import Balls, ball
+from tt_precise.certify.interval_newton import _Part
 from tt_precise.certify.onset import Onset
-from tt_precise.certify.problem import body_of
+from tt_precise.certify.problem import body_of, exact_zeros, restored, without
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 
@@ -294,3 +298,58 @@ def test_strong_damping_does_not_widen_the_enclosure() -> None:
             x, _ = enclosure.at(time)
             assert x.overlaps((-10 * time).exp())
             assert x.rad() < 1e-30
+
+
+def names(problem: Problem) -> set[str]:
+    return {problem.columns[i] for i in exact_zeros(problem)}
+
+
+def test_what_stays_zero_in_the_scenes() -> None:
+    still = {"kx", "ky", "Lx", "Ly", "s_dot_x", "s_dot_y"}
+    assert names(problem_of(tt.load_scene("upright"))) == still
+    assert names(problem_of(tt.load_scene("rocking"))) == {"ky", "Lx", "Lz", "s_dot_y"}
+    # zero at the start is not enough
+    assert names(problem_of(tt.load_scene("reference"))) == set()
+
+
+def test_a_spin_however_small_leaves_the_plane() -> None:
+    scene = tt.load_scene("rocking")
+    start = replace(scene.start, omega_3=Fraction(1, 10**60))
+    assert names(problem_of(replace(scene, start=start))) == set()
+
+
+def test_zero_at_the_start_by_chance_does_not_count() -> None:
+    def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
+        x, y = state
+        return 1 + 0 * x, x - 1 + y
+
+    problem = Problem("chance", ("x", "y"), rates, list, lambda: [arb(1), arb(0)], lambda: arb(1))
+    assert exact_zeros(problem) == frozenset()
+
+
+def test_the_problem_without_them() -> None:
+    problem = problem_of(tt.load_scene("rocking"))
+    zeros = exact_zeros(problem)
+    inner = without(problem, zeros)
+    assert inner.columns == ("kx", "kz", "Ly", "s_dot_x")
+    whole = problem.rates(problem.parameters(), problem.start(), None)
+    part = inner.rates(inner.parameters(), inner.start(), None)
+    again = restored(part, zeros, 8, 0)
+    assert all(arb(a).overlaps(arb(b)) for a, b in zip(whole, again, strict=True))
+
+
+def sign(value: arb) -> int:
+    """At 1 in the piece's unit of 1/4, of a step from 2 on."""
+    step = SimpleNamespace(begin=arb(2), piece=SimpleNamespace(unit=arb(1) / 4))
+    part: Any = SimpleNamespace(_sharp=lambda _: value, step=step)
+    return _Part._sign(part, arb(1))
+
+
+@pytest.mark.parametrize(("value", "expected"), [(arb(1, "0.9"), 1), (arb(-1, "0.9"), -1)])
+def test_a_sign_is_told(value: arb, expected: int) -> None:
+    assert sign(value) == expected
+
+
+def test_an_undecided_sign_says_when() -> None:
+    with pytest.raises(NotProved, match=r"the sign at t = 2\.25 is undecided"):
+        sign(arb(0, 1))
