@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy
 
-from tt_precise.runtime.plotting import new_figure, require_format, save, styled
 from tt_precise.runtime.terminal import one_line
 from tt_precise.runtime.untyped import Json
 
@@ -253,6 +252,8 @@ SMALLEST = 1e-18  # what is drawn for an exact zero
 
 def figure(title: str, findings: Sequence[CheckFinding], path: str | Path | None = None) -> Figure:
     """A matplotlib ``Figure``; needs no display. Written to ``path`` if one is given."""
+    from tt_precise.runtime.plotting import require_format, save, styled
+
     if path is not None:
         require_format(path)
     with styled():
@@ -263,7 +264,7 @@ def figure(title: str, findings: Sequence[CheckFinding], path: str | Path | None
 
 
 def _drawn(title: str, findings: Sequence[CheckFinding]) -> Figure:
-    import numpy
+    from tt_precise.runtime.plotting import new_figure
 
     drawn = new_figure(8, 4.5)
     axes = drawn.add_subplot()
