@@ -50,6 +50,7 @@ class Windows:
         nodes = t[self.rows]
         self.spans = nodes[:, -1] - nodes[:, 0]
         self.widest = numpy.diff(nodes).max(axis=1, initial=0.0)
+        self.step = self.widest / stride  # between neighbouring rows
         x = (nodes - nodes[:, :1]) / self.spans[:, None]
         # most rows are evenly spaced
         x = x[:1] if len(x) and numpy.ptp(x, axis=0).max() < EVEN else x
@@ -133,7 +134,7 @@ class _OverWindows:
         self._apart = CLOSEST * float(numpy.sqrt(setup.body.R / setup.body.g))
         self.windows = self.open = 0
         self._bounds: list[float] = []
-        self._wide = math.inf
+        self._wide, self._apart_now = math.inf, 0.0
 
     def __call__(self, samples: Samples) -> Array:
         values = numpy.zeros(len(samples.t))
@@ -149,7 +150,8 @@ class _OverWindows:
         self.windows += len(excess)
         self.open += int(open_.sum())
         if open_.any():
-            self._wide = min(self._wide, float(1.0 / turning.max()))
+            self._wide = min(self._wide, float(0.25 / turning.max()))
+            self._apart_now = max(self._apart_now, float(windows.step.max()))
         self._bounds.append(float(numpy.max(bound, where=~open_, initial=0.0)))
         excess = numpy.where(numpy.isnan(excess), numpy.inf, numpy.where(seen, excess, 0.0))
         numpy.maximum.at(values, windows.rows[:, -1], excess)
@@ -171,8 +173,9 @@ class _OverWindows:
         bound = self.error_bound
         said = f"error bound {bound:.0e}" if math.isfinite(bound) else ""
         if self.open:
-            wide = f"{self.open} of {self.windows} windows of four rows not resolved"
-            said += f"{'; ' if said else ''}{wide}; rows {self._wide / 4:.1g} s apart would do"
+            said += f"{'; ' if said else ''}{self.open} of {self.windows} windows not resolved"
+            if self._wide < self._apart_now:
+                said += f"; rows {self._wide:.1g} s apart would do"
         return said
 
 
@@ -285,7 +288,7 @@ class Kinematics(_OverWindows):
         self, windows: Windows, values: Sequence[Array], rates: Sequence[Array]
     ) -> tuple[Array, Array]:
         value, bound = windows.unexplained(values, rates)
-        step = windows.widest * numpy.sqrt(sum(windows.change(rate) ** 2 for rate in rates))
+        step = windows.step * numpy.sqrt(sum(windows.change(rate) ** 2 for rate in rates))
         return value, bound + step
 
     def _height(self, windows: Windows, samples: Samples, q: Motion) -> Array:
@@ -324,7 +327,7 @@ class Kinematics(_OverWindows):
         off = about.sum(axis=1) - area.sum(axis=1) - windows.integral(spinning)
         off -= 2 * math.pi * numpy.rint(off / (2 * math.pi))
         _, coarse = windows.unexplained([0 * spinning], [spinning])
-        step = windows.widest * abs(windows.change(spinning))
+        step = windows.step * abs(windows.change(spinning))
         return abs(off), coarse + spread(step + (bent**2).sum(axis=(0, 2)) / 6)
 
     @property
