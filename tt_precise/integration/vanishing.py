@@ -227,28 +227,36 @@ def _crossing(hits: Sequence[Hit], setup: Setup, start: InitialState) -> list[bo
     for i, hit in enumerate(hits):
         places.setdefault(hit.name, []).append(i)
     body = form.body([float(x) for x in start.parameters(form)])
+    events = {name: event_named(name, form.model, form.friction) for name in places}
+    sized = [Sized(x, size) for x, size in zip(rows, sizes, strict=True)]
     with numpy.errstate(all="ignore"):
+        _, found = functions_along(setup, events, body, sized, SizedFunctions())
         for name, there in places.items():
-            chosen = {name: event_named(name, form.model, form.friction)}
-            sized = [Sized(x[there], size[there]) for x, size in zip(rows, sizes, strict=True)]
-            _, found = functions_along(setup, chosen, body, sized, SizedFunctions())
-            if not isinstance(found[name], Series):
+            function, chosen = found[name], {name: events[name]}
+            if not isinstance(function, Series):
                 keep[there] = False
                 continue
-            terms = [_sized(found[name][k]) for k in range(4)]
-            size = [numpy.broadcast_to(term.size, len(there)) for term in terms]
-            deep = _depth([term.value for term in terms]) > max(eps, SUSPICIOUS) * size[0]
+            terms = [_at(_sized(function[k]), there, len(hits)) for k in range(3)]
+            deep = _depth([term.value for term in terms]) > max(eps, SUSPICIOUS) * terms[0].size
             shallow = numpy.flatnonzero(~deep)
             if not len(shallow):
                 continue
+            terms.append(_at(_sized(function[3]), there, len(hits)))
             seen = [hits[there[i]] for i in shallow]
             c = [term.value[shallow] for term in terms]
             if precision.bits > 53:
                 c = _with_all_bits(seen, chosen, setup, start)
             signs = numpy.array([hit.direction for hit in seen])
-            passes = _passes(c, [one[shallow] for one in size], signs, eps)
+            passes = _passes(c, [term.size[shallow] for term in terms], signs, eps)
             keep[numpy.array(there)[shallow]] = passes
     return list(keep)
+
+
+def _at(number: Sized, places: Sequence[int], count: int) -> Sized:
+    import numpy
+
+    value, size = (numpy.broadcast_to(one, count)[places] for one in (number.value, number.size))
+    return Sized(value, size)
 
 
 def _with_all_bits(
