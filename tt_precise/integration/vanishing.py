@@ -219,7 +219,7 @@ def _crossing(hits: Sequence[Hit], setup: Setup, start: InitialState) -> list[bo
     import numpy
 
     form, precision = setup.formulation, setup.precision
-    eps = ROUNDINGS * max(2.0 ** (1 - precision.bits), float(setup.tolerance or 0))
+    eps = max(ROUNDINGS * 2.0 ** (1 - precision.bits), float(setup.tolerance))
     rows = [numpy.array([float(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
     sizes = _sizes(setup, start, rows)
     keep = numpy.ones(len(hits), dtype=bool)
