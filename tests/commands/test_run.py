@@ -101,6 +101,49 @@ def test_events_are_printed_when_asked_for(printed: Printed) -> None:
     assert len(everything) > len(found)
 
 
+def test_the_climb_is_that_of_the_trajectory(printed: Printed) -> None:
+    found = printed("reference", "--precision", "double-double")
+    climb, expected = found["climb"], integrate("reference").inversion
+    assert found["inverted"] is True
+    assert climb["precision"] == "double"
+    assert float(climb["equator"]) == expected.equator
+    for name in "ABC":
+        times = [float(climb[name][key]) for key in ("t_init", "t_end")]
+        assert times == [getattr(expected, name).t_init, getattr(expected, name).t_end]
+    assert found["smallest_g_n"]["t"] == "5.42"
+    assert float(found["smallest_g_n"]["value"]) == pytest.approx(0.06098946831288, rel=1e-12)
+    assert found["contact_lost"] is None
+    assert [one["model"] for one in found["stretches"]] == ["gliding"]
+
+
+def test_a_climb_that_has_not_ended_and_none(printed: Printed) -> None:
+    found = printed("regularised-1e-2")
+    assert (found["inverted"], found["climb"]["C"]["t_end"]) == (True, None)
+    never = printed("inverted", "--until", "0.1")  # below from the start: it climbs nowhere
+    assert (never["inverted"], never["climb"]) == (False, None)
+
+
+def test_a_coulomb_top_at_rest_rolls(
+    printed: Printed, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "rests.toml"
+    text = load_scene("coulomb-gliding").text
+    start = '[start]\ntheta = "0.1"\nomega_3 = "0"\n\n[run]\nuntil = "8"\nsample_every = "0.01"\n'
+    file.write_text(text[: text.index("[start]")] + start)
+    found = printed(str(file))
+    assert [tuple(one.values()) for one in found["stretches"]] == [
+        ("rolling", "0.0", "8.0", "complete")
+    ]
+    assert found["inverted"] is False
+    assert cli.main(["run", str(file)]) == 0
+    assert "\n  motion: rolls 0 s to 8 s (complete)\n" in capsys.readouterr().out
+    sticks = printed("coulomb-small-top")["stretches"]
+    assert [(one["model"], one["ended"]) for one in sticks] == [
+        ("gliding", "stick"), ("rolling", "complete"),
+    ]  # fmt: skip
+    assert sticks[0]["end"] == sticks[1]["begin"]
+
+
 def test_quadratures_join_the_state(printed: Printed) -> None:
     state = printed(*SHORT, "--record", "x,y", "--precision", "extended")["state"]
     assert list(state) == [*STATE, "x", "y"]
@@ -115,6 +158,7 @@ def test_a_run_that_ends_early_cannot_look_complete(
     found = printed(str(file), status=1)
     assert found["status"] == "contact_lost"
     assert found["t_end"].startswith("6.57718826391441")
+    assert found["contact_lost"] == found["t_end"]
     assert cli.main(["run", str(file)]) == 1
     out = capsys.readouterr().out
     assert out.startswith("rough: contact_lost at t = 0.65771882639144")
@@ -165,7 +209,8 @@ def test_what_a_person_reads(capsys: pytest.CaptureFixture[str]) -> None:
         r"\(double, tolerance 1\.4e-17, newton, \d+ steps\)",
         lines[0],
     )
-    assert [line.split()[0] for line in lines[1:15]] == STATE
+    told = ["inverted:", "contact:", "motion:"]
+    assert [line.split()[0] for line in lines[1:18]] == [*told, *STATE]
     assert re.search(r"^ +theta 9\.\d+e-2 +\+- \d\.\d+e-1\d$", out, re.MULTILINE)
     assert re.search(r"^  digits of the worst entry: 1\d\.\d$", out, re.MULTILINE)
     assert re.search(r"^  drift of jellett: \d\.\d+e-1\d$", out, re.MULTILINE)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import click
 
@@ -13,14 +12,110 @@ from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import require_apart, require_writable
+from tt_precise.runtime.records import Meta, Record, encode
 from tt_precise.runtime.terminal import say
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
-SCHEMA = "tt_precise.run/1"
 UNFINISHED = 1
+LEAVES = ("contact_lost", "lift_off", "separation")  # how a stretch on the table ends in the air
+MOST_STRETCHES = 8  # that are told in a line
+DOES = {"gliding": "glides", "rolling": "rolls", "flight": "flies", "contact": "in contact"}
+
+State = dict[str, str | None]
+Arithmetic = Literal["double", "extended", "double-double", "quad", "triple-double", "mp"]
+Ending = Literal[
+    "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed"
+]
+STATE = Meta(description="the state (SI), decimals; null where undefined")
+
+
+class ClimbRecord(Record, frozen=True):
+    """Initiation and ending time of the climb in one definition."""
+
+    t_init: Annotated[str | None, Meta(description="where it begins, in s; null if it does not")]
+    t_end: Annotated[str | None, Meta(description="where it ends, in s; null if it does not")]
+
+
+class ClimbsRecord(Record, frozen=True):
+    """The climb, as `tt-precise events` defines it."""
+
+    precision: Annotated[str, Meta(description="arithmetic of the run that these times are from")]
+    equator: Annotated[str, Meta(description="when theta first crosses pi/2, in s")]
+    A: Annotated[ClimbRecord, Meta(description="signed perigee")]
+    B: Annotated[ClimbRecord, Meta(description="L.k = L.z and L.k = -L.z")]
+    C: Annotated[ClimbRecord, Meta(description="phi_dot > 0")]
+
+
+class StretchRecord(Record, frozen=True):
+    """A stretch of one kind of motion."""
+
+    model: Annotated[str, Meta(description="gliding, rolling, flight, or contact (elastic table)")]
+    begin: Annotated[str, Meta(description="where it begins, in s")]
+    end: Annotated[str, Meta(description="where it ends, in s")]
+    ended: Annotated[str, Meta(description="stick, slip, lift_off, ...; the status at the end")]
+
+
+class NormalForceRecord(Record, frozen=True):
+    """The smallest normal force at a sample."""
+
+    value: Annotated[str, Meta(description="g_n in N, as a double")]
+    t: Annotated[str, Meta(description="the sample, in s")]
+
+
+class EventRecord(Record, frozen=True):
+    """A recorded event."""
+
+    name: Annotated[str, Meta(description="name")]
+    t: Annotated[str, Meta(description="time in s")]
+    change: Annotated[
+        Literal["minimum", "maximum", "up", "down", ""],
+        Meta(description="up and down are through zero; empty where stretches join"),
+    ]
+    state: Annotated[State, STATE]
+
+
+class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.run/1"):
+    """What `tt-precise run SCENE --json` prints. Numbers beyond counts are decimal strings."""
+
+    scene: Annotated[str, Meta(description="name of the scene")]
+    model: Annotated[
+        Literal["gliding", "rolling", "flight"], Meta(description="equations of motion")
+    ]
+    formulation: Annotated[Literal["newton", "euler"], Meta(description="coordinates")]
+    precision: Annotated[Arithmetic, Meta(description="arithmetic")]
+    bits: Annotated[int, Meta(description="working precision in bits")]
+    tolerance: Annotated[str, Meta(description="relative tolerance")]
+    status: Annotated[Ending, Meta(description="how the trajectory ended")]
+    t_end: Annotated[str, Meta(description="where it ended, in s")]
+    inverted: Annotated[
+        bool, Meta(description="whether theta has crossed pi/2, and is beyond it at the end")
+    ]
+    climb: Annotated[
+        ClimbsRecord | None,
+        Meta(description="when the climb was; null if theta crosses pi/2 at no sample"),
+    ]
+    contact_lost: Annotated[str | None, Meta(description="when contact was first lost, in s")]
+    smallest_g_n: Annotated[
+        NormalForceRecord | None, Meta(description="smallest normal force at the samples")
+    ]
+    stretches: Annotated[
+        tuple[StretchRecord, ...], Meta(description="gliding, rolling, flight, in order of time")
+    ]
+    steps: Annotated[int, Meta(description="steps taken")]
+    order: Annotated[int, Meta(description="order of the Taylor method")]
+    state: Annotated[State, STATE]
+    error_estimate: Annotated[
+        dict[str, str], Meta(description="estimated absolute error of each entry, decimals")
+    ]
+    digits: Annotated[float, Meta(description="significant digits (see the explanation)")]
+    drift: Annotated[
+        dict[str, str],
+        Meta(description="largest relative drift of everything that is conserved, decimals"),
+    ]
+    events: Annotated[tuple[EventRecord, ...], Meta(description="recorded events in order of time")]
 
 
 @click.command("run", epilog=f"Digits: {RULE}")
@@ -117,7 +212,7 @@ def command(
 
         save(trajectory.plot(), plot)
     if as_json:
-        click.echo(json.dumps(summary(trajectory), indent=2))
+        click.echo(encode(summary(trajectory)), nl=False)
     else:
         say(lines(trajectory))
     return 0 if trajectory.status == "complete" else UNFINISHED
@@ -130,31 +225,84 @@ def as_csv(table: dict[str, list[str | None]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def summary(trajectory: Trajectory) -> dict[str, Json]:
+def summary(trajectory: Trajectory) -> RunRecord:
     """The JSON object of the command: strings for every number beyond a count."""
     text, context = trajectory.precision.text, trajectory.precision.context
 
     def short(value: Scalar) -> str:
         return str(context.nstr(context.mpf(value), 3, min_fixed=0, max_fixed=0))
 
+    def full(value: Scalar) -> str:
+        return text(context.mpf(value))
+
+    return RunRecord(
+        scene=trajectory.scene.name,
+        model=cast(Any, trajectory.scene.model),
+        formulation=cast(Any, trajectory.formulation),
+        precision=cast(Any, trajectory.precision.name),
+        bits=trajectory.precision.bits,
+        tolerance=short(trajectory.tolerance),
+        status=cast(Any, trajectory.status),
+        t_end=full(trajectory.t_end),
+        **answers(trajectory),
+        steps=trajectory.steps,
+        order=trajectory.order,
+        state=trajectory.state.as_text(),
+        error_estimate={name: short(e) for name, e in trajectory.error_estimate.items()},
+        digits=round(trajectory.digits, 1),
+        drift={name: short(value) for name, value in trajectory.drift.items()},
+        events=tuple(EventRecord(**row) for row in event_rows(trajectory)),
+    )
+
+
+def answers(trajectory: Trajectory) -> dict[str, Any]:
+    """What became of the top: the entries of ``RunRecord`` from ``inverted`` to ``stretches``."""
+    import numpy
+
+    text, context = trajectory.precision.text, trajectory.precision.context
+    table = trajectory.table("kz", "g_n", numbers="float")
+    t, height, force = (numpy.asarray(table[name], float) for name in ("t", "kz", "g_n"))
+    climb = None
+    if trajectory.scene.model != "flight" and height[0] > 0 and (height < 0).any():
+        climb = _climbs(trajectory)
+    smallest = None
+    if trajectory.scene.model != "flight" and numpy.isfinite(force).any():
+        least = int(numpy.nanargmin(force))
+        smallest = NormalForceRecord(repr(float(force[least])), repr(float(t[least])))
+    stretches = tuple(
+        StretchRecord(
+            one.model, text(context.mpf(one.begin)), text(context.mpf(one.end)), one.status
+        )
+        for one in trajectory.pieces
+    )
     return {
-        "schema": SCHEMA,
-        "scene": trajectory.scene.name,
-        "model": trajectory.scene.model,
-        "formulation": trajectory.formulation,
-        "precision": trajectory.precision.name,
-        "bits": trajectory.precision.bits,
-        "tolerance": short(trajectory.tolerance),
-        "status": trajectory.status,
-        "t_end": text(context.mpf(trajectory.t_end)),
-        "steps": trajectory.steps,
-        "order": trajectory.order,
-        "state": trajectory.state.as_text(),
-        "error_estimate": {name: short(e) for name, e in trajectory.error_estimate.items()},
-        "digits": round(trajectory.digits, 1),
-        "drift": {name: short(value) for name, value in trajectory.drift.items()},
-        "events": event_rows(trajectory),
+        "inverted": climb is not None and bool(height[-1] < 0),
+        "climb": climb,
+        "contact_lost": next((one.end for one in stretches if one.ended in LEAVES), None),
+        "smallest_g_n": smallest,
+        "stretches": stretches,
     }
+
+
+def _climbs(trajectory: Trajectory) -> ClimbsRecord | None:
+    """The climb in doubles, a tenth of a second more, unless its events were recorded."""
+    from tt_precise.integration.inversion import NEEDED
+    from tt_precise.integration.precision import precision_named
+
+    run = trajectory
+    if not set(NEEDED) <= set(run.setup.events):
+        double = precision_named("double")
+        run = run.again(precision=double, tolerance=0.0, events=NEEDED, record=())
+    text, context = run.precision.text, run.precision.context
+    found = run.inversion
+    if found.equator is None:
+        return None
+
+    def full(time: Scalar) -> str | None:
+        return None if time is None else text(context.mpf(time))
+
+    climbs = [ClimbRecord(full(c.t_init), full(c.t_end)) for c in (found.A, found.B, found.C)]
+    return ClimbsRecord(run.precision.name, text(context.mpf(found.equator)), *climbs)
 
 
 def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
@@ -192,6 +340,7 @@ def lines(trajectory: Trajectory) -> list[str]:
         f"{trajectory.scene.name}: {trajectory.status} at t = {float(trajectory.t_end)!r} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
+        *_told(answers(trajectory)),
         *(
             f"  {name:>9} {value or 'undefined':<{trajectory.precision.decimals + 8}}"
             + (f"  +- {short(errors[name])}" if name in errors else "")
@@ -206,6 +355,35 @@ def lines(trajectory: Trajectory) -> list[str]:
     elif trajectory.status != "complete":
         shown.append(f"  NOT COMPLETE: it ended before the horizon of {trajectory.scene.until} s")
     return shown
+
+
+def _told(found: dict[str, Any]) -> list[str]:
+    """What became of the top, in a few lines."""
+
+    def seconds(time: str | None) -> str:
+        return "none" if time is None else f"{float(time):.9g} s"
+
+    climb, smallest, stretches = found["climb"], found["smallest_g_n"], found["stretches"]
+    shown = [f"  inverted: {'yes' if found['inverted'] else 'no'}"]
+    if climb is not None:
+        shown[0] += f"; theta = pi/2 at {seconds(climb.equator)}"
+        shown += [
+            f"  climb {name}: {seconds(one.t_init)} to {seconds(one.t_end)}"
+            for name, one in (("A", climb.A), ("B", climb.B), ("C", climb.C))
+        ]
+    if smallest is not None:
+        lost = found["contact_lost"]
+        how = "kept" if lost is None else f"lost at {seconds(lost)}"
+        shown.append(
+            f"  contact: {how}; smallest g_n at a sample "
+            f"{float(smallest.value):.3g} N, at {seconds(smallest.t)}"
+        )
+    first = [
+        f"{DOES[one.model]} {seconds(one.begin)} to {seconds(one.end)} ({one.ended})"
+        for one in stretches[:MOST_STRETCHES]
+    ]
+    more = len(stretches) - len(first)
+    return [*shown, "  motion: " + ", ".join(first) + (f", and {more} more" if more else "")]
 
 
 def _require_columns(names: tuple[str, ...]) -> bool:
