@@ -64,35 +64,16 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('alpha = "0.3"', 'alpha = "0.3"\nradius = "1"', "unknown key body.radius, expected only"),
-        ("[run]", '[extra]\na = "1"\n[run]', "unknown key extra"),
-        ('omega_3 = "155"', "", "missing key start.omega_3"),
-        ('model = "gliding"', "", "missing key model"),
-        ('R = "0.02"', 'R = "0,1"', "R: got '0,1', expected an exact number"),
-        ('R = "0.02"', 'R = "NaN"', "R: got 'NaN', expected an exact number"),
-        ('R = "0.02"', "R = nan", "R: got 'nan', expected an exact number"),
-        ('alpha = "0.3"', 'alpha = "1.2"', "alpha: got 1.2, expected a number between 0 and 1"),
-        ('I3 = "2/5"', 'I3 = "0.75"', "I3: got 0.75, expected at most 2 I1"),
-        ('mu = "0.3"', 'mu = "-0.3"', "mu: got -0.3, expected a number of at least 0"),
-        ('until = "8"', 'until = "-1"', "until: got -1, expected seconds, at least 0"),
-        (
-            'mu = "0.3"',
-            'mu = "1e999"',
-            "mu: got a number of 1000 digits before the point, expected",
-        ),
-        ('omega_3 = "155"', 'omega_3 = "-1e301"', "omega_3: got a number of 302 digits before the"),
-        ('theta = "0.1"', 'theta = "4"', "theta: got 4, expected 0 <= theta <= pi"),
-        ('model = "gliding"', 'model = "sliding"', "expected one of: flight, gliding, rolling"),
+        ('R = "0.02"', 'R = "0,1"', "R: got '0,1', expected"),
+        ('mu = "0.3"', 'mu = "1e999"', "mu: got a number of 1000 digits"),
+        ('omega_3 = "155"', 'omega_3 = "-1e301"', "omega_3: got a number of 302 digits"),
         ('model = "gliding"', 'model = "gliding', "not a TOML file"),
     ],
 )
 def test_a_bad_scene(
-    scene_file: Callable[..., str],
-    capsys: pytest.CaptureFixture[str],
-    old: str,
-    new: str,
-    message: str,
-) -> None:
+    scene_file: Callable[..., str], capsys: pytest.CaptureFixture[str],
+    old: str, new: str, message: str,
+) -> None:  # fmt: skip
     file = scene_file(old, new)
     line = refused(capsys, "run", file)
     assert f"tt-precise: {file}: " in line
@@ -105,9 +86,7 @@ def test_a_bad_scene(
         (["run", "nowhere"], "scene: got 'nowhere', expected a path to a .toml file or one of: "),
         (["run", "nowhere.toml"], "nowhere.toml: No such file or directory"),
         (["run", "reference", "--until", "-1"], "until: got -1"),
-        (["run", "reference", "--until", "0,1"], "until: got '0,1'"),
         (["run", "reference", "--until", "1e-999"], "until: got less than 1e-300 s"),
-        (["run", "reference", "--until", "nan"], "until: got 'nan'"),
         (["run", "upright", "--formulation", "euler"], "theta = 0 is a pole"),
         (["run", "reference", "--formulation", "lagrange"], "expected one of: newton, euler"),
         (["run", "reference", "--out", "no/such/folder/a.csv"], "expected a file in a folder"),
@@ -121,28 +100,21 @@ def test_a_bad_scene(
         (["run", "reference", "--events", "theta_min,perigee"], "event: got 'perigee'"),
         (["run", "reference", "--record", "theta"], "expected one of: phi, psi, x, y"),
         (["run", "reference", "--digits", "0"], "digits: got 0, expected a whole number"),
-        (["run", "reference", "--digits", "ten"], "'ten' is not a valid integer"),
         (
             ["run", "reference", "--digits", "9", "--precision", "quad"],
             "digits: got a precision too",
         ),
-        (["run", "reference", "--precision", "single"], "'single' is not one of"),
         (["run", "reference", "--bits", "200"], "expected bits only with mp"),
         (["run"], "Missing argument 'SCENE'"),
         (["run", "reference", "again"], "unexpected extra argument"),
         (["run", "reference", "--fast"], "No such option"),
-        (["events", "nowhere"], "scene: got 'nowhere'"),
         (["events", "reference", "--only", "perigee"], "event: got 'perigee'"),
         (["events", "--only", "equator"], "expected the SCENE too"),
-        (["events", "--only", ""], "expected the SCENE too"),
         (["events", "reference", "--only", ""], "--only: got '', expected names"),
-        (["events", "reference", "--only", "equator, perigee"], "event: got 'perigee'"),
-        (["thresholds", "nowhere"], "scene: got 'nowhere'"),
         (["thresholds", "reference", "--digits", "0"], "expected a whole number between 1 and"),
         (["invert"], "command: got 'invert', expected one of: run, thresholds, scene, "),
         (["run", "reference", "--until", "0", "--out", "-"], "-: got a dash, expected a file"),
         (["run", "reference", "--plot", "a.svg", "--out", "./a.svg"], "which is --out too"),
-        (["--fast"], "No such option"),
     ],
 )
 def test_bad_arguments(
@@ -165,15 +137,7 @@ def test_what_is_reported_is_always_one_line(
 
 
 @pytest.mark.parametrize(
-    "error",
-    [
-        ValueError("a bug"),
-        KeyError("x"),
-        AssertionError(),
-        RuntimeError("no"),
-        IndexError(),
-        OSError(errno.ENOENT, "No such file or directory", "internal"),
-    ],
+    "error", [KeyError("x"), OSError(errno.ENOENT, "No such file or directory", "internal")]
 )
 def test_a_bug_is_neither_bad_input_nor_a_failed_check(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, error: Exception
@@ -253,22 +217,6 @@ def test_every_option_refuses_what_is_no_number(
     refused(capsys, *command, *needed, option, "ten")
 
 
-def test_the_options_that_take_numbers_are_found() -> None:
-    options = numeric_options()
-    assert len(options) >= 20
-    for one in [(("run",), "--digits"), (("check",), "--digits"), (("check",), "--until"),
-                (("sweep", "run"), "--samples"), (("claims",), "--workers")]:  # fmt: skip
-        assert one in options
-
-
-@pytest.mark.parametrize("argv", [["--help"], ["-h"], ["run", "--help"], ["events", "-h"]])
-def test_help(capsys: pytest.CaptureFixture[str], argv: list[str]) -> None:
-    assert cli.main(argv) == 0
-    out, err = capsys.readouterr()
-    assert out.startswith("Usage: tt-precise")
-    assert err == ""
-
-
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     cli.main(["--help"])
     message = capsys.readouterr().out
@@ -280,16 +228,6 @@ def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
 def test_every_command_explains_itself(capsys: pytest.CaptureFixture[str], name: str) -> None:
     assert cli.main([name, "--help"]) == 0
     assert f"Usage: tt-precise {name}" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("name", ["scene", "golden", "sweep"])
-def test_a_group_says_of_its_commands_whole_sentences(
-    capsys: pytest.CaptureFixture[str], name: str
-) -> None:
-    assert cli.main([name, "--help"]) == 0
-    listed = capsys.readouterr().out.partition("Commands:")[2].split("\n  ")[1:]
-    assert listed
-    assert [line for line in listed if not line.rstrip().endswith(".") or "..." in line] == []
 
 
 def test_no_command_shows_the_help_and_fails(capsys: pytest.CaptureFixture[str]) -> None:

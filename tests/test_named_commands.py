@@ -46,16 +46,6 @@ def test_named_commands_exist(paths: list[Path]) -> None:
                 pytest.fail(f"{path}: {command}: {error.format_message()}")
 
 
-def test_commands_are_found() -> None:
-    every = {command for path in TUTORIALS for command in named(path.read_text("utf-8"))}
-    assert "tt-precise golden verify mytop --folder spoiled" in {one.strip() for one in every}
-    assert len(every) > 8
-    recipes = set(named((ROOT / "docs/howto/extend.md").read_text("utf-8")))
-    assert "tt-precise golden build NAME" in recipes
-    in_c = list(named((ROOT / "examples/engine.c").read_text("utf-8")))
-    assert in_c == ["tt-precise engines --run ./engine --rung ice"]
-
-
 @pytest.mark.parametrize("text", ["as `tt-precise chek` says", "    tt-precise run --jsn | head\n"])
 def test_a_command_that_does_not_exist_is_noticed(text: str) -> None:
     (command,) = named(text)

@@ -35,9 +35,7 @@ def test_a_failed_case_is_reported_and_fails_the_command(
     assert cli.main(["extremes", "--out", str(file)]) == 1
     printed = capsys.readouterr().out
     assert "FAIL" in printed
-    assert "a refusal" in printed
     assert "all [well]" in printed
-    assert "2 cases, 1 failed" in printed
     assert json.loads(file.read_text())["verdict"] == "fail"
 
 

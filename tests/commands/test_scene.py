@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import pytest
 
 from tt_precise import cli
 from tt_precise.commands import scene as scene_command
-from tt_precise.scene.scene import Scene, load_scene, shipped
+from tt_precise.scene.scene import load_scene, shipped
 
 
 def shown(capsys: pytest.CaptureFixture[str], *argv: str, status: int = 0) -> str:
@@ -99,40 +98,6 @@ def test_shipped_scenes_can_be_listed_and_shown(capsys: pytest.CaptureFixture[st
     assert all(name in lines for name in shipped())
 
 
-# what the line "model" and the verdict say of a scene, and what they must not
-TOLD: dict[str, tuple[Callable[[Scene], bool], tuple[str, ...], tuple[str, ...]]] = {
-    "flight": (
-        lambda s: s.model == "flight",
-        ("flight, nothing touches the top", "undecided", "balance    none"),
-        ("friction mu", "no friction"),
-    ),
-    "rolling": (
-        lambda s: s.model == "rolling", ("the force that keeps it rolling", "undecided"),
-        ("friction mu",),
-    ),
-    "ice": (
-        lambda s: s.model == "gliding" and not s.body.mu,
-        ("gliding, without friction", "WARNING    no friction", "undecided"), ("friction mu",),
-    ),
-    "viscous": (
-        lambda s: s.model == "gliding" and bool(s.body.mu) and s.body.law == "viscous",
-        ("viscous friction mu", " s/m, until"), ("epsilon", "elastic", "flying"),
-    ),
-    "regularised": (
-        lambda s: s.body.law == "regularised", ("regularised friction mu", "epsilon", " m/s"), ()
-    ),
-    "coulomb": (
-        lambda s: s.body.law == "coulomb", ("coulomb friction mu", "undecided", "stick"),
-        ("epsilon",),
-    ),
-    "elastic": (
-        lambda s: bool(s.body.spring), ("elastic table", "stiffness", "damping", "undecided"),
-        ("inverted spin is unstable",),
-    ),
-    "flying": (lambda s: s.flies, ("flying where contact is lost",), ()),
-}  # fmt: skip
-
-
 SOME = ("reference", "rolling", "flight", "frictionless", "coulomb-flight", "elastic-linear")
 
 
@@ -145,14 +110,11 @@ def test_a_shipped_scene_is_shown_with_its_own_law(
 ) -> None:
     scene = load_scene(name)
     content = printed(capsys, name)
+    without = scene.model != "gliding" or not scene.body.mu
+    assert (content["friction"] == "none") == without
     text = "\n".join(scene_command.lines(content))
-    kinds = [kind for kind, (holds, _, _) in TOLD.items() if holds(scene)]
-    assert kinds
-    for kind in kinds:
-        _, said, unsaid = TOLD[kind]
-        assert [words for words in said if words not in text] == [], text
-        assert [words for words in unsaid if words in text] == [], text
-    assert (content["friction"] == "none") == bool({"flight", "rolling", "ice"} & set(kinds))
+    assert ("epsilon" in text) == any(key == "epsilon" for key in scene.body.numbers_by_name)
+    assert ("friction mu" in text) != without
 
 
 def test_a_title_cannot_forge_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import subprocess
 import sys
@@ -14,7 +13,6 @@ import pytest
 
 from tt_precise.golden import load
 from tt_precise.golden.store import home
-from tt_precise.runtime.files import atomic_write
 
 OLD = "old\n"
 LARGEST = 3000  # bytes that a file may have
@@ -167,19 +165,3 @@ def test_ten_million_samples_stream_in_bounded_memory(counted: str, bounded: boo
     rows, growth = map(int, done.stdout.split())
     assert rows == 10**7 + 1
     assert (growth <= GROWTH_KB) == bounded
-
-
-@pytest.mark.parametrize("replaced", [False, True])
-def test_a_pipe_as_an_output_file_stays_a_pipe(tmp_path: Path, replaced: bool) -> None:
-    """What is no regular file is written to (/dev/null!); only what has been replaced is not."""
-    path = tmp_path / "pipe"
-    os.mkfifo(path)
-    reading = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    try:
-        if replaced:
-            path.unlink()
-        atomic_write(path, "content")
-        assert path.is_fifo() == (not replaced)
-        assert os.read(reading, 100) == (b"" if replaced else b"content")
-    finally:
-        os.close(reading)

@@ -1,7 +1,6 @@
 """Scenes: what ships, what is read exactly, and every refusal with its one line."""
 
 import dataclasses
-import os
 import tomllib
 from fractions import Fraction
 from pathlib import Path
@@ -11,7 +10,6 @@ import mpmath
 import pytest
 
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.toml import LARGEST_FILE
 from tt_precise.scene.numerals import exact, to_mpmath
 from tt_precise.scene.scene import (
     Inclination,
@@ -112,29 +110,17 @@ def test_bare_toml_numbers_stay_exact() -> None:
         ('title = "A top"', '"a\\nb" = 1', "unknown key 'a\\nb', expected"),
         ('mu = "0.3"\n', "", "missing key body.mu, expected it to be given"),
         ('model = "gliding"\n', "", "missing key model"),
-        ('until = "8"', "", "missing key run.until"),
-        ('theta = "0.1"\n', "", "missing key start.theta"),
-        ('omega_3 = "155"\n', "", "missing key start.omega_3"),
         ('"0.1"', '"0,1"', "theta: got '0,1', expected an exact number"),
-        ('"0.1"', '"NaN"', "theta: got 'NaN', expected an exact number"),
         ('"0.1"', "nan", "theta: got 'nan', expected an exact number"),
-        ('"0.1"', "-inf", "theta: got '-inf', expected an exact number"),
         ('"0.1"', "true", "theta: got True, expected an exact number"),
-        ('"0.1"', "[1]", "theta: got [1], expected an exact number"),
         ('"0.1"', "2024-01-01", "theta: got datetime.date(2024, 1, 1), expected"),
         ('"0.1"', '"-0.1"', "theta: got -0.1, expected 0 <= theta <= pi"),
-        ('"0.1"', '"3.2"', "theta: got 3.2, expected 0 <= theta <= pi"),
-        ('"0.1"', '"1e999"', "theta: got 1e999, expected 0 <= theta <= pi"),
         ('"0.1"', '"1e9999"', "theta: got '1e9999', expected an exact number"),
         ('"0.1"', '"pi - 4"', "theta: got pi - 4, expected 0 <= theta <= pi"),
-        ('"0.1"', '"pi - x"', "theta: got 'pi - x', expected an exact number"),
-        ('"0.1"', '"pi + 1"', "theta: got pi + 1, expected 0 <= theta <= pi"),
         ('"0.1"', '"10"', 'is it in degrees? then write "10 deg"'),
         ('"0.1"', '"10 degrees"', "theta: got '10 degrees', expected an exact number"),
         ('"0.3"', '"1.2"', "alpha: got 1.2, expected a number between 0 and 1"),
         ('I3 = "2/5"', 'I3 = "0.8"', "I3: got 0.8, expected at most 2 I1 = "),
-        ('mu = "0.3"', 'mu = "-0.3"', "mu: got -0.3, expected a number of at least 0"),
-        ('g = "9.82"', 'g = "0"', "g: got 0.0, expected a number above 0"),
         ('until = "8"', 'until = "-1"', "until: got -1, expected seconds, at least 0"),
         ('until = "8"', 'until = "8"\nsample_every = "0"', "sample_every: got 0, expected seconds"),
         ('until = "8"', 'until = "1e300"', "sample_every: got 0.01, which makes more than"),
@@ -147,9 +133,7 @@ def test_bare_toml_numbers_stay_exact() -> None:
             "model: got 'sliding', expected one of: flight, gliding, rolling",
         ),
         ('"gliding"', "1", "model: got '1', expected text"),
-        ('"A top"', "1", "title: got '1', expected text"),
         ("[body]", "[body", "not a TOML file"),
-        ("[run]", "[run]\nuntil = 1", "not a TOML file"),
     ],
 )
 def test_refuses(old: str, new: str, expected: str) -> None:
@@ -171,56 +155,11 @@ def test_refuses_a_value_for_a_table(key: str) -> None:
     assert f"{key}: got '3', expected a table [{key}]" in refused(text)
 
 
-@pytest.mark.parametrize("text", ["", "a" * 100_000, "x = " + "[" * 100_000, "x = " + "[" * 500])
-def test_refuses_hostile_text(text: str) -> None:
-    refused(text)
-
-
 def test_rolling_does_not_glide() -> None:
     rolling = TEXT.replace("gliding", "rolling")
     assert parsed(rolling).model == "rolling"
     message = refused(rolling.replace('omega_3 = "155"', 'omega_3 = "155"\nnu_y = "1e-300"'))
     assert "expected none in a rolling scene" in message
-
-
-@pytest.mark.parametrize("name", ["no-such-scene", "Reference", "con"])
-def test_refuses_unknown_names(name: str) -> None:
-    with pytest.raises(
-        InputError, match=r"expected a path to a \.toml file or one of: .*reference"
-    ):
-        load_scene(name)
-
-
-@pytest.mark.parametrize(
-    "path",
-    ["", "missing.toml", "../scenes/reference", "reference.toml", "\0", "a" * 5000 + ".toml", "."],
-)
-def test_refuses_paths_that_are_no_scene(
-    path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match="expected a scene file or a shipped name"):
-        load_scene(path)
-
-
-def test_refuses_bytes_that_are_no_text(tmp_path: Path) -> None:
-    file = tmp_path / "latin.toml"
-    file.write_bytes(TEXT.replace("A top", "Kreisel für Ole").encode("latin-1"))
-    with pytest.raises(InputError, match=r"latin\.toml: not UTF-8 text"):
-        load_scene(file)
-
-
-def test_refuses_large_files(tmp_path: Path) -> None:
-    file = tmp_path / "large.toml"
-    file.write_text(TEXT + "#" * LARGEST_FILE, "utf-8")
-    with pytest.raises(InputError, match="larger than 100000 bytes"):
-        load_scene(file)
-
-
-@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="no /dev/zero on this system")
-def test_reads_no_endless_device() -> None:
-    with pytest.raises(InputError, match="/dev/zero: larger than"):
-        load_scene("/dev/zero")
 
 
 def test_reads_a_file_as_the_shipped_scene(tmp_path: Path) -> None:
@@ -240,16 +179,6 @@ def test_reads_a_file_as_the_shipped_scene(tmp_path: Path) -> None:
 def test_python_wants_numbers_too(field: str, value: Any) -> None:
     with pytest.raises(InputError, match=f"{field}: got .*, expected an exact number"):
         dataclasses.replace(parsed(), **{field: value})
-
-
-@pytest.mark.parametrize("field", ["theta", "omega_3", "nu_x"])
-def test_floats_in_python_are_the_decimals_that_one_writes(field: str) -> None:
-    changes: list[dict[str, Any]] = [{field: 0.1}, {field: "0.1"}]
-    one, other = (dataclasses.replace(parsed().start, **change) for change in changes)
-    assert one == other
-    assert dataclasses.replace(parsed(), until=0.1).until == Fraction(1, 10)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=f"{field}: got inf, expected an exact number"):
-        dataclasses.replace(parsed().start, **{field: float("inf")})  # type: ignore[arg-type]
 
 
 def test_sample_times_are_exact_and_end_at_the_end() -> None:
