@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-import tt_precise as tt
 from tt_precise.claims import Finding, claim, claim_named, claims, counts, judge, judge_all, paper
 from tt_precise.claims.claim import Claim, claims_of
 from tt_precise.claims.paper import KINDS, RAUCH_RUTSTAM, Paper, Section
@@ -145,10 +144,6 @@ def tt_run() -> Any:
 
 
 # ---- judging -------------------------------------------------------------------------------------
-
-
-def test_judge_is_what_the_package_exports() -> None:
-    assert tt.claims.judge("NUM-23").verdict == "rounded"
 
 
 def test_a_judgement_as_a_record() -> None:

@@ -8,9 +8,7 @@ import pytest
 from tt_precise.claims.verdicts import (
     MOST_DIGITS,
     Check,
-    Finding,
     Settled,
-    Verdict,
     about,
     agrees,
     all_of,
@@ -143,10 +141,6 @@ def test_misprint_needs_the_printed_form_to_fail_and_the_corrected_to_hold(
     assert misprint(printed, corrected, "x", NOTE).verdict == verdict
 
 
-def test_misprint_says_what_should_be_read() -> None:
-    assert misprint(FALSE, TRUE, "a = b", NOTE).note == "Should read a = b. A note."
-
-
 def test_wording_is_untestable() -> None:
     assert all_of(untestable("so"), NOTE).verdict == "untestable"
 
@@ -157,17 +151,8 @@ def test_a_printed_number_is_a_number(bad: str) -> None:
         rounds_to(bad, 1)
 
 
-def test_verdicts_have_meanings() -> None:
-    assert len({verdict.meaning for verdict in Verdict}) == len(Verdict) == 6
-
-
 def test_settled_values_show_the_digits_they_have() -> None:
     assert rounds_to("1.5", Settled(Fraction("1.4649"), 3), "s").measured == "1.46 s"
-
-
-def test_a_finding_keeps_its_proof() -> None:
-    found: Finding = all_of(TRUE, NOTE, proved=True)
-    assert found.proved
 
 
 def test_a_claim_of_no_parts_is_none() -> None:

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.commands.golden import _verified_lines
-from tt_precise.golden import Verification
 from tt_precise.golden.store import MANIFEST, TRAJECTORY
 from tt_precise.runtime import files
 from tt_precise.runtime.errors import InputError
@@ -61,14 +59,6 @@ def test_verify_fails_with_status_1_and_names_the_damage(
     assert (one["scene"], one["verdict"], one["digits_claimed"]) == ("reference", "fail", 34)
     assert "trajectory.csv: changed since it was built" in one["problems"][0]
     assert "trajectory.csv, line 4, kx: newton triple-double agrees to 0.0" in one["problems"][1]
-
-
-def test_verdicts_are_printed_in_lines() -> None:
-    good = Verification("some", 34, 30.1, "newton quad", 12.5)
-    bad = Verification("other", None, problems=("one", "two"))
-    (line,) = _verified_lines(good)
-    assert "some                  pass  34 digits claimed, 30.1 found again" in line
-    assert _verified_lines(bad)[1:] == ["    one", "    two"]
 
 
 @pytest.mark.parametrize("what", ["build", "verify"])

@@ -32,14 +32,6 @@ def motion(body: TippeTop, mp: Any, rounded: Callable[[Fraction], Any]) -> Motio
 
 
 @EVERY
-def test_has_meaning_and_unit(name: str) -> None:
-    quantity = QUANTITIES[name]
-    assert quantity.name == name
-    assert len(quantity.meaning) > 5
-    assert quantity.unit
-
-
-@EVERY
 def test_numpy_gives_the_same_number_for_a_whole_trajectory(
     name: str, body: TippeTop, motion: Motion
 ) -> None:

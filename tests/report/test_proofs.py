@@ -40,14 +40,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Section:
         return section()
 
 
-@pytest.mark.slow
-def test_every_golden_scene_has_a_row() -> None:
-    found = section()
-    digits, *_ = _tables(found)
-    assert [row[0] for row in digits.rows] == store.scenes()
-    assert set(found.results) == set(store.scenes())
-
-
 def test_every_scene_of_the_folder_has_a_row(whole: Section) -> None:
     digits, *_ = _tables(whole)
     assert [row[0] for row in digits.rows] == ["reference", "upright"]

@@ -13,7 +13,7 @@ from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.scene.scene import Inclination
 from tt_precise.sweeps import extremes, specification
 from tt_precise.sweeps.chunk import compute
-from tt_precise.sweeps.columns import TIMES, check_names
+from tt_precise.sweeps.columns import TIMES
 from tt_precise.sweeps.specification import Specification, blocks
 
 # reference time unit 0.045 s; events are found to some eps of the time and of the state, which
@@ -222,7 +222,3 @@ def test_tilts_of_any_size_are_integrated_as_alone() -> None:
         alone = tt.integrate(replace(scene, start=start))
         assert rows["t_stop"][row] == alone.t_end == 8
         assert abs(rows["steps"][row] / alone.steps - 1) < 0.05
-
-
-def test_every_column_asked_for_exists() -> None:
-    check_names(("climb_A", "t_equator", "max_nu_y"), "gliding")

@@ -1,9 +1,6 @@
 """Outcomes are statements about the state at the end."""
 
 import math
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy
 import pytest
@@ -77,17 +74,3 @@ def test_a_top_that_rolls_with_any_force_can_be_swept() -> None:
     alone = tt.sweep("rolling", vary={"theta_dot": "0,1"}, until="2", recheck=0)
     assert list(rows["t_stop"]) == [2, 2]
     assert rows["min_g_n"].to_numpy() == pytest.approx(alone["min_g_n"], rel=1e-12)
-
-
-def test_a_script_without_a_main_guard_is_told_so(tmp_path: Path) -> None:
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import tt_precise as tt\n"
-        "tt.sweep('reference', vary={'mu': [0.3, 0.4]}, until='0.1', recheck=0, workers=2)\n"
-    )
-    ended = subprocess.run(
-        [sys.executable, script], capture_output=True, text=True, check=False, timeout=60
-    )
-    *_, last = ended.stderr.splitlines()
-    assert "__name__" in last
-    assert ended.stderr.count("Traceback") == 1

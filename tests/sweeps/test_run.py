@@ -71,21 +71,6 @@ def test_an_interrupted_sweep_is_resumed(tmp_path: Path, whole: pandas.DataFrame
     pandas.testing.assert_frame_equal(again.rows, whole, check_exact=True)
 
 
-def test_what_does_not_fit_its_checksum_is_computed_again(
-    tmp_path: Path, whole: pandas.DataFrame
-) -> None:
-    out = tmp_path / "sweep"
-    with pytest.raises(KeyboardInterrupt):
-        sweep(SPEC, out=out, chunk=CHUNK, executor=Stopping(5), one_in=0)
-    chunks = sorted((out / "chunks").iterdir())
-    chunks[0].write_bytes(chunks[0].read_bytes()[:-100])
-    chunks[1].unlink()
-    (out / "chunks" / "00000005.parquet").write_bytes(b"half a file")
-    done = sweep(SPEC, out=out, one_in=0)
-    assert done.summary["how"]["chunks_found"] == len(chunks) - 2
-    pandas.testing.assert_frame_equal(done.rows, whole, check_exact=True)
-
-
 def test_another_sweep_is_refused(tmp_path: Path) -> None:
     out = tmp_path / "sweep"
     sweep(SPEC, out=out, chunk=CHUNK, one_in=0)

@@ -1,7 +1,5 @@
 """``tt.sweep``: numbers or text in, a table out."""
 
-import subprocess
-import sys
 from typing import Any
 
 import numpy
@@ -66,22 +64,3 @@ def test_refuses_what_is_no_number(values: Any) -> None:
 def test_refuses_more_values_than_fit() -> None:
     with pytest.raises(tt.InputError, match=f"expected at most {MOST_VALUES}"):
         specification("reference", vary={"omega_3": "150:155:99999999999999"})
-
-
-@pytest.mark.parametrize(
-    "before",
-    [
-        "",
-        "import tt_precise.sweeps",
-        "from tt_precise import sweeps",
-        "import tt_precise.sweeps.run",
-    ],
-)
-def test_it_can_be_called_however_it_was_imported(before: str) -> None:
-    code = (
-        f"{before}\nimport tt_precise as tt\n"
-        "try: tt.sweep('nowhere')\n"
-        "except tt.InputError as error: assert 'nowhere' in str(error)\n"
-        "else: raise AssertionError\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)

@@ -97,10 +97,3 @@ def test_an_axis_that_is_no_unit_vector_does_not_pass(reader: list[str], copied:
 def test_a_missing_file_does_not_pass(reader: list[str], copied: Path, name: str) -> None:
     (copied / name).unlink()
     assert run(reader, copied).returncode not in (0, -11)
-
-
-def test_readers_are_short() -> None:
-    for file in READERS.iterdir():
-        lines = file.read_text().splitlines()
-        assert len(lines) <= 80, file
-        assert max(map(len, lines)) <= 100, file

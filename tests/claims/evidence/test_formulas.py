@@ -73,10 +73,3 @@ def test_rates_are_those_of_the_motion() -> None:
 def test_a_printed_root_is_the_root_of_d() -> None:
     printed = f.read("sqrt(d(cos(theta)))")
     assert f.equal(printed**2, f.read("d(cos(theta))"), "d").holds
-
-
-def test_proved_repeats_what_the_identity_says() -> None:
-    check = f.proved("lambda in Euler angles")
-    assert check.holds
-    assert check.printed == ""
-    assert "proved" in check.measured

@@ -21,13 +21,6 @@ def drawn() -> str:
         return style.svg_text(drawing)
 
 
-def test_the_same_drawing_gives_the_same_text() -> None:
-    first = drawn()
-    assert first == drawn()
-    assert "dc:date" not in first
-    assert "Matplotlib v" not in first
-
-
 def test_svg_is_well_formed_and_its_paths_are_short() -> None:
     text = drawn()
     root = ElementTree.fromstring(text)
