@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import mpmath
+import pandas
 import pytest
 
 from tt_precise import cli
@@ -229,6 +230,34 @@ def test_the_file_it_writes(printed: Printed, tmp_path: Path) -> None:
     assert {name: rows[-1][name] for name in STATE} == found["state"]
 
 
+@pytest.mark.parametrize("precision", ["double", "quad"])
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "arrow", "json"])
+def test_the_suffix_is_the_format(tmp_path: Path, suffix: str, precision: str) -> None:
+    file, plain = tmp_path / f"mine.{suffix}", tmp_path / "plain.csv"
+    argv = ["run", *SHORT, "--precision", precision, "--out"]
+    assert cli.main([*argv, str(file)]) == cli.main([*argv, str(plain)]) == 0
+    if suffix in ("csv", "parquet"):
+        assert cli.main(["check", str(file), "--scene", "reference"]) == 0
+    expected = pandas.read_csv(plain, dtype=str)
+    read = {
+        "csv": lambda: pandas.read_csv(file, dtype=str),
+        "parquet": lambda: pandas.read_parquet(file),
+        "arrow": lambda: pandas.read_feather(file),
+        "json": lambda: pandas.DataFrame(json.loads(file.read_text())),
+    }[suffix]()
+    if precision == "double":
+        read, expected = read.astype(float), expected.astype(float)
+    assert read.to_dict("list") == expected.to_dict("list")
+
+
+def test_another_format_is_refused_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["run", *SHORT, "--out", str(tmp_path / "mine.h5")]) == 2
+    assert "'.h5'" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_columns_of_the_file(tmp_path: Path) -> None:
     file = tmp_path / "mine.csv"
     argv = ["run", *SHORT, "--columns", "theta, g_n,E", "--out", str(file)]
@@ -247,7 +276,7 @@ def test_a_run_that_cannot_be_written_leaves_the_old_file(
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tt_precise.commands.run.as_csv", interrupt)
+    monkeypatch.setattr("tt_precise.runtime.tables.as_csv", interrupt)
     assert cli.main(["run", *SHORT, "--out", str(file)]) == 130
     assert file.read_text() == "old"
     assert list(tmp_path.iterdir()) == [file]

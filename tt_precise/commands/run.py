@@ -135,9 +135,13 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.option("--record", help="Quadratures: any of phi,psi,x,y, separated by commas.")
 @click.option(
     "--columns",
-    help="Columns of the CSV, by commas: any quantity; pose, pose:xyzw; error:NAME, digits.",
+    help="Columns of the file, by commas: any quantity; pose, pose:xyzw; error:NAME, digits.",
 )
-@click.option("--out", type=click.Path(dir_okay=False), help="Write the trajectory (CSV, SI).")
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False),
+    help="Write the trajectory (SI): .csv, .json, .parquet or .arrow.",
+)
 @click.option("--plot", type=click.Path(dir_okay=False), help="Draw it (.svg, .png or .pdf).")
 @options.JSON
 def command(
@@ -164,6 +168,7 @@ def command(
 
     from tt_precise.integration import integrate
     from tt_precise.integration.events import asked_for
+    from tt_precise.runtime import tables
     from tt_precise.runtime.progress import progress_bar
     from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import RECORDABLE, load_scene
@@ -184,6 +189,7 @@ def command(
         require_format(plot)
         _require_writable(Path(plot), "--plot")
     if out is not None:
+        tables.writer(out)
         _require_writable(Path(out), "--out")
     elif wanted:
         raise InputError("--columns: got names without --out, expected --out FILE too")
@@ -202,11 +208,14 @@ def command(
             progress=progress,
         )
     if out is not None:
-        from tt_precise.runtime.files import atomic_write
-
         with progress_bar(f"reading {loaded.name}") as progress:
             table = trajectory.table(*wanted, numbers="text", progress=progress)
-        atomic_write(out, as_csv(table))
+        if trajectory.precision.name == "double" and Path(out).suffix not in tables.TEXT:
+            table = {
+                name: [None if text is None else float(text) for text in column]
+                for name, column in table.items()
+            }
+        tables.write_table(out, table)
     if plot is not None:
         from tt_precise.runtime.plotting import save
 
@@ -216,13 +225,6 @@ def command(
     else:
         say(lines(trajectory))
     return 0 if trajectory.status == "complete" else UNFINISHED
-
-
-def as_csv(table: dict[str, list[str | None]]) -> str:
-    """Columns of text as CSV with one header line; an undefined value is an empty cell."""
-    lines = [",".join(table)]
-    lines += [",".join(value or "" for value in row) for row in zip(*table.values(), strict=True)]
-    return "\n".join(lines) + "\n"
 
 
 def summary(trajectory: Trajectory) -> RunRecord:
