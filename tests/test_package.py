@@ -1,7 +1,9 @@
 """The package: cheap to import, with the names that other scripts rely on."""
 
+import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -70,6 +72,22 @@ def test_every_public_name_is_there_and_listed(name: str) -> None:
     assert getattr(tt_precise, name) is not None
     assert name in dir(tt_precise)
     assert (getattr(tt_precise, name).__doc__ or "").strip()
+
+
+def test_nothing_else_is_listed() -> None:
+    assert set(dir(tt_precise)) == set(tt_precise.__all__)
+
+
+def test_the_package_is_typed() -> None:
+    assert Path(tt_precise.__file__).with_name("py.typed").is_file()
+
+
+def test_signatures_name_the_arguments() -> None:
+    names = inspect.signature(tt_precise.integrate).parameters
+    assert {"digits", "until", "sample_every"} <= set(names)
+    assert {"vary", "box", "until"} <= set(inspect.signature(tt_precise.sweep).parameters)
+    trajectory = tt_precise.integrate("reference", until="0.02", sample_every="0.005")
+    assert trajectory.table("theta")["t"].tolist() == [0, 0.005, 0.01, 0.015, 0.02]
 
 
 def test_other_names_are_refused_as_python_does() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
+from fractions import Fraction
 
 from tt_precise.integration.digits import Rung, integrate_to_digits
 from tt_precise.integration.events import asked_for
@@ -10,6 +12,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.integration.trajectory import Trajectory
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
+from tt_precise.scene.numerals import exact
 from tt_precise.scene.scene import Scene, load_scene
 
 
@@ -24,6 +27,8 @@ def integrate(
     bits: int | None = None,
     contact: str = "unilateral",
     tolerance: float = 0.0,
+    until: str | int | Fraction | None = None,
+    sample_every: str | int | Fraction | None = None,
     progress: Progress | None = None,
 ) -> Trajectory:
     """Integrate a scene with an adaptive Taylor method.
@@ -53,6 +58,8 @@ def integrate(
         "contact_ignored".
     tolerance
         The relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
+    until, sample_every
+        Horizon and spacing of the samples in s, instead of the scene's.
     progress
         Called with the fraction done, now and then.
 
@@ -67,6 +74,10 @@ def integrate(
         The scene or an argument cannot be used, or the digits cannot be reached.
     """
     loaded = load_scene(scene)
+    if until is not None:
+        loaded = replace(loaded, until=exact(until, "until"))
+    if sample_every is not None:
+        loaded = replace(loaded, sample_every=exact(sample_every, "sample_every"))
     record = None if record is None else tuple(record)
     events = None if events is None else asked_for(events, loaded.model)
 

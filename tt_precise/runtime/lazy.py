@@ -29,6 +29,6 @@ def lazy_names(
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     def names() -> list[str]:
-        return sorted({*vars(importlib.import_module(package)), *home_of, *modules})
+        return sorted(importlib.import_module(package).__all__)
 
     return find, names
