@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO, change
-from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.terminal import say
@@ -47,7 +45,7 @@ def command(
         return _catalogue(as_json)
     from tt_precise.commands.run import event_rows
     from tt_precise.integration import integrate
-    from tt_precise.integration.events import asked_for
+    from tt_precise.integration.events import TERMINAL, asked_for
     from tt_precise.runtime.progress import progress_bar
     from tt_precise.scene.numerals import exact
     from tt_precise.scene.scene import load_scene
@@ -94,6 +92,9 @@ def _seconds(time: Scalar) -> str:
 
 
 def _lines(run: Trajectory) -> list[str]:
+    from tt_precise.integration.events import EXTREMUM, change
+    from tt_precise.mechanics.quantities import QUANTITIES
+
     quantities = {
         name: QUANTITIES[name.removeprefix(EXTREMUM)]
         for name in run.setup.events
@@ -113,6 +114,8 @@ def _lines(run: Trajectory) -> list[str]:
 
 
 def _catalogue(as_json: bool) -> int:
+    from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
+
     if as_json:
         listed = {name: event.meaning for name, event in EVENTS.items()}
         told = {"schema": SCHEMA, "events": listed, "joining": JOINING, "terminal": TERMINAL}
