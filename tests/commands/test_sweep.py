@@ -95,3 +95,10 @@ def test_a_row_that_the_spot_check_contradicts_is_no_success(
     assert main(["sweep", "reference", *asked]) == (1 if message else 0)
     expected = f"tt-precise: THE SPOT CHECK CONTRADICTS ROWS OF THE SWEEP: {message}"
     assert capsys.readouterr().err == (expected if message else "")
+
+
+def test_the_outcomes_stand_one_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sweep", "run", "--help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    outcomes = ("inverts", "does_not_invert", "undecided", "contact_lost", "singular_contact")
+    assert all(any(line.startswith(f"    {one} ") for line in lines) for one in outcomes)

@@ -97,7 +97,7 @@ def run(
     recheck: int,
     as_json: bool,
 ) -> int:
-    r"""Integrate SCENE from many starts: a shipped name, a scene, or a TOML file of a sweep.
+    """Integrate SCENE from many starts: a shipped name, a scene, or a TOML file of a sweep.
 
     The scene glides with the viscous law, or rolls; its table is rigid.
 
@@ -112,7 +112,7 @@ def run(
 
     Exit status 1 if rows are missing, because their chunk failed again and again, or if the spot
     check contradicts a row: another outcome, a time in one of the two only, or no result.
-    """
+    """  # noqa: D301 - the mark of click that keeps lines is a control character
     from tt_precise.sweeps import specification
     from tt_precise.sweeps.run import sweep
 
