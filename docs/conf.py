@@ -103,7 +103,10 @@ def setup(app: Sphinx) -> None:
     """Help texts are plain text: bars in them are absolute values, not substitutions."""
 
     def plain(app: Sphinx, context: object, lines: list[str]) -> None:
-        lines[:] = [line.replace("|", r"\|") for line in lines]
+        # a bar at the beginning keeps a line as it stands
+        heads = ["| " if line.startswith("| ") else "" for line in lines]
+        rest = [line.removeprefix(head) for head, line in zip(heads, lines, strict=True)]
+        lines[:] = [h + r.replace("|", r"\|") for h, r in zip(heads, rest, strict=True)]
 
-    for part in ("description", "options"):
+    for part in ("description", "options", "epilog"):
         app.connect(f"sphinx-click-process-{part}", plain)

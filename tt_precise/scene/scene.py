@@ -138,6 +138,8 @@ class Scene:
     def of(cls, *, name: str = "scene", **tables: Any) -> Scene:
         """A scene from the tables of a scene file as mappings: the same keys, units and checks.
 
+        As here::
+
             tt.Scene.of(
                 model="gliding",
                 body={"m_g": 15, "R_mm": 17, "centre_mm": 4, "I1": "0.38", "I3": "0.4", "g": 9.81},
