@@ -1,4 +1,4 @@
-"""A Tippe Top in Bullet, written as Bullet has it: quaternion scalar last, velocities in its world.
+"""A Tippe Top in Bullet, quaternion scalar last, velocities in world axes.
 
 python bullet_run.py && tt-precise check run.npz --scene reference --friction other --from bullet
 """

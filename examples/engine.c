@@ -1,6 +1,6 @@
-/* A whole engine of the protocol of tt-precise engines --run, in C99: rigid contact, Coulomb's
-   friction while the contact glides, Runge and Kutta's method. No JSON library is needed: a job
-   has every key once, so that a number is what stands behind its key.
+/* A complete engine for the protocol of tt-precise engines --run, in C99: rigid contact, Coulomb
+   friction while the contact glides, the Runge-Kutta method of order 4. No JSON library is needed:
+   a job has every key once, and its value follows the key.
 
        cc -O2 -o engine examples/engine.c -lm && tt-precise engines --run ./engine --rung ice */
 #include <math.h>

@@ -1,7 +1,7 @@
-"""A whole engine of the protocol of ``tt-precise engines``, with the standard library only.
+"""A complete engine for the protocol of ``tt-precise engines``, with the standard library only.
 
-Rigid contact, Coulomb's friction while the contact glides (below 1 cm/s its friction is
-proportional to the gliding speed, so that it does not stick), Runge and Kutta's method.
+Rigid contact, Coulomb friction (below 1 cm/s proportional to the gliding speed, so there is no
+sticking), the Runge-Kutta method of order 4.
 
     tt-precise engines --run "python examples/engine.py" --rung flight --rung ice --rung gliding
 """

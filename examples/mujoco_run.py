@@ -1,4 +1,4 @@
-"""A Tippe Top in MuJoCo, written as MuJoCo has it: qpos and qvel of a free joint.
+"""A Tippe Top in MuJoCo, written in its convention: qpos and qvel of a free joint.
 
 python mujoco_run.py && tt-precise check run.npz --scene reference --friction other --from mujoco
 """
@@ -10,7 +10,7 @@ m, R, alpha, g, mu, step = 0.02, 0.02, 0.3, 9.82, 0.3, 1e-4
 I1, I3 = 131 / 350 * m * R**2, 2 / 5 * m * R**2
 theta, omega_3 = 0.1, 155.0
 
-# the body's origin is the centre of the sphere; the contact hardens with the step
+# the body's origin is the centre of the sphere; the contact gets stiffer with smaller steps
 model = mujoco.MjModel.from_xml_string(f"""
 <mujoco>
   <option timestep="{step}" integrator="RK4" cone="elliptic" impratio="10" gravity="0 0 -{g}"/>

@@ -5,10 +5,10 @@
     >>> trajectory.status, round(trajectory.state.theta, 4)
     ('complete', 3.134)
 
-Scenes come in as TOML with exact numbers (``load_scene``), are integrated by heyoka in double,
-extended, quad or arbitrary precision (``integrate``), and are judged: ``golden`` holds reference
-trajectories, ``check`` finds what anybody's trajectory fails to conserve, ``claims`` judges the
-paper; ``sweep`` integrates many starts at once. Units are SI; names are the paper's.
+``load_scene`` reads a scene, a TOML file with exact numbers. ``integrate`` computes its trajectory
+in any precision from double to arbitrary. ``golden`` has reference trajectories, ``check`` tests
+the conservation laws on any trajectory, ``claims`` judges the statements of the paper, ``sweep``
+integrates many starts at once. Units are SI; names are the paper's.
 """
 
 from __future__ import annotations

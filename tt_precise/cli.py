@@ -1,8 +1,8 @@
-"""The command line: finds a command, runs it, and turns what went wrong into one line.
+"""The command line: finds a command, runs it, and reports an error in one line.
 
 Each command is one file in ``commands`` and is imported only when it is called, so that ``--help``
-and ``check`` start fast. Exit status: 0 done and all checks pass, 1 a check failed, 2 the input
-could not be used, 70 a bug in tt-precise.
+and ``check`` start fast. Exit status: 0 all checks pass, 1 a check failed, 2 unusable input, 70 a
+bug in tt-precise.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from tt_precise.runtime.terminal import open_closed_streams, sanitized
 
 COMMANDS = {
     "run": "Integrate a scene.",
-    "thresholds": "lambda, its thresholds and asymptotic values, each determined twice.",
-    "scene": "Write a new scene; show what follows from one.",
-    "events": "The catalogue of events, or the events of a scene.",
+    "thresholds": "Determine lambda, its thresholds and asymptotic values, each in two ways.",
+    "scene": "Write, list or summarise scenes.",
+    "events": "List the catalogue of events, or the events of a scene.",
     "golden": "Make, verify, prove or list golden reference trajectories.",
-    "check": "Conservation checks on a trajectory from anywhere.",
-    "columns": "Columns of a trajectory: names, units, frames, conventions.",
-    "claims": "The verdicts on the paper's claims.",
-    "tradeoff": "Measure speed against accuracy, peers included.",
-    "extremes": "Numerical stability at the extremes, case by case.",
-    "sweep": "Many starts at once.",
-    "engines": "Physics engines on a ladder of tests: the well-known ones, or your own.",
-    "report": "The main job: the precision report.",
+    "check": "Check the conservation laws on a trajectory from any program.",
+    "columns": "List the columns of a trajectory: names, units, frames, conventions.",
+    "claims": "Show the verdicts on the paper's claims.",
+    "tradeoff": "Measure speed and accuracy of integrators, peers included.",
+    "extremes": "Test numerical stability in extreme cases.",
+    "sweep": "Integrate a scene from many starts, or plot a sweep.",
+    "engines": "Test physics engines: the installed ones, or your own.",
+    "report": "Write the precision report.",
 }
 
 DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h

@@ -52,7 +52,7 @@ def test_what_a_sweep_s_file_says_is_not_said_beside_it(
     path.write_text('scene = "reference"\nuntil = "0.3"\n[vary]\nmu = "0.3,0.4"\n', "utf-8")
     assert main(["sweep", str(path), *option.split()]) == 2
     captured = capsys.readouterr()
-    assert captured.err.startswith(f"tt-precise: {option.split()[0]}: got it beside ")
+    assert captured.err.startswith(f"tt-precise: {option.split()[0]}: got it with ")
     assert captured.out == ""
 
 

@@ -69,7 +69,7 @@ def proof_of_others(place: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (flip_last_digit, "trajectory.csv got changed since it was built"),
+        (flip_last_digit, "trajectory.csv changed since it was built"),
         (no_proof, "proof.json: missing, but manifest.json records a proof"),
         (proof_of_others, "proof.json: not the one that manifest.json records"),
         (lambda place: (place / SCENE).write_text("title = 1\n"), "scene.toml"),

@@ -134,7 +134,7 @@ def test_scene_files() -> None:
     assert scene.body.law == "regularised"
     assert scene.varied(epsilon="1e-2").body != scene.body
     assert scene.perturbed(mu="1e-9").body.mu == Fraction(5, 100) * (1 + Fraction("1e-9"))
-    with pytest.raises(InputError, match=r"body\.mu: got it beside a table \[friction\]"):
+    with pytest.raises(InputError, match=r"body\.mu: got a table \[friction\] too"):
         dry(COULOMB, mu='mu = "0.3"')
     with pytest.raises(InputError, match=r"dry\.toml: friction\.law: got 'ice'"):
         dry('law = "ice"')

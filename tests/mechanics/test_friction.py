@@ -111,7 +111,7 @@ def test_refuses(table: dict[str, str], said: str) -> None:
 
 
 def test_refuses_two_mu() -> None:
-    with pytest.raises(InputError, match=r"body\.mu: got it beside a table"):
+    with pytest.raises(InputError, match=r"body\.mu: got a table"):
         top_of({**BODY, "mu": "1"}, {"law": "coulomb", "mu": "0.3"})
 
 

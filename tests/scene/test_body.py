@@ -178,7 +178,7 @@ def test_keys_that_say_their_unit(instead: str, given: dict[str, Any]) -> None:
     expected, _ = top_of(SI)
     table = {name: value for name, value in SI.items() if name != instead}
     assert top_of({**table, **given}) == (expected, False)
-    with pytest.raises(InputError, match=f"body.{next(iter(given))}: got it beside another key"):
+    with pytest.raises(InputError, match=f"body.{next(iter(given))}: got another key"):
         top_of({**SI, **given})
     with pytest.raises(InputError, match=rf"missing key body\.{instead}, .*{next(iter(given))}"):
         top_of(table)

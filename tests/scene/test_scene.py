@@ -108,7 +108,7 @@ def test_bare_toml_numbers_stay_exact() -> None:
             "unknown key titel, expected only: body, contact, friction",
         ),
         ('title = "A top"', '"a\\nb" = 1', "unknown key 'a\\nb', expected"),
-        ('mu = "0.3"\n', "", "missing key body.mu, expected it to be given"),
+        ('mu = "0.3"\n', "", "missing key body.mu, expected a value"),
         ('model = "gliding"\n', "", "missing key model"),
         ('"0.1"', '"0,1"', "theta: got '0,1', expected an exact number"),
         ('"0.1"', "nan", "theta: got 'nan', expected an exact number"),

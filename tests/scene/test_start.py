@@ -75,9 +75,9 @@ def test_contact_point_at_rest_is_the_default() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"theta": "0.1"}, r"missing key start\.omega_3, expected it to be given \(or psi_dot\)"),
+        ({"theta": "0.1"}, r"missing key start\.omega_3, expected a value \(or psi_dot\)"),
         ({"omega_3": "1"}, r"missing key start\.theta"),
-        ({**PLAIN, "psi_dot": "1"}, r"start\.psi_dot: got it beside omega_3"),
+        ({**PLAIN, "psi_dot": "1"}, r"start\.psi_dot: got omega_3 too"),
         ({**PLAIN, "psi": "1"}, r"unknown key start\.psi, expected only: at_rest, height, nu_x"),
         ({**PLAIN, "at_rest": "peg"}, r"start\.at_rest: got 'peg', expected \"contact point\""),
         ({**PLAIN, "at_rest": "contact point", "nu_x": "0"}, "one or the other"),

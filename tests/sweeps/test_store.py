@@ -97,7 +97,7 @@ def test_rows_that_were_edited_are_not_drawn(
     edit(out / ONE)
     for what in (out, out / ONE):
         assert main(["sweep", "plot", str(what), *drawn]) == 2
-        assert "is not what a sweep has written" in capsys.readouterr().err
+        assert "has changed since the sweep wrote it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"chunk": "x"}', "\x00" * 9])

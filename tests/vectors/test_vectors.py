@@ -398,7 +398,7 @@ def test_an_index_that_was_sealed_again_is_noticed(
         {"files": [{**entry, "sha256": 64 * "0"}, *json.loads(whole)["files"]]},
     ):  # fmt: skip
         file.write_text(json.dumps({**json.loads(whole), **changed}, indent=1) + "\n")
-        assert found() == ["index.json: differs from what is made now, beside the files"], changed
+        assert found() == ["index.json: differs from a fresh index, except in its files"], changed
     for name in entry:
         files = [{**entry, name: "other"}, *json.loads(whole)["files"][1:]]
         file.write_text(json.dumps({**json.loads(whole), "files": files}))

@@ -5,9 +5,8 @@
     >>> judgement.verdict.value, judgement.finding.printed, judgement.finding.measured
     ('rounded', '1.8571', '1.8571428571428571429')
 
-``claims()`` lists them by id, ``judge_all()`` judges them all. The papers stand in
-``claims.paper``, the claims in a package for each paper; the rules that make verdicts in
-``claims.verdicts``.
+``claims()`` lists the claims by id, ``judge_all()`` judges all. ``claims.paper`` has the papers,
+one package for each paper has its claims, and ``claims.verdicts`` has the rules of the verdicts.
 """
 
 from __future__ import annotations

@@ -194,7 +194,7 @@ def claims_of(paper: Paper, section: str) -> Register:
 
 @cache
 def claims() -> Mapping[str, Claim]:
-    """All claims by id, sorted; found in the modules of the papers' packages."""
+    """Return all claims by id, sorted, from the modules of the papers' packages."""
     for paper in papers.PAPERS:
         package = importlib.import_module(paper.package)
         for module in pkgutil.iter_modules(package.__path__, f"{paper.package}."):
@@ -204,7 +204,7 @@ def claims() -> Mapping[str, Claim]:
 
 
 def claim_named(id: str) -> Claim:
-    """The claim with this id (in any case).
+    """Return the claim with this id (in any case).
 
     Raises
     ------
@@ -220,8 +220,8 @@ def claim_named(id: str) -> Claim:
 def judge(id: str, **changes: object) -> Judgement:
     """Judge one claim.
 
-    ``changes`` replace what the claim is about (a printed value, a formula, a scene): a control
-    hands in something false and sees another verdict.
+    ``changes`` replace arguments of the claim (a printed value, a formula, a scene). A control
+    passes a false argument and must get another verdict.
 
     Raises
     ------
@@ -235,16 +235,15 @@ def judge(id: str, **changes: object) -> Judgement:
 def judge_all(
     ids: Iterable[str] | None = None, progress: Progress = silent, workers: int = 1
 ) -> list[Judgement]:
-    """Judge claims (all of them by default), in the order of the list.
+    """Judge claims (by default all), in the order of the list.
 
-    Claims of one chapter share their evidence, so they go to one process, one after the other.
-    More than one ``workers`` are processes that are started afresh (a script that asks for them
-    needs the usual ``if __name__ == "__main__"``).
+    Claims of one chapter share their evidence, so one process judges them. With more than one of
+    ``workers``, which are new processes, a script needs ``if __name__ == "__main__"``.
 
     Raises
     ------
     InputError
-        There is no claim with one of the ids; nothing is judged then.
+        One of the ids is unknown; nothing is judged.
     """
     calls = calls_for(ids)
     groups = {call.group for call in calls}

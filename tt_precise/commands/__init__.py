@@ -1,1 +1,1 @@
-"""The commands of ``tt-precise``, one file each: parse, call the API, print."""
+"""The commands of ``tt-precise``, one file each: parse options, call the API, print."""

@@ -1,4 +1,4 @@
-"""``tt-precise claims``: the verdicts on the paper's claims, as committed or computed again."""
+"""``tt-precise claims``: the committed or recomputed verdicts on the paper's claims."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ SHOWN_IN_FULL = 3  # so few claims are shown with their quotes and notes
 @click.option(
     "--kind", multiple=True, type=click.Choice(list(KINDS.values())), help="Only these kinds."
 )
-@click.option("--full", is_flag=True, help="Quotes, definitions and notes too.")
-@click.option("--again", is_flag=True, help="Compute the verdicts, do not look them up.")
+@click.option("--full", is_flag=True, help="Show quotes, definitions and notes too.")
+@click.option("--again", is_flag=True, help="Recompute the verdicts.")
 @options.workers("for --again; one for each core, at most 4")
 @options.JSON
 def command(
@@ -45,9 +45,8 @@ def command(
 ) -> int:
     """Show the verdicts on the paper's claims: all, or those with the given IDs (such as NUM-22).
 
-    They are those that the last report computed, with the run that they come from; --again
-    computes them. A claim that does not hold is a result, so the exit status is 0 whatever the
-    verdicts.
+    The verdicts come from the last report, and the output names its run; --again recomputes them.
+    The exit status is 0 for any verdict, because a claim that does not hold is a result.
     """
     from tt_precise.claims import committed
     from tt_precise.runtime.records import UNSET, encode
@@ -68,7 +67,7 @@ def command(
     else:
         _table(rows)
     if run is not None:
-        click.echo(f"\nFrom {run.origin}.\n--again computes.")
+        click.echo(f"\nFrom {run.origin}.\n--again recomputes.")
         if run.outdated:
             click.echo("STALE: the code behind the verdicts has changed since then.")
     return 0

@@ -1,4 +1,4 @@
-"""``tt-precise columns``: the columns a trajectory may have, with units, frames and conventions."""
+"""``tt-precise columns``: the columns of a trajectory, with units, frames and conventions."""
 
 from __future__ import annotations
 
@@ -11,26 +11,27 @@ from tt_precise.runtime.untyped import Json
 
 SCHEMA = "tt_precise.columns/1"
 CONVENTIONS = (
-    "Frames: inertial X, Y, Z, right-handed, Z up, the table is Z = 0; the body's frame has its "
-    "origin in the centre of mass and the symmetry axis k as its third axis. k points from the "
+    "Frames: the inertial frame X, Y, Z is right-handed, Z up, and the table is Z = 0. The body's "
+    "frame has its origin at the centre of mass and the symmetry axis k as third axis. k points "
+    "from the "
     "centre of mass to the centre of the sphere: theta is 0 with the centre of mass lowest, pi "
     "when inverted.",
     "Velocities: (vx, vy) is that of the contact point of the body, (vcx, vcy, vcz) that of the "
     "centre of mass. An engine whose origin is the centre of the sphere has "
     "v_centre of mass = v_origin - omega x (alpha R k).",
-    "Quaternions turn the body's frame into the inertial one. Columns are found by name, so their "
-    "order in the file is free: rename x, y, z, w of a scalar-last engine to qx, qy, qz, qw.",
-    "Angular velocity (wx, wy, wz) is in the inertial frame. An engine that writes it in the "
-    "body's frame (MuJoCo does) has to be turned by the quaternion first.",
+    "Quaternions turn the body's frame into the inertial frame. Columns may have any order; only "
+    "names count: rename x, y, z, w of a scalar-last engine to qx, qy, qz, qw.",
+    "Angular velocity (wx, wy, wz) is in the inertial frame. Rotate angular velocity in the body's "
+    "frame (MuJoCo) by the quaternion first.",
     "Engines: `check --from mujoco` reads qpos and qvel as MuJoCo writes them, from .npz (arrays "
     "t, qpos, qvel) or .csv (t, qpos0 ... qpos6, qvel0 ... qvel5). With dart, drake, exudyn, ode "
     "(scalar first), bullet, cannon-es, jolt, newton or rapier (scalar last) it reads t, "
-    "quaternion, velocity and angular_velocity (quaternion0 ... in .csv). :cm or :centre behind "
-    "the name says whether the body's origin is the centre of mass or the centre of the sphere.",
+    "quaternion, velocity and angular_velocity (quaternion0 ... in .csv). The suffix :cm or "
+    ":centre says whether the body's origin is the centre of mass or the centre of the sphere.",
     "Euler angles: orientation is Rz(phi) Ry(theta) Rz(psi), omega_3 = psi_dot + phi_dot cos "
     "theta; nu_x is the contact velocity towards the tilt of the axis, nu_y across it "
-    "(z x tilt). Undefined where the axis is vertical.",
-    "height, rise and z are read where the top may leave the table: in flight and on an elastic "
+    "(z x tilt). They are undefined where the axis is vertical.",
+    "height, rise and z count only where the top may leave the table: in flight and on an elastic "
     "table.",
     "Units: SI, angles in rad, time in s and strictly increasing.",
 )
@@ -57,7 +58,7 @@ def command(as_json: bool) -> int:
 
 
 def column_sets() -> dict[str, dict[str, dict[str, Json]]]:
-    """Of each set its columns, in order: unit, meaning and whether it is required."""
+    """Return the columns of each set, in order: unit, meaning and whether each is required."""
     from tt_precise.check.columns import COLUMN_SETS
     from tt_precise.mechanics.quantities import described
 
@@ -73,6 +74,6 @@ def column_sets() -> dict[str, dict[str, dict[str, Json]]]:
 
 
 def meaning(column: dict[str, Json]) -> str:
-    """What a column of ``column_sets`` is, for people."""
+    """Return the meaning of a column of ``column_sets``."""
     note = "" if column["required"] else " (if known)"
     return str(column["meaning"]).rstrip(".") + note

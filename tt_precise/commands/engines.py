@@ -18,28 +18,28 @@ LAW = "coulomb"
 
 
 @click.command("engines")
-@click.option("--run", "program", help="A program of the engine protocol, arguments and all.")
+@click.option("--run", "program", help="A program for the engine protocol, with arguments.")
 @click.option(
     "--law", default=LAW, show_default=True,
     type=click.Choice(["coulomb", "viscous", "regularised"]),
-    help="Friction of the program: the jobs ask for it alone, and it is held against it.",
+    help="Friction law of the program; the jobs with friction use it.",
 )  # fmt: skip
 @click.option(
     "--order", type=options.POSITIVE,
-    help="Order of the program's method: it has to converge as fast.",
+    help="Order of the program's method; slower convergence fails.",
 )  # fmt: skip
-@click.option("--engine", "names", multiple=True, help="One of the engines; may be repeated.")
-@click.option("--rung", "wanted", multiple=True, help="One of the tests; may be repeated.")
+@click.option("--engine", "names", multiple=True, help="Only this engine; may be repeated.")
+@click.option("--rung", "wanted", multiple=True, help="Only this test; may be repeated.")
 @click.option(
     "--step", default="0.001", show_default=True,
-    help="Largest step in s; a half and a quarter of it follow.",
+    help="Largest step in s; the others are a half and a quarter of it.",
 )  # fmt: skip
 @click.option(
     "--time-limit", default=120.0, show_default=True, type=options.POSITIVE,
-    help="Seconds for one motion.",
+    help="Most seconds for one motion.",
 )  # fmt: skip
 @options.workers("one for each core")
-@click.option("--out", type=click.Path(path_type=Path), help="Where to write the scoreboard.")
+@click.option("--out", type=click.Path(path_type=Path), help="File for the scoreboard.")
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of a job.")
 @click.option("--job", "job_of", metavar="RUNG", help="Print the job of a test at --step.")
 @options.JSON
@@ -59,10 +59,10 @@ def command(
 ) -> int:
     """Measure order and floor of physics engines against references, test by test.
 
-    Without --run: all the engines that are installed (extra "engines", and npm packages). With
-    --run: your own, in any language, by the protocol that is printed with --schema and described
-    in tt_precise/engines/PROTOCOL.md; exit status 1 if a test failed, did not converge, converges
-    to another motion than the reference, or more slowly than --order says.
+    Without --run: all installed engines (extra "engines", and npm packages). With --run: your own
+    program in any language. tt_precise/engines/PROTOCOL.md describes the protocol; --schema prints
+    the schema of a job. With --run the exit status is 1 if a test fails, does not converge,
+    converges to another motion than the reference, or converges more slowly than --order.
     """
     from tt_precise.engines import scoreboard
     from tt_precise.engines.ladder import climb, rungs
@@ -93,14 +93,16 @@ def command(
         click.echo(as_text(rung.job(largest)), nl=False)
         return 0
     if program is None and (order is not None or law != LAW):
-        raise InputError("--law, --order: got one of them without --run, expected the program too")
+        raise InputError("--law, --order: got one of them without --run, expected --run too")
     if out:
         require_writable(out)
     at_once = workers or cores()
     if program is not None:
         words = _words(program)
         if not words or names:
-            raise InputError("run: expected one program, and no --engine beside it")
+            raise InputError(
+                "run: got no program, or --engine too; expected one program and no --engine"
+            )
         chosen = [rung for rung in ladder if not wanted or rung.name in wanted]
         with progress_bar("tests of the ladder") as progress:
             results = list(
@@ -128,7 +130,7 @@ def command(
             note=lambda text: click.echo(text, err=True), progress=progress,
         )  # fmt: skip
     if not content["rows"]:
-        raise InputError("engines: none is installed, so nothing was measured; see above")
+        raise InputError("engines: none is installed, so there is no measurement; see above")
     if out:
         atomic_write(out, json.dumps(content, indent=1) + "\n")
     _show(content, as_json)

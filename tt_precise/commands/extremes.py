@@ -1,4 +1,4 @@
-"""``tt-precise extremes``: numerical stability at the extremes, case by case."""
+"""``tt-precise extremes``: tests of numerical stability in extreme cases."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ CASE_FAILED = 1
 
 
 @click.command("extremes")
-@click.option("--quick", is_flag=True, help="Only the quick cases, which take half a minute.")
+@click.option("--quick", is_flag=True, help="Only the quick cases (half a minute).")
 @click.option("--topic", multiple=True, type=click.Choice(list(TOPICS)), help="Only these topics.")
-@click.option("--full", is_flag=True, help="A line for each case, not only for each family.")
+@click.option("--full", is_flag=True, help="Print a line for each case, not only for each family.")
 @options.workers("one for each core, at most 4")
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the JSON to this file too.")
 @options.JSON
@@ -34,7 +34,7 @@ def command(
     out: str | None,
     as_json: bool,
 ) -> int:
-    """Drive everything to its edges; for each case: what is expected, found, and the verdict.
+    """Run the extreme cases and print expected outcome, observed outcome and verdict.
 
     Exit status 1 if a case fails.
     """

@@ -21,14 +21,14 @@ CHECK_FAILED = 1
 FOLDER = click.option(
     "--folder",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Where golden data lie; by default in the package, one's own in ./golden.",
+    help="Folder of golden data; by default the package's, and ./golden.",
 )
 WORKERS = options.workers("one for each core")
 
 
 @click.group("golden")
 def command() -> None:
-    """Reference trajectories of which every printed digit is right."""
+    """Reference trajectories with every printed digit right."""
 
 
 @command.command("build", short_help="Make golden data for scenes.")
@@ -44,11 +44,11 @@ def build_command(
     workers: int | None,
     as_json: bool,
 ) -> int:
-    """Make golden data for SCENES (shipped names or TOML files), by default all that ship.
+    """Make golden data for SCENES (shipped names or TOML files), by default for all shipped scenes.
 
-    They go to ./golden, or for shipped scenes in a checkout to its reference_data. An interrupted
-    build goes on where it was. Exit status 1 if digits would change without a reason, or if the
-    computations contradict each other.
+    The output goes to ./golden, or, for shipped scenes in a checkout, to its reference_data. An
+    interrupted build resumes. Exit status 1 if published digits would change without --replace, or
+    if the computations contradict each other.
     """
     from tt_precise.golden import build
     from tt_precise.runtime.progress import progress_bar
@@ -129,20 +129,18 @@ def list_command(folder: Path | None, as_json: bool) -> int:
 @command.command("certify", short_help="Prove the printed digits.")
 @click.argument("scenes", nargs=-1)
 @FOLDER
-@click.option("--bits", type=click.IntRange(min=64), default=200, help="Precision to begin with.")
-@click.option(
-    "--certificate", is_flag=True, help="Write certificate.json.xz, for --check, as well."
-)
+@click.option("--bits", type=click.IntRange(min=64), default=200, help="Initial precision.")
+@click.option("--certificate", is_flag=True, help="Also write certificate.json.xz, for --check.")
 @click.option(
     "--check",
     "checked",
     is_flag=True,
-    help="Check certificates instead, with code that shares nothing with the prover.",
+    help="Check certificates instead, with the second, independent program.",
 )
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
-    help="Processes, a scene each; by default one for each core.",
+    help="Processes, one scene each; by default one for each core.",
 )
 @options.JSON
 def certify_command(
@@ -157,7 +155,7 @@ def certify_command(
     """Prove the printed digits of SCENES, by default of all golden data, in ball arithmetic.
 
     Writes proof.json and the enclosures beside the golden tables. With --check it verifies the
-    certificates of SCENES (certificate.json.xz beside the tables, or one that is made first) and
+    certificates of SCENES (certificate.json.xz in the folder of the tables, or one made first) and
     writes nothing. Exit status 1 if a printed digit is proved wrong, the proof does not reach the
     end, or a certificate is refused. Needs python-flint (extra `certify`).
     """
@@ -183,7 +181,7 @@ def certify_command(
     scenes = tuple(dict.fromkeys(scenes or some(golden_scenes(folder), folder)))
     if checked:
         return _check(scenes, folder, bits, as_json)
-    for name in scenes:  # found out now, not after minutes
+    for name in scenes:  # fail early
         require_writable(require(name, folder).path / PROOF)
     found, nothing = [], []
     workers = workers or cores()
@@ -209,17 +207,15 @@ def certify_command(
 
 
 @command.command("vectors", short_help="Verify test vectors and the index.")
-@click.option("--build", is_flag=True, help="Write them, instead of verifying what is there.")
-@click.option(
-    "--index-only", is_flag=True, help="Leave the vectors alone: only the index, which is quick."
-)
+@click.option("--build", is_flag=True, help="Write the vectors and the index.")
+@click.option("--index-only", is_flag=True, help="Only the index, without the vectors (quick).")
 @FOLDER
 @options.JSON
 def vectors_command(build: bool, index_only: bool, folder: Path | None, as_json: bool) -> int:
     """Verify the test vectors and the index of the reference data, or build them.
 
-    Verifying computes every vector afresh, in two precisions and two formulations, and holds every
-    file against its SHA-256 in index.json. Exit status 1 if anything differs.
+    Verifying recomputes every vector, in two precisions and two formulations, and compares every
+    file with its SHA-256 in index.json. Exit status 1 if anything differs.
     """
     from tt_precise.golden.store import home
     from tt_precise.runtime.files import atomic_write
@@ -252,7 +248,7 @@ def vectors_command(build: bool, index_only: bool, folder: Path | None, as_json:
         click.echo(json.dumps(content))
     else:
         files = sum(1 for _ in index.entries(place))
-        good = [f"wrote {path}" for path in written] or [f"{files} files as they should be"]
+        good = [f"wrote {path}" for path in written] or [f"{files} files verified"]
         click.echo("\n".join(problems or good))
     return 1 if problems else 0
 

@@ -1,4 +1,4 @@
-"""Options that several commands have, and kinds of numbers that options take."""
+"""Options shared by several commands, and parameter types."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import click
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
+JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 PRECISION = click.option(
     "--precision",
     type=click.Choice(["double", "extended", "double-double", "quad", "triple-double", "mp"]),
@@ -19,7 +19,7 @@ PRECISION = click.option(
 
 
 class _Finite(click.ParamType):
-    """A float that is a number: no NaN, no infinity, and nothing below what it has to exceed."""
+    """A finite float above a limit."""
 
     name = "number"
 
@@ -43,12 +43,12 @@ FINITE, POSITIVE = _Finite(), _Finite(above=0)
 
 
 def names(text: str | None) -> tuple[str, ...]:
-    """The names in a list with commas; none of an option that was not given."""
+    """Return the names in a list with commas; an empty tuple without the option."""
     return tuple(name.strip() for name in (text or "").split(",") if name.strip())
 
 
 def workers(default: str) -> Callable[[F], F]:
-    """``--workers``; ``default`` says what is taken without."""
+    """Return the option ``--workers``; ``default`` describes the number without it."""
     from tt_precise.runtime.workers import most_workers
 
     kind = click.IntRange(1, most_workers())

@@ -1,4 +1,4 @@
-"""``tt-precise report``: the main job, the precision report."""
+"""``tt-precise report``: writes the precision report."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ SCHEMA = "tt_precise.report/1"
     "--out", default="reports", show_default=True, type=click.Path(file_okay=False),
     help="Folder to write into.",
 )  # fmt: skip
-@click.option("--open", "opened", is_flag=True, help="Show it in a browser when it is done.")
+@click.option("--open", "opened", is_flag=True, help="Open the report in a browser.")
 @JSON
 def command(out: str, opened: bool, as_json: bool) -> int:
     """Write the precision report: HTML, Markdown, results.json and the figures."""
     from tt_precise.runtime.files import require_writable
 
     folder = Path(out)
-    require_writable(folder / "results.json")  # found out now, not after a minute of work
+    require_writable(folder / "results.json")  # fail early
     written = _built(folder)
     if as_json:
         click.echo(json.dumps({"schema": SCHEMA, "files": [str(path) for path in written]}))

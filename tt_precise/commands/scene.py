@@ -1,4 +1,4 @@
-"""``tt-precise scene``: write the file of a new scene, show what follows from one."""
+"""``tt-precise scene``: write a new scene file, list the shipped scenes, summarise a scene."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ R = "0.015"                      # m, radius of the sphere
 alpha = "0.2"                    # centre of mass below the centre of the sphere, in units of R
 I1 = "0.38"                      # moment of inertia across the axis, in units of m R^2
 I3 = "0.4"                       # moment of inertia about the axis, in units of m R^2
-# or with keys that say their unit: m_g, R_mm, centre_mm (for alpha), I1_kg_m2, I3_kg_m2
+# or keys with units: m_g, R_mm, centre_mm (for alpha), I1_kg_m2, I3_kg_m2
 g = "9.81"                       # m/s^2
 mu = "0.3"                       # s/m: friction F_f = -mu g_n v_A
 
@@ -41,7 +41,7 @@ mu = "0.3"                       # s/m: friction F_f = -mu g_n v_A
 # mu = "0.3"                     # dimensionless
 # epsilon = "0.001"              # m/s, not for "coulomb"
 #
-# Where contact is lost the run ends. To fly on, or for an elastic table:
+# The run ends where contact is lost. To continue in flight, or for an elastic table:
 # [contact]
 # lost = "fly"                   # with law = "rigid", which is the default
 # law = "compliant"
@@ -49,7 +49,7 @@ mu = "0.3"                       # s/m: friction F_f = -mu g_n v_A
 # stiffness = "1000"             # N/m, or N/m^(3/2)
 # damping = "0.2"                # N s/m, or s/m
 
-[start]                          # rad, rad/s, m/s; what is left out is 0
+[start]                          # rad, rad/s, m/s; missing entries are 0
 theta = "0.1"                    # inclination of the axis, 0 (upright) to pi
 theta_dot = "0"
 phi_dot = "0"                    # precession
@@ -71,7 +71,7 @@ def command() -> None:
 
 @command.command("new")
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
-@click.option("--force", is_flag=True, help="Replace a file that exists.")
+@click.option("--force", is_flag=True, help="Replace an existing file.")
 def new(file: Path, force: bool) -> None:
     """Write a commented scene, valid as it is, to FILE (.toml)."""
     from tt_precise.runtime.files import atomic_write
@@ -90,7 +90,7 @@ def new(file: Path, force: bool) -> None:
 @command.command("list")
 @JSON
 def list_command(as_json: bool) -> None:
-    """List the scenes that ship with the package."""
+    """List the shipped scenes."""
     from tt_precise.scene.scene import load_scene, shipped
 
     found = [load_scene(name) for name in shipped()]
@@ -101,13 +101,13 @@ def list_command(as_json: bool) -> None:
     say(f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}" for one in found)
 
 
-@command.command("show", short_help="Show what follows from a scene.")
+@command.command("show", short_help="Show derived numbers and warnings of a scene.")
 @click.argument("scene")
 @JSON
 def show(scene: str, as_json: bool) -> None:
-    """Show what follows from SCENE, a shipped name or a TOML file.
+    """Show derived numbers and warnings of SCENE, a shipped name or a TOML file.
 
-    gamma, lambda over its thresholds, whether it inverts, static balance, and warnings.
+    They are gamma, lambda over its thresholds, whether the top inverts, and its static balance.
     """
     from tt_precise.scene.scene import load_scene
 
@@ -119,7 +119,7 @@ def show(scene: str, as_json: bool) -> None:
 
 
 def summary(scene: Scene) -> dict[str, Json]:
-    """What follows from a scene, for JSON."""
+    """Return derived numbers and warnings of a scene, for JSON."""
     from dataclasses import fields
 
     from tt_precise.exact.thresholds import thresholds
@@ -172,7 +172,7 @@ def balance(scene: Scene) -> str:
 
 
 def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
-    """What is worth a second look."""
+    """Return a warning for each unusual property."""
     from tt_precise.integration.precision import precision_named
     from tt_precise.mechanics.initial_state import InitialState
     from tt_precise.scene.start import LiftedStart
@@ -181,7 +181,7 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
     body, start = scene.body, scene.start
     unit = body.m * body.R**2
     if max(body.I1, body.I3) > unit:
-        found.append("a moment of inertia is above m R^2, which no mass inside the sphere has")
+        found.append("a moment of inertia is above m R^2, impossible for mass inside the sphere")
     if scene.model == "flight":
         return found
     if not 1 - body.alpha < body.gamma < 1 + body.alpha:
@@ -190,9 +190,11 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
             f"({float(1 - body.alpha):.4g} to {float(1 + body.alpha):.4g}): no spin inverts it"
         )
     elif any(ratio is not None and abs(abs(ratio) - 1) < 0.05 for ratio in ratios.values()):
-        found.append("lambda is within 5 % of a threshold: what it does may take very long")
+        found.append("lambda is within 5 % of a threshold: the motion may take very long")
     if start.theta.at_pole:
-        found.append("the axis is vertical: Euler angles are undefined, and a perfect top stays so")
+        found.append(
+            "the axis is vertical: Euler angles are undefined, and an exact top stays vertical"
+        )
     if scene.model != "rolling" and body.mu == 0:
         found.append("no friction: nothing drives the top to the inverted spin")
     if isinstance(start, LiftedStart):
@@ -233,7 +235,7 @@ def lines(content: dict[str, Json]) -> list[str]:
 
 
 def _forces(content: dict[str, Json], body: dict[str, str]) -> str:
-    """What acts on the top beside its weight."""
+    """Describe the forces on the top, without its weight."""
     if content["model"] == "flight":
         return "nothing touches the top"
     if content["model"] == "rolling":

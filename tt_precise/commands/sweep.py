@@ -1,4 +1,4 @@
-"""``tt-precise sweep``: many starts at once; ``tt-precise sweep plot``: pictures of them."""
+"""``tt-precise sweep`` integrates many starts; ``tt-precise sweep plot`` draws their rows."""
 
 from __future__ import annotations
 
@@ -37,15 +37,17 @@ class _RunByDefault(click.Group):
 
 @click.group("sweep", cls=_RunByDefault)
 def command() -> None:
-    """Many starts at once: sweep SCENE --vary ..., or sweep plot RESULT --x ... --y ..."""
+    """Integrate many starts: sweep SCENE --vary ...; plot: sweep plot RESULT --x ... --y ..."""
 
 
 @command.command("run", short_help="Integrate a scene from many starts.")
 @click.argument("scene")
-@click.option("--vary", multiple=True, metavar="NAME=FIRST:LAST:COUNT", help="A grid; or NAME=1,2.")
+@click.option(
+    "--vary", multiple=True, metavar="NAME=FIRST:LAST:COUNT", help="A grid, or values: NAME=1,2."
+)
 @click.option("--box", multiple=True, metavar="NAME=LOW:HIGH", help="A range to sample from.")
 @click.option(
-    "--samples", type=click.IntRange(min=0), default=0, help="How many samples of the box."
+    "--samples", type=click.IntRange(min=0), default=0, help="Number of samples of the box."
 )
 @click.option("--sampler", default="sobol", show_default=True, help="sobol or latin.")
 @click.option(
@@ -53,7 +55,7 @@ def command() -> None:
     type=click.IntRange(0, LARGEST_SEED),
     default=0,
     show_default=True,
-    help="Of samples and of the rows integrated again.",
+    help="Seed of the samples and of the rows to recheck.",
 )
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--record", help="Further columns, separated by commas, such as climb_A,max_nu_y.")
@@ -61,23 +63,25 @@ def command() -> None:
     "--contact",
     default="unilateral",
     show_default=True,
-    help="A row ends where g_n reaches 0; or bilateral: goes on, with g_n < 0.",
+    help="unilateral: a row ends where g_n reaches 0; bilateral: it continues with g_n < 0.",
 )
-@click.option("--out", help="Folder or fsspec URL for rows and summary; goes on where it was.")
-@click.option("--csv", "as_csv", is_flag=True, help="Also rows.csv in that folder.")
+@click.option(
+    "--out", help="Folder or fsspec URL for rows and summary; resumes an interrupted sweep."
+)
+@click.option("--csv", "as_csv", is_flag=True, help="Also write rows.csv into that folder.")
 @options.workers("one for each core")
 @click.option("--dask", metavar="ADDRESS", help="A dask.distributed scheduler, for a cluster.")
 @click.option(
     "--batch",
     type=click.IntRange(1, 64),
-    help="SIMD lanes; by default two vectors of the processor, four in long sweeps.",
+    help="SIMD lanes; by default two processor vectors, four in long sweeps.",
 )
-@click.option("--chunk", type=click.IntRange(1, 1_000_000), help="Rows of a task and of a file.")
+@click.option("--chunk", type=click.IntRange(1, 1_000_000), help="Rows in one task and file.")
 @click.option(
     "--recheck", type=click.IntRange(min=0), default=1000, show_default=True,
-    help="One row in so many is integrated again in double-double; 0: none.",
+    help="Integrate one row in N again in double-double; 0: none.",
 )  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="The summary, one JSON object, on stdout.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
 def run(
     scene: str,
     vary: tuple[str, ...],
@@ -97,21 +101,21 @@ def run(
     recheck: int,
     as_json: bool,
 ) -> int:
-    """Integrate SCENE from many starts: a shipped name, a scene, or a TOML file of a sweep.
+    """Integrate SCENE from many starts: a shipped name, a scene file, or a TOML file of a sweep.
 
-    The scene glides with the viscous law, or rolls; its table is rigid.
+    The scene is gliding with the viscous law, or rolling, on a rigid table.
 
     \b
     Outcomes, by the state at the end:
       inverts           has crossed the equator, and the axis is below it
       does_not_invert   energy and lambda exclude that the axis reaches the equator
-      undecided         neither is known at the horizon
+      undecided         at the horizon neither is certain
       contact_lost      the normal force reached 0
       singular_contact  its denominator reached 0
       failed            the integration failed
 
-    Exit status 1 if rows are missing, because their chunk failed again and again, or if the spot
-    check contradicts a row: another outcome, a time in one of the two only, or no result.
+    Exit status 1 if rows are missing because their chunk failed repeatedly, or if the recheck in
+    double-double contradicts a row: another outcome, a time in only one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
     from tt_precise.sweeps import specification
     from tt_precise.sweeps.run import sweep
@@ -166,14 +170,14 @@ def run(
 @command.command("plot", short_help="Draw the rows of a sweep.")
 @click.argument("result", type=click.Path())
 @click.option("--x", required=True, help="A column.")
-@click.option("--y", required=True, help="A column; t_init, t_end and climb are of definition A.")
+@click.option("--y", required=True, help="A column; t_init, t_end and climb use definition A.")
 @click.option("--colour", help="A column, such as outcome.")
-@click.option("--map", "z", help="Draw this column over the plane of x and y.")
+@click.option("--map", "z", help="Draw this column as a map over x and y.")
 @click.option(
     "--out", type=click.Path(dir_okay=False), help=".svg, .png or .pdf; by default Y-X.svg."
 )
 def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
-    """Draw the rows of RESULT, a sweep's folder, Parquet or CSV file."""
+    """Draw the rows of RESULT: a sweep's folder, a Parquet file or a CSV file."""
     from tt_precise.runtime.plotting import save
     from tt_precise.sweeps.picture import curve, map_of
     from tt_precise.sweeps.store import read_rows
@@ -188,7 +192,7 @@ def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: st
 
 
 def lines(summary: dict[str, Json]) -> list[str]:
-    """What a person reads."""
+    """Return the summary as text."""
     how = summary["how"]
     shown = [
         f"{summary['rows']} of {summary['expected']} rows in {how['seconds']:g} s "
@@ -235,17 +239,17 @@ def pairs(given: tuple[str, ...], option: str) -> dict[str, str]:
 
 
 def _refuse_what_the_file_says(scene: str) -> None:
-    """Options of a sweep beside the file of one, which would be left out without a word."""
+    """Refuse options that the file of a sweep states itself."""
     context = click.get_current_context()
     for name in SAID_IN_FILE:
         if context.get_parameter_source(name) is not ParameterSource.DEFAULT:
             raise InputError(
-                f"--{name}: got it beside {scene}, which is a sweep; expected it in there"
+                f"--{name}: got it with {scene}, the file of a sweep; expected it in that file"
             )
 
 
 def is_sweep_file(path: str) -> bool:
-    """Whether a TOML file names a scene, so that it is a sweep and not a scene itself."""
+    """Whether a TOML file is a sweep: it names a scene."""
     from tt_precise.runtime.toml import parse, read_text
 
     if not path.endswith(".toml"):

@@ -19,13 +19,13 @@ DISAGREE = 1
 
 @click.command("thresholds")
 @click.argument("scene")
-@click.option("--digits", type=int, default=50, show_default=True, help="Digits to determine.")
+@click.option("--digits", type=int, default=50, show_default=True, help="Number of digits.")
 @JSON
 def command(scene: str, digits: int, as_json: bool) -> int:
     """Determine lambda, its thresholds and the asymptotic values of SCENE, each in two ways.
 
-    Exit status 1 if the two determinations of a quantity differ in one of the digits asked for,
-    or if only one of them finds that it exists.
+    Exit status 1 if the two determinations of a quantity differ in a requested digit, or if the
+    quantity exists in only one of them.
     """
     from tt_precise.exact.thresholds import thresholds
     from tt_precise.runtime.progress import progress_bar
@@ -49,7 +49,7 @@ def agree(found: Thresholds) -> bool:
 
 
 def lines(found: Thresholds) -> list[str]:
-    """What a person reads: value, unit, in how many digits the other way agrees; and the end."""
+    """Return the text: value, unit and number of agreeing digits; then whether it inverts."""
     texts = found.as_dict()["quantities"]
     shown = [
         f"{name:>12}  {texts[name]['value'] or 'does not exist':<{found.digits + 9}} "

@@ -1,4 +1,4 @@
-"""``tt-precise tradeoff``: measures speed against accuracy, peers included."""
+"""``tt-precise tradeoff``: measures speed and accuracy of integrators, peers included."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REPORTS = Path("reports/measured")
 
 
 class FindingRecord(Record, frozen=True):
-    """A number that the tables hold."""
+    """A number from the tables."""
 
     name: Annotated[str, Meta(description="what it is")]
     value: Annotated[float | None, Meta(description="its value")]
@@ -26,7 +26,7 @@ class FindingRecord(Record, frozen=True):
 class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/2"):
     """What `tt-precise tradeoff --json` prints."""
 
-    rows: Annotated[tuple[Row, ...], Meta(description="one entry a method and setting")]
+    rows: Annotated[tuple[Row, ...], Meta(description="one entry for each method and setting")]
     machine: Annotated[
         tuple[Machine, ...],
         Meta(description="one trajectory at the start and at the end of the run, and imports"),
@@ -35,20 +35,20 @@ class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff
         dict[str, float | None], Meta(description="value of each finding by its name")
     ]
     findings: Annotated[tuple[FindingRecord, ...], Meta(description="the same with definitions")]
-    skipped: Annotated[tuple[str, ...], Meta(description="what was left out, and why")]
+    skipped: Annotated[tuple[str, ...], Meta(description="what was skipped, with the reason")]
 
 
 @click.command("tradeoff")
 @click.option("--quick", is_flag=True, help="Fewer methods and settings; under three minutes.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path),
-    help=f"Folder for tables and figures; by default {REPORTS}, and none with --quick.",
+    help=f"Folder for tables and figures; by default {REPORTS}, with --quick none.",
 )  # fmt: skip
 @JSON
 def command(quick: bool, out: Path | None, as_json: bool) -> int:
-    """Time every method at every setting on golden scenes, and compare it with golden data.
+    """Time every method at every setting on golden scenes, and compare with golden data.
 
-    Peers that are not installed are skipped with a line on stderr.
+    Missing peers are skipped with a line on stderr.
     """
     from tt_precise.report.sections.measured import figures
     from tt_precise.runtime.files import require_writable, write_together
@@ -58,7 +58,7 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
 
     folder = out or (None if quick else REPORTS)
     if folder:
-        require_writable(folder / TABLE)  # known now, not after half an hour
+        require_writable(folder / TABLE)  # fail early
     with progress_bar("methods and settings") as progress:
         plan = measure.quick() if quick else measure.whole()
         measured = measure.measure(plan, lambda text: click.echo(text, err=True), progress)

@@ -1,4 +1,4 @@
-"""The ladder: tests with their references, and order and floor of an engine on each of them."""
+"""The ladder: tests with their references, and order and floor of an engine on each test."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ VERDICTS = {
     "slow": "converges to the reference, but at a lower order than its method has",
     "floor": "converges, but to another motion: an error of its model remains",
     "no order": "a smaller step does not bring it closer to itself",
-    "measured": "there is no reference for it",
+    "measured": "there is no reference",
     "refused": "the engine cannot express it",
     "failed": "it did not get to the end",
 }

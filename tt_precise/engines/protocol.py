@@ -125,9 +125,7 @@ class Job(
 
     body: Body
     gravity: Annotated[float, Meta(gt=0, description="m/s^2, downwards")]
-    contact: Annotated[
-        Literal["rigid", "none"], Meta(description="none: there is no table, the body flies")
-    ]
+    contact: Annotated[Literal["rigid", "none"], Meta(description="none: no table, free flight")]
     friction: Friction
     start: Start
     step: Annotated[float, Meta(gt=0, description="s, the fixed step to use")]
@@ -234,7 +232,7 @@ def run(
         done = ended(command, as_text(job), time_limit, stop)
     except OSError as error:
         raise InputError(
-            f"engines: got {command[0]!r}, which cannot be started ({error.strerror}); expected a "
+            f"engines: got {command[0]!r}, which does not start ({error.strerror}); expected a "
             "program of the engine protocol"
         ) from None
     if done.cut_short:

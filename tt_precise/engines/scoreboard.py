@@ -1,4 +1,4 @@
-"""The engines that adapters exist for, and the scoreboard: what the ladder measured of each."""
+"""The engines with adapters, and the scoreboard: their results on the ladder."""
 
 from __future__ import annotations
 

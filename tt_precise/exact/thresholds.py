@@ -91,7 +91,7 @@ class Thresholds:
 
 
 def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
-    """Determine lambda, lambda_thres, lambda_up, D0, D1, E0, E1, gamma, sigma of a scene, twice.
+    """Determine lambda, lambda_thres, lambda_up, D0, D1, E0, E1, gamma, sigma, each in two ways.
 
     E0 and E1 are the paper's E~_0 and E~_1, in J; lambda in kg m^3/s, D in kg m^2/s. D0 to E1
     belong to the scene's own lambda.
@@ -99,7 +99,7 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     Raises
     ------
     InputError
-        There is no such scene, or ``digits`` is no whole number between 1 and 2000.
+        The scene does not exist, or ``digits`` is not a whole number from 1 to 2000.
     """
     scene = load_scene(scene)
     work = _Work(scene, checked_digits(digits))

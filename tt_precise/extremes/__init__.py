@@ -1,4 +1,4 @@
-"""Numerical stability at the extremes: everything driven to its edges, a case at a time.
+"""Numerical stability at the extremes of parameters, starts and times, in cases.
 
 The cases of a topic are functions with ``@case`` in its module; ``case.TOPICS`` lists them.
 """

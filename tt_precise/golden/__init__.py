@@ -1,13 +1,12 @@
-"""Golden reference trajectories: decimal tables of which every printed digit is right.
+"""Golden reference trajectories: decimal tables with every printed digit right.
 
     >>> import tt_precise as tt
     >>> golden = tt.golden.load("reference")
     >>> float(golden["theta"].iloc[-1]), len(golden.events), golden.manifest["digits"]
     (3.1340209458534365, 842, 34)
 
-``load`` gives the tables of one scene, ``compare`` counts how many digits of somebody's trajectory
-agree with them. ``build`` makes them, ``verify`` judges them against their manifest and a fresh
-computation.
+``load`` returns the tables of one scene; ``compare`` counts the correct digits of a trajectory.
+``build`` makes the tables; ``verify`` checks them against their manifest and a fresh computation.
 """
 
 from __future__ import annotations

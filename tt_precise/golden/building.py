@@ -1,4 +1,4 @@
-"""``build``: from scenes to folders of golden data, each with the manifest of what is claimed.
+"""``build``: from scenes to folders of golden data, each with a manifest of its claims.
 
 The manifest says what the columns are, how many digits are claimed, and on what evidence. It names
 no times of day, hosts or durations: two builds on one machine are equal byte for byte.
@@ -122,13 +122,13 @@ def build(
     progress: Progress = silent,
     finished: Records | None = None,
 ) -> list[Built]:
-    """Make golden data for ``scenes`` (by default all that ship), a process for each.
+    """Make golden data for ``scenes`` (by default all shipped scenes), one process for each.
 
-    They go into ``building_place``. Each scene is computed at two working precisions in vector
-    form and at one in Euler form, and what all agree on is published. A scene's folder is replaced
-    as a whole, so that an interrupted build leaves it whole, old or new; the runs finished so far
-    are cached (or put into ``finished``, and kept), and the next build goes on from there. A change
-    of any published digit needs a reason, ``replace``, which the manifest then states.
+    The output goes into ``building_place``. Each scene is computed at two working precisions in
+    vector form and at one in Euler form; the digits on which all agree are published. A scene's
+    folder is replaced as a whole, so an interrupted build leaves it intact. Finished runs are
+    cached (or kept in ``finished``), and the next build resumes from them. A change of a published
+    digit needs a reason, ``replace``, which the manifest states.
 
     Raises
     ------
@@ -242,13 +242,13 @@ def _settle(
 
 
 def _compared(name: str, place: Path, new: Consensus) -> tuple[Stored | None, str]:
-    """Data that stand already, and what of them would change."""
+    """Return the existing data and the first difference from the new data."""
     if not (place / name).exists():
         return None, ""
     try:
         old = store.read(name, place)
     except InputError as error:
-        return None, f"what stands there is no golden data ({error})"
+        return None, f"the existing files are not golden data ({error})"
     for file, mine, other in (
         (TRAJECTORY, old.trajectory, new.trajectory),
         (EVENTS, old.events, new.events),

@@ -1,4 +1,4 @@
-"""An oracle without an integrator: the motions that are known in closed form.
+"""Motions with a closed form: reference values without an integrator.
 
 A flight is one: a free rotation and a parabola. L is constant and k turns about it at |L|/I1, so
 that k.z = mean + swing cos(rate t - lag); what the catalogue has for flight are values of k.z, and

@@ -1,4 +1,4 @@
-"""``compare``: how many digits of somebody's trajectory are right."""
+"""``compare``: the number of correct digits of a trajectory."""
 
 from __future__ import annotations
 
@@ -84,19 +84,19 @@ class Comparison:
 
 
 def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None) -> Comparison:
-    """Compare a trajectory with the golden data of ``scene``.
+    """Count the correct digits of a trajectory by the golden data of ``scene``.
 
     Parameters
     ----------
     frame
-        Columns ``t`` (s) and any of those of the golden trajectory, in SI: floats, decimal
+        Columns ``t`` (s) and any columns of the golden trajectory, in SI: floats, decimal
         strings, or numbers of mpmath. Other columns are ignored. Rows at golden times are compared
         exactly, others in double with the nearest golden row, carried to their time by the
         equations of motion.
     scene
         As in ``load``.
     folder
-        Where golden data lie, as in ``load``.
+        Folder of golden data, as in ``load``.
 
     Raises
     ------
@@ -124,7 +124,7 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
     if not found.compared.any():
         first, last = golden.times[0], golden.times[-1]
         raise InputError(
-            f"t: got no time of the golden data, expected times between {first:g} and {last:g} s"
+            f"t: got no time within the golden data, expected times from {first:g} to {last:g} s"
         )
     fewest = FewestDigits()
     fewest.add(found)

@@ -1,4 +1,4 @@
-"""How many digits of an entry are right: agreement of computed values, and what is printed of it.
+"""Correct digits of an entry: agreement of computed values, and the printed decimal.
 
 The rule, which every manifest repeats in ``RULE``: an entry is printed with the most significant
 digits, 34 at most, to which all computed values round alike. Numbers here are ``Decimal``, exact

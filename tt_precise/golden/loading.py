@@ -1,4 +1,4 @@
-"""``load``: the golden data of a scene as a table of numbers, with the pose if wanted.
+"""``load``: the golden data of a scene as a table of numbers, on request with the pose.
 
 Orientation and position are no functions of the published state: they need the quadratures phi,
 psi, x and y, which only some scenes publish. So the scene is integrated with them when it is
@@ -44,27 +44,27 @@ class GoldenFrame(pandas.DataFrame):
 def load(
     scene: str | Path, numbers: Numbers = "float", *, folder: Folder = None, pose: bool = False
 ) -> GoldenFrame:
-    """The golden trajectory of ``scene``, with ``.events`` and ``.manifest``.
+    """Return the golden trajectory of ``scene``, with ``.events`` and ``.manifest``.
 
     Parameters
     ----------
     scene
-        A name out of ``tt_precise.golden.scenes()``, or of data of one's own in ``golden``, or
-        the scene's TOML file, or the folder of its data.
+        A name from ``tt_precise.golden.scenes()`` or of your own data in ``golden``, the scene's
+        TOML file, or the folder of its data.
     numbers
         "float": float64, correctly rounded from the decimals, NaN where undefined;
         "text": the decimals as published, "" where undefined;
         "native": mpmath numbers with all their digits, None where undefined.
     folder
-        Where golden data lie; by default what came with the package, then ``golden``.
+        Folder of golden data; by default that of the package, then ``golden``.
     pose
-        Add the columns of the pose, with as many digits: see ``pose_columns``. It is
-        computed now, in seconds ("float") to a minute, and held against the published columns.
+        Add the columns of the pose, with as many digits: see ``pose_columns``. Their computation
+        takes seconds ("float") to a minute and is checked against the published columns.
 
     Raises
     ------
     InputError
-        There are no such data, or they are not what their manifest says.
+        The data do not exist or differ from their manifest.
     """
     if numbers not in get_args(Numbers):
         raise InputError(f"numbers: got {numbers!r}, expected one of: native, float, text")
@@ -110,7 +110,7 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
             worst = max(beyond)
             raise InputError(
                 f"{scene.name}: {name} of a run for the pose differs by {float(worst):.1g} from "
-                f"what is published, up to {float(scale):.1g}, expected {digits} digits; "
+                f"the golden data (size {float(scale):.1g}), expected {digits} digits; "
                 "`tt-precise golden verify` says which is wrong"
             )
     return {

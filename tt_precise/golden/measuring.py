@@ -1,4 +1,4 @@
-"""True rows, and how far the rows of a trajectory are from them, at golden times or between them.
+"""True rows, and the distance of a trajectory from them, at golden times or between them.
 
 A row at a golden time is compared exactly, in decimals. One between two golden times is compared
 with the nearer of them, carried to its time in double by the Taylor coefficients that the equations

@@ -1,4 +1,4 @@
-"""What ``golden certify`` proved about a scene's golden tables, read without python-flint.
+"""The proofs of golden tables by ``golden certify``, read without python-flint.
 
 Beside the tables lie ``proof.json`` (what is proved, about which tables, by which prover) and two
 tables of balls: ``enclosure.csv`` with every column of the sampled rows, ``events-enclosure.csv``
@@ -262,7 +262,7 @@ def read(name: str, folder: Path | None = None) -> Record | None:
         raise InputError(f"{place / PROOF}: got another schema, expected {SCHEMA}; {again}")
     missing = sorted(_NEEDED - content.keys())
     if missing:
-        raise InputError(f"{place / PROOF}: {', '.join(missing)} missing, expected to be there")
+        raise InputError(f"{place / PROOF}: {', '.join(missing)} missing; {again}")
     prover = content["prover"]
     version = prover.get("version") if isinstance(prover, dict) else None
     if not isinstance(version, int) or not SOUND_SINCE <= version <= PROVER:

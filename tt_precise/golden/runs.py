@@ -1,4 +1,4 @@
-"""From computations of a scene to the tables that are published.
+"""From computations of a scene to the published tables.
 
 A ``Task`` says what to compute, a ``Run`` holds what came out, ``reconcile`` keeps the digits that
 all runs share. Runs are text, because heyoka's ``real`` numbers leak memory under NumPy 2.4 and

@@ -1,4 +1,4 @@
-"""Where golden data lie, and how the folder of a scene is read, held against hashes, replaced.
+"""The folders of golden data: reading, verification of hashes, replacement.
 
 Four hashes say what was built: of each file (of its content, so that line ends and comments do not
 count), in ``manifest.json``; of the manifest itself and of the proof, inside each of them; and of
@@ -99,7 +99,7 @@ def some(names: Iterable[str], folder: Folder = None) -> list[str]:
     if not found:
         place = home() if folder is None else Path(folder)
         raise InputError(
-            f"golden data: got none in {place}, expected the folder of a scene there; "
+            f"golden data: got none in {place}, expected the folder of a scene; "
             "`tt-precise golden build` makes it"
         )
     return found
@@ -131,7 +131,7 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
     if not is_name(name):
         raise InputError(
             f"scene: got the file name {name[:60]!r}, expected letters, digits, - and _, "
-            "because a folder is called after it"
+            "because it names a folder"
         )
     if folder is not None:
         return Located(name, Path(folder))
@@ -258,7 +258,7 @@ def replace_folder(target: Path, files: dict[str, str]) -> None:
         shutil.rmtree(old, ignore_errors=True)
     except OSError as error:
         reason = error.strerror or type(error).__name__
-        raise InputError(f"{target}: {reason}; expected a place that can be written") from error
+        raise InputError(f"{target}: {reason}; expected a writable place") from error
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
 
@@ -311,7 +311,7 @@ def changed_files(stored: Stored) -> list[str]:
     changed = [file for file, sha256 in found.items() if sha256 != recorded[file]]
     if self_hash(manifest) != manifest.get(MANIFEST_HASH):
         changed.append(MANIFEST)
-    return [f"{', '.join(changed)} got changed since it was built"] if changed else []
+    return [f"{', '.join(changed)} changed since it was built"] if changed else []
 
 
 def stated(manifest: dict[str, Json], file: str) -> dict[str, Json]:
@@ -343,7 +343,7 @@ def require_manifest(stored: Stored) -> None:
         )
     if self_hash(manifest) != manifest[MANIFEST_HASH]:
         raise InputError(
-            f"{name}: {MANIFEST} got changed since it was built; "
+            f"{name}: {MANIFEST} has changed since it was built; "
             f"`tt-precise golden verify {name}` says where"
         )
 

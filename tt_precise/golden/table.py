@@ -49,7 +49,7 @@ class Table:
         if not lines:
             raise InputError("an empty file, expected a header line")
         if len(set(lines[0])) != len(lines[0]):
-            raise InputError("line 1: a column name stands twice, expected each once")
+            raise InputError("line 1: got a column name twice, expected each once")
         return cls(lines[0], tuple(lines[1:]))
 
     def csv(self) -> str:

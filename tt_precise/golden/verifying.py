@@ -106,17 +106,17 @@ def verify(
     workers: int | None = None,
     progress: Progress = silent,
 ) -> list[Verification]:
-    """Verify golden data, by default all there are: hashes, proofs and fresh computations.
+    """Verify golden data, by default all: hashes, proofs and fresh computations.
 
-    Fresh is a computation in triple-double, in vector form, of which at least 28 digits of every
-    entry, and every event, have to come out again; a scene too sensitive for that takes as many
-    bits as it needs. Others are in double and double-double, which shows what the scene loses.
-    Digits count relative to the component's size at the time.
+    A fresh computation in triple-double, in vector form, must confirm at least 28 digits of every
+    entry, and every event; a more sensitive scene takes as many bits as it needs. Computations in
+    double and double-double show how many digits the scene loses. Digits count relative to the
+    component's size at the time.
 
     Raises
     ------
     InputError
-        There are no such data, or none at all.
+        The data do not exist.
     """
     located = {one.name: one.folder for one in _asked_for(scenes, folder)}
     calls = [Call(name, (name, located[name])) for name in store.some(located, folder)]

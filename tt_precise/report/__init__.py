@@ -1,1 +1,1 @@
-"""The precision report: one HTML file, its Markdown twin, results as JSON, figures as SVG."""
+"""The precision report: HTML, Markdown, results as JSON, figures as SVG."""

@@ -1,1 +1,1 @@
-"""What knows no physics: files, cache, processes, progress, the terminal, records."""
+"""Tools without physics: files, cache, processes, progress, the terminal, records."""

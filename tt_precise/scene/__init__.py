@@ -1,1 +1,1 @@
-"""A top, its start and its run, as exact numbers, and the scenes that ship."""
+"""Scenes: body, start and run as exact numbers, and the shipped scenes."""

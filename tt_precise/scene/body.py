@@ -189,7 +189,7 @@ def _require_table(top: TippeTop) -> None:
     if not top.friction.smooth_at_rest:
         raise InputError(
             f"contact.law: got compliant with {top.law} friction, expected a law that is smooth at "
-            "rest (viscous, regularised, stribeck): sticking is solved on a rigid table only"
+            "rest (viscous, regularised, stribeck); sticking needs a rigid table"
         )
 
 
@@ -214,7 +214,7 @@ def body_numbers(given: Mapping[str, Json]) -> dict[str, Fraction]:
         if key not in given:
             continue
         if name in values:
-            raise InputError(f"body.{key}: got it beside another key for {name}, expected one")
+            raise InputError(f"body.{key}: got another key for {name} too, expected one of them")
         value = written(given[key], key) * unit
         if name in ("alpha", "I1", "I3"):
             for other in ("m", "R"):
@@ -248,9 +248,7 @@ def top_of(
     if friction is not None:
         law, values = _friction_of(friction)
         if "mu" in given:
-            raise InputError(
-                "body.mu: got it beside a table [friction], expected mu there and not in [body]"
-            )
+            raise InputError("body.mu: got a table [friction] too, expected mu only in that table")
         given |= values
     elif frictionless:
         given = {"mu": Fraction(0), **given}
@@ -258,7 +256,7 @@ def top_of(
         if name not in given:
             others = [key for key, (other, _) in UNIT_KEYS.items() if other == name]
             also = f" (or {' or '.join(others)})" if others else ""
-            raise InputError(f"missing key body.{name}, expected it to be given{also}")
+            raise InputError(f"missing key body.{name}, expected a value{also}")
     table, flies = ({}, False) if contact is None else _contact_of(contact)
     top = TippeTop.from_ratios(**given, **table, friction=law)
     require_si(top)
@@ -310,7 +308,7 @@ def require_keys(
                 f"unknown key {prefix}{shown}, expected only: " + ", ".join(sorted(known))
             )
     for key in sorted({*required} - table.keys()):
-        raise InputError(f"missing key {prefix}{key}, expected it to be given")
+        raise InputError(f"missing key {prefix}{key}, expected a value")
 
 
 # Generous: no top that stands on a table is beyond them.

@@ -70,7 +70,7 @@ class Law:
         if missing:
             raise InputError(
                 f"friction.law: got {self.name}, expected a law without {' and '.join(missing)}: "
-                "this arithmetic has none (double, extended, quad and mp have)"
+                "this arithmetic does not support it; use double, extended, quad or mp"
             )
 
     def missing(self, fn: Functions) -> list[str]:

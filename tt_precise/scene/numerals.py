@@ -152,8 +152,8 @@ def within_doubles(value: Fraction, what: str) -> Fraction:
     if abs(value) > LARGEST:
         digits = len(str(abs(value.numerator) // value.denominator))
         raise InputError(
-            f"{what}: got a number of {digits} digits before the point, expected one of at most "
-            "1e300 in size, for which double has a number"
+            f"{what}: got a number of {digits} digits before the point, expected at most 1e300 "
+            "in size (the range of double)"
         )
     return value
 

@@ -47,17 +47,17 @@ _RUN = ("until", "sample_every", "record", "events")
 
 @dataclass(frozen=True)
 class Scene:
-    """What to integrate: a body, a start, a horizon, and what to record on the way.
+    """A body, a start, a horizon and the columns and events to record.
 
     Times in s. ``record`` names quadratures from ``RECORDABLE`` (phi, psi in rad; x, y of the
     centre of mass in m); ``events`` names entries of the event catalogue. ``start`` may be a
-    mapping of entries as in a scene file, psi_dot and at_rest too; ``given`` keeps those from
-    which others are computed. ``flies`` says that the top flies on where contact is lost.
+    mapping of entries as in a scene file, including psi_dot and at_rest; ``given`` keeps these two.
+    ``flies``: the top continues in flight after loss of contact.
 
     Raises
     ------
     InputError
-        Something is no body, no start, or outside its range.
+        A body or start has the wrong type, or a value is out of range.
     """
 
     name: str
@@ -90,8 +90,8 @@ class Scene:
             raise InputError(f"until: got {str(self.until)[:60]}, expected seconds, at least 0")
         if 0 < self.until < SHORTEST:
             raise InputError(
-                "until: got less than 1e-300 s, which double cannot distinguish from 0; expected "
-                "0, or at least that"
+                "until: got less than 1e-300 s, which underflows in double; expected 0 or at "
+                "least 1e-300 s"
             )
         if self.sample_every <= 0:
             raise InputError(
@@ -100,8 +100,8 @@ class Scene:
         if self.until / self.sample_every > MOST_SAMPLES:
             shown = float(min(self.sample_every, Fraction(10**300)))
             raise InputError(
-                f"sample_every: got {shown:g}, which makes more than "
-                f"{MOST_SAMPLES} samples; expected a longer interval, or an earlier end (until)"
+                f"sample_every: got {shown:g}, which gives more than "
+                f"{MOST_SAMPLES} samples; expected a longer interval or a smaller until"
             )
         if self.model == "rolling" and self.body.spring:
             raise InputError(
@@ -117,15 +117,15 @@ class Scene:
         flight, lifted = self.model == "flight", isinstance(self.start, LiftedStart)
         if lifted and not flight and not self.body.spring:
             raise InputError(
-                "start.height, start.rise: got one of them on a rigid table, expected them in a "
-                "flight scene or on an elastic table only"
+                "start.height, start.rise: got one of them on a rigid table, expected a flight "
+                "scene or an elastic table"
             )
         if not flight:
             return
         if self.flies or self.body.mu or self.body.friction is not VISCOUS or self.body.spring:
             raise InputError(
                 "model: got flight with friction or a table, expected neither mu nor [friction] "
-                "nor [contact]: nothing touches the top"
+                "nor [contact]: the top has no contact"
             )
         height, rise = (getattr(self.start, name, Fraction(0)) for name in LIFTED)
         if height < 0 or (height == 0 and rise <= 0):
@@ -136,7 +136,7 @@ class Scene:
 
     @classmethod
     def of(cls, *, name: str = "scene", **tables: Any) -> Scene:
-        """A scene from the tables of a scene file as mappings: the same keys, units and checks.
+        """Return the scene with the tables of a scene file as mappings (same keys, units, checks).
 
         As here::
 
@@ -151,15 +151,15 @@ class Scene:
         Raises
         ------
         InputError
-            As of a file; the line names table and key.
+            The content is invalid; the line names table and key.
         """
         return _from_table(tables, name, "")
 
     def from_state(self, state: Any, **run: Any) -> Scene:
-        """The same scene from a state of a trajectory: ``scene.from_state(trajectory.at("3.2"))``.
+        """Return the scene that starts at a state: ``scene.from_state(trajectory.at("3.2"))``.
 
-        Its time begins at 0 and its azimuth too, as a start's do: the motion is the old one turned
-        about the vertical. ``run`` are entries of [run], such as ``until``.
+        Time and azimuth begin at 0, so the motion is the old one rotated about the vertical.
+        ``run`` has entries of [run], such as ``until``.
 
         Raises
         ------
@@ -282,7 +282,7 @@ def _entries(start: Start) -> dict[str, Any]:
 
 
 def shipped() -> list[str]:
-    """Names of the scenes that ship with the package."""
+    """Return the names of the shipped scenes."""
     return sorted(
         entry.name.removesuffix(".toml")
         for entry in _folder().iterdir()
@@ -291,12 +291,12 @@ def shipped() -> list[str]:
 
 
 def load_scene(scene: str | Path | Scene) -> Scene:
-    """Read a scene: a shipped name, or a path to a TOML file.
+    """Return the scene with a shipped name or from a TOML file.
 
     Raises
     ------
     InputError
-        No such scene or file, or its content is refused; the line names file and key.
+        The scene or file does not exist, or its content is invalid; the line names file and key.
     """
     if isinstance(scene, Scene):
         return scene

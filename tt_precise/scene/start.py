@@ -133,7 +133,9 @@ class Start:
         names = (*_ENTRIES[1:], *(LIFTED if lifted else ()))
         numbers = {name: getattr(state, name) for name in names}
         if None in numbers.values():
-            raise InputError("state: got a vertical axis, expected one whose Euler rates exist")
+            raise InputError(
+                "state: got a vertical axis, expected a tilted axis (Euler rates are undefined)"
+            )
         kind: type[Start] = LiftedStart if lifted else Start
         return kind(_inclination_of(state), **{n: as_fraction(x) for n, x in numbers.items()})
 
@@ -172,13 +174,13 @@ def _check_entries(given: Mapping[str, Json]) -> None:
             )
     if "omega_3" in given and PSI_DOT in given:
         raise InputError(
-            "start.psi_dot: got it beside omega_3, expected one of the two "
+            "start.psi_dot: got omega_3 too, expected one of the two "
             "(omega_3 = psi_dot + phi_dot cos theta)"
         )
     for name in ("theta", "omega_3"):
         if name not in given and not (name == "omega_3" and PSI_DOT in given):
             also = " (or psi_dot)" if name == "omega_3" else ""
-            raise InputError(f"missing key start.{name}, expected it to be given{also}")
+            raise InputError(f"missing key start.{name}, expected a value{also}")
     if AT_REST not in given:
         return
     if given[AT_REST] not in (CONTACT_POINT, CENTRE_OF_MASS):
@@ -187,7 +189,9 @@ def _check_entries(given: Mapping[str, Json]) -> None:
             f'expected "{CONTACT_POINT}" or "{CENTRE_OF_MASS}"'
         )
     if "nu_x" in given or "nu_y" in given:
-        raise InputError("start.at_rest: got nu_x or nu_y too, expected one or the other")
+        raise InputError(
+            "start.at_rest: got nu_x or nu_y too, expected either at_rest or nu_x and nu_y"
+        )
 
 
 def _with_psi_dot(start: Start, psi_dot: Fraction) -> Start:

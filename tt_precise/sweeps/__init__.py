@@ -1,11 +1,11 @@
-"""Many starts at once: SIMD lanes, cores, clusters.
+"""Integration of many starts at once: SIMD lanes, cores, clusters.
 
     >>> import tt_precise as tt
     >>> rows = tt.sweep("reference", vary={"phi_dot": [0, 100]}, recheck=0)
     >>> list(rows["outcome"])
     ['inverts', 'inverts']
 
-``tt.sweep`` is ``table``; it and the command are made of ``specification`` and ``sweep``.
+``table`` has ``tt.sweep``; it and the command use ``specification`` and ``sweep``.
 """
 
 from tt_precise.sweeps.run import Swept, sweep

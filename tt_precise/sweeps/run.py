@@ -44,7 +44,9 @@ class Swept:
         frames = list(self.store.frames())
         if not frames:
             reason = next(iter(self.store.quarantined.values()))
-            raise InputError(f"sweep: got no row ({reason}), expected some; lower what is varied")
+            raise InputError(
+                f"sweep: got no row ({reason}), expected some; reduce the varied values"
+            )
         return pandas.concat(frames, ignore_index=True)
 
 

@@ -156,7 +156,7 @@ class Specification:
         if self.scene.lifts:
             raise InputError(
                 f"{self.scene.name}: got a scene with flight or an elastic table, expected a rigid "
-                "one that ends where contact is lost; integrate such scenes one at a time"
+                "table without flight; integrate such scenes one at a time"
             )
         for value, allowed, what in (
             (self.sampler, SAMPLERS, "sampler"),

@@ -126,25 +126,22 @@ class Store:
         content = read(self.out, MANIFEST)
         if content is None:
             if names(self.out):
-                raise InputError(f"{self.out}: not empty, expected a new folder or a sweep's own")
+                raise InputError(f"{self.out}: not empty, expected a new folder or that of a sweep")
             manifest = {**wanted, "chunk": self.size, "specification": self.spec.description()}
             write(self.out, MANIFEST, (json.dumps(manifest, indent=2) + "\n").encode())
             return manifest
         found = _parsed(content)
         if found is None or not isinstance(found.get("chunk"), int):
-            raise InputError(
-                f"{self.out}: {MANIFEST} is damaged, expected a sweep's own; take another folder"
-            )
+            raise InputError(f"{self.out}: {MANIFEST} is damaged; use another folder")
         for key, value in wanted.items():
             if found.get(key) != value:
                 raise InputError(
-                    f"{self.out}: holds another sweep ({key} {str(found.get(key))[:80]}, not "
-                    f"{value}); expected its own specification and version, or another folder"
+                    f"{self.out}: has another sweep ({key} {str(found.get(key))[:80]}, not "
+                    f"{value}); expected the same specification and version, or another folder"
                 )
         if found["chunk"] < 1 or self._asked not in (None, found["chunk"]):
             raise InputError(
-                f"chunk: got {self._asked}, expected {found['chunk']}, with which {self.out} was "
-                "begun"
+                f"chunk: got {self._asked}, expected {found['chunk']} as in the files of {self.out}"
             )
         return found
 
@@ -296,7 +293,7 @@ def _unpacked(
     ):  # pyarrow's
         as_written = False
     if not as_written:
-        raise InputError(f"{what} is not what a sweep has written; run it again")
+        raise InputError(f"{what} has changed since the sweep wrote it; run the sweep again")
     return frame
 
 
@@ -361,7 +358,9 @@ def write(out: str, name: str, content: bytes) -> None:
         os.replace(temporary, target)
     except OSError as error:
         Path(temporary).unlink(missing_ok=True)
-        raise InputError(f"{target}: {error.strerror}, expected room and leave to write") from None
+        raise InputError(
+            f"{target}: {error.strerror}, expected free space and permission to write"
+        ) from None
 
 
 def names(out: str, folder: str = "") -> set[str]:
@@ -384,7 +383,7 @@ def _place(out: str) -> tuple[Any, str]:
             return fsspec.filesystem("file"), os.path.abspath(out)
         files, root = fsspec.core.url_to_fs(out)
     except (ImportError, ValueError, OSError) as error:  # s3fs is missing, for example
-        raise InputError(f"{out}: {error}; expected a URL that fsspec knows") from None
+        raise InputError(f"{out}: {error}; expected a URL that fsspec supports") from None
     return files, root.rstrip("/")
 
 

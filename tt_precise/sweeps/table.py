@@ -1,4 +1,4 @@
-"""Sweeps as tables: ``tt.sweep``, from one call; and the rows of any table of starts."""
+"""Sweeps as tables: ``tt.sweep``, and the rows of any table of starts."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def sweep(
     workers: int = 1,
     recheck: int = spot_check.ONE_IN,
 ) -> pandas.DataFrame:
-    """Integrate ``scene`` from many starts; a row of the result is a start.
+    """Integrate ``scene`` from many starts; each start gives one row.
 
     Parameters
     ----------
@@ -48,41 +48,41 @@ def sweep(
         A shipped name, a path to a TOML file, or a scene: gliding with the viscous law, or rolling,
         on a rigid table.
     vary
-        A grid: by name of a start value (rad, rad/s, m/s) or parameter (SI; I1 and I3 in units of
-        m R^2) the values it takes, as numbers or as text: "0.1,0.2", or "-200:200:801" for 801
+        A grid: the values of each start value (rad, rad/s, m/s) or parameter (SI; I1 and I3 in
+        units of m R^2), by name, as numbers or as text: "0.1,0.2", or "-200:200:801" for 801
         values, ends included.
     box, samples
-        So many samples of a box: by name the range, as two numbers or as "low:high".
+        Ranges by name, as two numbers or as "low:high", and the number of samples.
     sampler, seed
-        How the samples are drawn: a Sobol sequence or a Latin hypercube, and from which seed. The
-        seed also draws the rows that are integrated again.
+        A Sobol sequence or a Latin hypercube, and its seed. The seed also draws the rows to
+        recheck.
     record
         Further columns; see ``tt_precise.sweeps.columns``.
     until
         Horizon in s, instead of the scene's.
     contact
-        "unilateral": a row ends where g_n reaches 0; "bilateral": it goes on, with g_n < 0.
+        "unilateral": a row ends where g_n reaches 0; "bilateral": it continues with g_n < 0.
     out
-        A folder or URL for the rows; what is there already is not computed again.
+        A folder or URL for the rows; existing rows are not computed again.
     workers
-        Processes; more than one need the usual ``if __name__ == "__main__"`` in a script.
+        Processes; with more than one a script needs ``if __name__ == "__main__"``.
     recheck
-        One row in so many is integrated again in double-double; 0: none.
+        Integrate one row in ``recheck`` again in double-double; 0: none.
 
     Returns
     -------
     pandas.DataFrame
-        ``index``, what was varied, ``outcome``, and the columns of ``tt_precise.sweeps.columns``,
-        in SI; ``attrs["summary"]`` says what was found, what is missing, and how it ran. Outcomes
+        ``index``, the varied values, ``outcome``, and the columns of ``tt_precise.sweeps.columns``,
+        in SI; ``attrs["summary"]`` has results, missing rows and settings. Outcomes
         are ``inverts`` (has crossed the equator, and the axis is below it at the end),
         ``does_not_invert`` (energy and lambda at the end exclude that the axis reaches the
-        equator), ``undecided`` (neither is known at the horizon), ``contact_lost``,
+        equator), ``undecided`` (at the horizon neither is certain), ``contact_lost``,
         ``singular_contact`` and ``failed``.
 
     Raises
     ------
     InputError
-        Something of this cannot be used.
+        An argument cannot be used.
     """
     spec = specification(
         scene,

@@ -1,4 +1,4 @@
-"""Measurements: speed against accuracy, what calls cost, what checks catch.
+"""Measurements: speed against accuracy, costs of calls, faults that checks detect.
 
 ``problem`` says what is integrated and what is right; ``methods`` are the registered integrators
 (in the modules ``*_methods``); ``plan`` says which of them run at which settings; ``timing``,

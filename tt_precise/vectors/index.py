@@ -113,7 +113,7 @@ def stale(folder: Path) -> Iterator[str]:
         if listed[path] != present[path]:
             yield f"{path}: not as {INDEX} says"
     if listed == present and file.read_text("utf-8") != index_text(folder):
-        yield f"{INDEX}: differs from what is made now, beside the files"
+        yield f"{INDEX}: differs from a fresh index, except in its files"
     for path in sorted(_files(folder) - present.keys() - {INDEX, "README.md"}):
         yield f"{path}: no file of the reference data"
 

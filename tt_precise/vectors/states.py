@@ -1,4 +1,4 @@
-"""Depth 1: seeded states under every law of friction and contact, and each term there.
+"""Depth 1: seeded states under every law of friction and contact, and each term of the equations.
 
 A trajectory that drifts does not say which term is wrong; these numbers do. Inputs have 50 digits,
 so that rounding them does not show in the 34 of what is expected.

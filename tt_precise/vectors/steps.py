@@ -1,4 +1,4 @@
-"""Depth 2: where the states of depth 1 are after 0.1, 1 and 10 ms."""
+"""Depth 2: the states of depth 1 after 0.1, 1 and 10 ms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each term of the equations of motion at a state, by vectors, and how far Euler angles agree."""
+"""Each term of the equations of motion at a state, in vectors, checked in Euler angles."""
 
 from __future__ import annotations
 
