@@ -123,7 +123,7 @@ def test_bare_toml_numbers_stay_exact() -> None:
         ('I3 = "2/5"', 'I3 = "0.8"', "I3: got 0.8, expected at most 2 I1 = "),
         ('until = "8"', 'until = "-1"', "until: got -1, expected seconds, at least 0"),
         ('until = "8"', 'until = "8"\nsample_every = "0"', "sample_every: got 0, expected seconds"),
-        ('until = "8"', 'until = "1e300"', "sample_every: got 0.01, which makes more than"),
+        ('until = "8"', 'until = "1e300"', "sample_every: got 0.01, which gives more than"),
         ('until = "8"', 'until = "8"\nrecord = ["z"]', "record: got 'z', expected one of: phi"),
         ('until = "8"', 'until = "8"\nrecord = "phi"', "run.record: got 'phi', expected a list"),
         ('until = "8"', 'until = "8"\nevents = [1]', "run.events: got '[1]', expected a list"),

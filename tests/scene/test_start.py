@@ -80,7 +80,7 @@ def test_contact_point_at_rest_is_the_default() -> None:
         ({**PLAIN, "psi_dot": "1"}, r"start\.psi_dot: got omega_3 too"),
         ({**PLAIN, "psi": "1"}, r"unknown key start\.psi, expected only: at_rest, height, nu_x"),
         ({**PLAIN, "at_rest": "peg"}, r"start\.at_rest: got 'peg', expected \"contact point\""),
-        ({**PLAIN, "at_rest": "contact point", "nu_x": "0"}, "one or the other"),
+        ({**PLAIN, "at_rest": "contact point", "nu_x": "0"}, "expected either at_rest or"),
         ({"theta": "4", "omega_3": "1"}, "theta: got 4, expected 0 <= theta <= pi"),
     ],
 )

@@ -124,7 +124,7 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
     if not found.compared.any():
         first, last = golden.times[0], golden.times[-1]
         raise InputError(
-            f"t: got no time within the golden data, expected times from {first:g} to {last:g} s"
+            f"t: got no time of the golden data, expected times between {first:g} and {last:g} s"
         )
     fewest = FewestDigits()
     fewest.add(found)

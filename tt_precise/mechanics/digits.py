@@ -1,9 +1,8 @@
-"""How many digits of an entry are right: one rule for all that is estimated, compared or checked.
+"""The number of correct digits of an entry: one rule for estimates, comparisons and checks.
 
-An error counts beside the size, at that time, of what the entry belongs to: an entry that passes
-through zero has not lost its digits, and an entry that has decayed inherits the errors of what
-moves beside it. ``integrate(digits=N)`` delivers N digits by this rule, and ``check --digits N``
-asks for them.
+An error is relative to the size, at the same time, of the quantity to which the entry belongs. An
+entry that passes through zero does not lose its digits, and a decayed entry inherits the errors of
+its terms. ``integrate(digits=N)`` delivers N digits by this rule; ``check --digits N`` requires N.
 """
 
 from __future__ import annotations
@@ -32,11 +31,10 @@ from tt_precise.scene.body import Dimension, Parameters
 MOST_GOLDEN = 33  # digits that golden data can vouch for: they are rounded to 34
 
 RULE = (
-    "An error counts beside the size, at that time, of what the entry belongs to: the axis beside "
-    "1, L beside |L|, velocities beside |v_CM| + |omega||a|, rates beside the larger of themselves "
-    "and |omega|, angles beside 1 rad, positions beside the larger of their distance and R, "
-    "energies beside E, times beside the larger of themselves and sqrt(R/g); never beside less "
-    "than the natural I1 sqrt(g/R), sqrt(g R), sqrt(g/R), m g R. Near the vertical, where the "
+    "Errors are relative to the size at that time: 1 for the axis, |L| for L, |v_CM| + |omega||a| "
+    "for velocities, the larger of itself and |omega| for a rate, 1 rad for angles, the larger of "
+    "the distance and R for positions, E for energies, the larger of itself and sqrt(R/g) for a "
+    "time; at least I1 sqrt(g/R), sqrt(g R), sqrt(g/R), m g R. Near the vertical, where the "
     "direction of the tilt is uncertain, |omega| for phi_dot and psi_dot, and |v_A| for nu_x and "
     "nu_y, are divided by sin theta."
 )
@@ -47,11 +45,11 @@ ALONG_THE_TILT = ("nu_x", "nu_y")
 
 
 def sizes(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> dict[str, Scalar]:
-    """What the error of each of ``columns`` counts beside, in any arithmetic; see ``RULE``.
+    """Return the size to which the error of each of ``columns`` is relative; see ``RULE``.
 
     ``columns`` are numbers, or arrays over time, in the units of ``body``: those of a state, as
-    vectors or Euler angles, and any others. One that is None is undefined and has no size. A
-    quantity whose dimension the rule does not name counts beside itself.
+    vectors or Euler angles, and any others. One that is None is undefined and has no size. For a
+    dimension that the rule does not name the size is the quantity itself.
     """
     q = _motion(body, columns, fn)
     rate = fn.sqrt(body.g / body.R)

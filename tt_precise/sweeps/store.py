@@ -293,7 +293,7 @@ def _unpacked(
     ):  # pyarrow's
         as_written = False
     if not as_written:
-        raise InputError(f"{what} has changed since the sweep wrote it; run the sweep again")
+        raise InputError(f"{what} has changed since the sweep wrote it; run it again")
     return frame
 
 
