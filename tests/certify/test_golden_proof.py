@@ -322,7 +322,7 @@ def test_what_no_build_wrote_is_neither_proved_nor_sealed(
     else:  # edited, so that its own hash no longer fits
         manifest.write_text(json.dumps(json.loads(manifest.read_text()) | json.loads(text)))
     before = manifest.read_text()
-    message = "got no digits, evidence" if text == "{}" else "changed since it was built"
+    message = "got no digits, evidence" if text == "{}" else "has changed since it was built"
     with pytest.raises(InputError, match=f"manifest.json {message}"):
         record_proof(tmp_path / NAME)
     monkeypatch.setattr("tt_precise.certify.golden_proof.prove", None)
