@@ -222,3 +222,11 @@ def test_tilts_of_any_size_are_integrated_as_alone() -> None:
         alone = tt.integrate(replace(scene, start=start))
         assert rows["t_stop"][row] == alone.t_end == 8
         assert abs(rows["steps"][row] / alone.steps - 1) < 0.05
+
+
+def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c() -> None:
+    start = {"theta": ["1.3"], "theta_dot": ["4"], "phi_dot": ["20"], "omega_3": ["-75", "-25"]}
+    rows = tt.sweep("reference", vary=start, until="0.1", record=["t_equator"], recheck=1)
+    assert rows["t_equator"].notna().all()
+    assert rows["t_init_C"].notna().tolist() == [False, True]
+    assert rows.attrs["summary"]["recheck"]["only_in_one"] == []

@@ -256,9 +256,19 @@ class _Integrated:
 
         columns = (
             times("equator"), turns(False), turns(True), times("phi_dot_zero"),
-            times("Lk_equals_Lz"), times("Lk_equals_minus_Lz"),
+            times("Lk_equals_Lz"), times("Lk_equals_minus_Lz"), self._climbs_backwards(),
         )  # fmt: skip
         return [from_marks(Marks(*row), math.pi) for row in zip(*columns, strict=True)]
+
+    def _climbs_backwards(self) -> list[bool]:
+        """Whether phi_dot, with the sign of lambda, is negative at a row's first crossing."""
+        mine = self._events("equator")
+        owner = self.owner[mine]
+        with numpy.errstate(all="ignore"):
+            mirrored = numpy.sign(jellett(self._start_motion))[owner]
+            q = self._motion(self.states[mine], owner)
+            phi_dot = QUANTITIES["phi_dot"].evaluate(q) * mirrored
+        return [any(one < 0 for one in row[:1]) for row in self._by_row(phi_dot, owner)]
 
     def _by_row(self, column: Array, owner: Array) -> list[list[float]]:
         cuts = numpy.searchsorted(owner, numpy.arange(self.rows + 1)).tolist()

@@ -227,20 +227,20 @@ class Zeros:
         which, place, rising = zeros(polynomials, first, last, sure)
         since = place * width[which]
         row, direction, time = row[which], 2 * rising - 1, steps.begin[step, lane][which] + since
-        if one.turning:
+        if number == 0:
+            wanted = direction < 0
+        elif one.turning:
             # minima before the climb, and maxima after it
             climb = self.climb[row]
             wanted = one.every | (climb < EARLY) | ((time > climb) == rising)
-            which, row, direction = which[wanted], row[wanted], direction[wanted]
-            time, since = time[wanted], since[wanted]
-            series = steps.columns(step[which], lane[which], *range(6))  # axis and momentum
-            state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
-            state[:, :6] = states_in(series, since)
-            return self._events(number, row, direction, time, state)
-        if number == 0:
-            falling = direction < 0
-            row, direction, time = row[falling], direction[falling], time[falling]
-        return self._events(number, row, direction, time)
+        else:
+            return self._events(number, row, direction, time)
+        which, row, direction = which[wanted], row[wanted], direction[wanted]
+        time, since = time[wanted], since[wanted]
+        series = steps.columns(step[which], lane[which], *range(6))  # axis and momentum
+        state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
+        state[:, :6] = states_in(series, since)
+        return self._events(number, row, direction, time, state)
 
     def _events(
         self, number: int, row: Array, direction: Array, time: Array, state: Array = None
