@@ -235,7 +235,7 @@ def test_who_interrupts_does_not_wait(flight_job: dict[str, Any], tmp_path: Path
 
 
 def test_no_such_program(flight_job: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match=r"engines: got '\./nowhere', which cannot be started"):
+    with pytest.raises(InputError, match=r"engines: got '\./nowhere', which does not start"):
         run(["./nowhere"], flight_job)
 
 
@@ -253,9 +253,9 @@ def test_the_command_prints_job_and_schema(capsys: pytest.CaptureFixture[str]) -
         (["--engine", "Havok"], "engine: got 'Havok', expected one of: MuJoCo"),
         (["--rung", "loop"], "rung: got 'loop', expected one of: flight"),
         (["--step", "0.003"], "step: got 0.003, expected a whole fraction"),
-        (["--run", "./x", "--engine", "DART"], "run: expected one program"),
+        (["--run", "./x", "--engine", "DART"], "expected one program"),
         (["--run", "'./nowhere"], "No closing quotation"),
-        (["--law", "viscous"], "expected the program too"),
+        (["--law", "viscous"], "expected --run too"),
     ],
 )
 def test_the_command_refuses_in_one_line(
