@@ -275,7 +275,7 @@ def mathml(node: Node, marked: Places = NONE) -> str:
     """A ``<math>`` element; the marked places carry the class ``differs``."""
     from latex2mathml.converter import convert
 
-    return str(convert(_Latex(marked, r"\class{differs}{...}").of(node, ())))
+    return str(convert(_Latex(marked, r"\class{differs}{...}", r"\, ").of(node, ())))
 
 
 def latex(node: Node, marked: Places = NONE) -> str:
@@ -316,10 +316,13 @@ def _compare(
 
 
 class _Latex:
-    """LaTeX of a tree; ``mark`` wraps what stands at the marked places."""
+    """LaTeX of a tree; ``mark`` wraps what stands at the marked places.
 
-    def __init__(self, marked: Places, mark: str):
-        self.marked, self._mark_form = marked, mark
+    ``space`` stands behind the name of a function; TeX needs none there.
+    """
+
+    def __init__(self, marked: Places, mark: str, space: str = " "):
+        self.marked, self._mark_form, self._space = marked, mark, space
 
     def of(self, node: Node, place: Place) -> str:
         written = getattr(self, f"_{node.kind}")(node, place)
@@ -386,7 +389,7 @@ class _Latex:
     def _argument(self, node: Node, place: Place) -> str:
         written = self.of(node.parts[1], (*place, 1))
         if node.parts[0].text in _UPRIGHT and node.parts[1].kind == "symbol":
-            return f" {written}"
+            return self._space + written
         return self._bracketed(written)
 
     def _cross(self, node: Node, place: Place) -> str:
