@@ -2,10 +2,10 @@
 
 import json
 import re
-from base64 import b64decode
 from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
@@ -77,9 +77,9 @@ def test_figures_are_images_in_the_page(small_report: Report) -> None:
     assert 'alt="A circle."' in figure
     assert 'aria-describedby="about-circle"' in figure
     assert "a circle to be seen" in figure
-    held = re.search(r'src="data:image/svg\+xml;base64,([^"]*)"', figure)
+    held = re.search(r'src="data:image/svg\+xml,([^"]*)"', figure)
     assert held
-    assert b64decode(held[1]).decode("utf-8") == small_report.figures[0].svg
+    assert small_report.figures[0].svg.endswith(unquote(held[1]))
 
 
 def test_markdown_is_a_twin(small_report: Report) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from base64 import b64encode
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.report import layout, prose
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
 MIXED = {"reading", "untestable", "skipped", "misprint"}
+
+
+# in an address between double quotes
+_AS_THEY_ARE = "<>/=:;,'() +-_.!~*@?"
 
 
 def html(report: Report) -> str:
@@ -105,9 +109,12 @@ def _pair(
     return tuple(map(Markup, written))
 
 
-def _image(figure: Figure) -> str:
+def _image(figure: Figure) -> Markup:
     """The figure as the address of an image that the page itself holds."""
-    return "data:image/svg+xml;base64," + b64encode(figure.svg.encode("utf-8")).decode("ascii")
+    from markupsafe import Markup
+
+    svg = quote(figure.svg[figure.svg.index("<svg") :], safe=_AS_THEY_ARE)
+    return Markup("data:image/svg+xml," + svg)
 
 
 def _compact(value: Mapping[str, Json]) -> Markup:
