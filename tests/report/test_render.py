@@ -79,7 +79,10 @@ def test_figures_are_images_in_the_page(small_report: Report) -> None:
     assert "a circle to be seen" in figure
     held = re.search(r'src="data:image/svg\+xml,([^"]*)"', figure)
     assert held
-    assert small_report.figures[0].svg.endswith(unquote(held[1]))
+    assert unquote(held[1]) == (
+        "<svg viewBox='0 0 9 9'><metadata>by somebody</metadata><style>*{fill: red}</style>"
+        "<g id='circle-g'><circle style='fill: #000000' r='4'/></g></svg>"
+    )
 
 
 def test_markdown_is_a_twin(small_report: Report) -> None:

@@ -25,7 +25,7 @@ MIXED = {"reading", "untestable", "skipped", "misprint"}
 
 
 # in an address between double quotes
-_AS_THEY_ARE = "<>/=:;,'() +-_.!~*@?"
+_AS_THEY_ARE = "<>/=:;,'() +-_.!~*@?{}|"
 
 
 def html(report: Report) -> str:
@@ -113,7 +113,9 @@ def _image(figure: Figure) -> Markup:
     """The figure as the address of an image that the page itself holds."""
     from markupsafe import Markup
 
-    svg = quote(figure.svg[figure.svg.index("<svg") :], safe=_AS_THEY_ARE)
+    svg = re.sub(r"<!--.*?-->", "", figure.svg[figure.svg.index("<svg") :], flags=re.DOTALL)
+    svg = svg.replace('"', "'")
+    svg = quote(svg, safe=_AS_THEY_ARE)
     return Markup("data:image/svg+xml," + svg)
 
 

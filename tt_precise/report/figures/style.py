@@ -56,8 +56,10 @@ def finished(name: str, drawing: Drawing, *, caption: str, alt: str) -> Figure:
 
 
 def svg_text(drawing: Drawing) -> str:
-    """The drawing as SVG: no date, one decimal in paths; the same data give the same text."""
+    """The drawing as SVG: no metadata, one decimal in paths; the same data give the same text."""
     text = plotting.svg_text(drawing)
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r"\s+", " ", text).replace("> <", "><")
     return re.sub(r' (?:d|points|x|y)="[^"]*"|translate\([^)]*\)', _rounded, text)
 
 
