@@ -85,11 +85,24 @@ def test_only_some(capsys: pytest.CaptureFixture[str]) -> None:
         cli.main(["events", "upright", "--only", "equator,extremum:g_n", "--precision", "extended"])
         == 0
     )
-    out = capsys.readouterr().out
-    assert out.splitlines() == [
+    first, *climb = capsys.readouterr().out.splitlines()
+    assert first.startswith("extremum:g_n: its function touches zero or stays there")
+    assert climb == [
         f"{key:>9}: none"
         for key in ("t_init_A", "t_end_A", "t_init_B", "t_end_B", "t_init_C", "t_end_C")
     ]
+
+
+def test_a_touch_is_said_once(capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["events", "rolling", "--only", "phi_dot_zero,theta_max", "--until", "1"]
+    assert cli.main(command) == 0
+    said = capsys.readouterr().out
+    assert said.count("phi_dot_zero") == 1
+    assert "phi_dot_zero: its function touches zero or stays there, does not cross\n" in said
+    assert cli.main([*command, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["touches"] == ["phi_dot_zero"]
+    assert cli.main(["run", "rolling", "--until", "1", "--events", "phi_dot_zero", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["touches"] == ["phi_dot_zero"]
 
 
 def test_a_rolling_scene_has_its_own_catalogue(capsys: pytest.CaptureFixture[str]) -> None:

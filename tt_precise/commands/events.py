@@ -73,12 +73,16 @@ def command(
             "status": run.status,
             "t_end": text(context.mpf(run.t_end)),
             "events": event_rows(run),
+            "touches": run.touches,
             "climb": {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()}
             or None,
         }
         click.echo(json.dumps(content))
         return 0
     shown = _lines(run)
+    shown += [
+        f"{name}: its function touches zero or stays there, does not cross" for name in run.touches
+    ]
     shown += [f"{key:>9}: {_seconds(time)}" for key, time in climb.items()]
     if run.status != "complete":
         meaning = TERMINAL.get(run.status, "the integration ended early")

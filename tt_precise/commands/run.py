@@ -116,6 +116,9 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
         Meta(description="largest relative drift of everything that is conserved, decimals"),
     ]
     events: Annotated[tuple[EventRecord, ...], Meta(description="recorded events in order of time")]
+    touches: Annotated[
+        tuple[str, ...], Meta(description="events whose functions touch zero and do not cross")
+    ]
 
 
 @click.command("run", epilog=f"Digits: {RULE}")
@@ -254,6 +257,7 @@ def summary(trajectory: Trajectory) -> RunRecord:
         digits=round(trajectory.digits, 1),
         drift={name: short(value) for name, value in trajectory.drift.items()},
         events=tuple(EventRecord(**row) for row in event_rows(trajectory)),
+        touches=trajectory.touches,
     )
 
 
@@ -352,6 +356,10 @@ def lines(trajectory: Trajectory) -> list[str]:
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
     ]
     shown += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]
+    shown += [
+        f"  {name}: its function touches zero or stays there, does not cross"
+        for name in trajectory.touches
+    ]
     if trajectory.status == "contact_ignored":
         shown.append("  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top")
     elif trajectory.status != "complete":

@@ -137,8 +137,9 @@ class Pieces(Protocol):
 class Propagation:
     """How one propagation went, in heyoka's own numbers, dimensionless.
 
-    The end is at ``time`` + ``time_low``: a step to an event ends between two numbers. ``samples``
-    are the states at the times that were asked for, where all were reached.
+    The end is at ``time`` + ``time_low``: a step to an event ends between two numbers. ``touches``
+    are the events whose functions touch zero somewhere without crossing it. ``samples`` are the
+    states at the times that were asked for, where all were reached.
     """
 
     status: Status
@@ -148,6 +149,7 @@ class Propagation:
     steps: int
     order: int
     hits: tuple[Hit, ...]
+    touches: frozenset[str] = frozenset()
     samples: Array | None = field(default=None, compare=False, repr=False)
 
 

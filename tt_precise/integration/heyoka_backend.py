@@ -257,6 +257,7 @@ def _propagation_of(
     steps: int,
 ) -> Propagation:
     time, time_low = made.adaptive.dtime
+    hits, touches = settled(made.hits, setup, start, time)
     return Propagation(
         status=status,
         time=time,
@@ -264,7 +265,8 @@ def _propagation_of(
         state=_values(made.adaptive),
         steps=steps,
         order=made.adaptive.order,
-        hits=settled(made.hits, setup, start, time),
+        hits=hits,
+        touches=touches,
     )
 
 

@@ -146,8 +146,8 @@ def propagate_in_doubles(
         if end.status:
             break
     assert end.status, "a run goes on until it ends"
-    hits = settled(run.hits, setup, start, end.time)
-    return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits)
+    hits, touches = settled(run.hits, setup, start, end.time)
+    return Propagation(end.status, end.time, fn.mpf(0), end.state, steps, order, hits, touches)
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:

@@ -106,6 +106,12 @@ class Run(Span):
         hits = (hit for one in self.segments for hit in one.output.propagation.hits)
         return Counter([hit.name for hit in hits] + [one.ended for one in self.joints])
 
+    @property
+    def touches(self) -> tuple[str, ...]:
+        """Events asked for whose functions touch zero, or stay there, without crossing it."""
+        touched = {name for one in self.segments for name in one.output.propagation.touches}
+        return tuple(name for name in self.setup.events if name in touched)
+
     @cached_property
     def end_time(self) -> Scalar:
         """Dimensionless end of the solution: the exact horizon where it was reached."""

@@ -349,6 +349,14 @@ class Trajectory:
         """How often each event was recorded."""
         return self.run.event_counts
 
+    @property
+    def touches(self) -> tuple[str, ...]:
+        """Events asked for whose functions were seen to touch zero, or stay there, not cross it.
+
+        That is no event; the same function may cross zero elsewhere.
+        """
+        return self.run.touches
+
     @cached_property
     def suspect_events(self) -> tuple[str, ...]:
         """Events of which one may be missing: the function rises, or falls, twice in a row.

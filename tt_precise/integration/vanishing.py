@@ -35,6 +35,7 @@ GUARD = 40  # bits behind those of the run, within which guarded numbers agree
 SUSPICIOUS = 1e-10  # of its summands: a lobe this shallow is looked at with all bits
 NEAREST = 64  # parts of the first step, where series converge so slowly
 NEWTONS = 60
+TO_THE_EXTREMUM = 3  # Newton's steps from a zero beside it
 
 
 class AtStart(NamedTuple):
@@ -203,15 +204,22 @@ def _places(c: Sequence[Scalar], length: Scalar) -> list[tuple[Scalar, int]]:
     return places
 
 
-def settled(hits: Sequence[Hit], setup: Setup, start: InitialState, end: Scalar) -> tuple[Hit, ...]:
-    """The events among the ``hits`` of a run: with those of the first step, without touches."""
+def settled(
+    hits: Sequence[Hit], setup: Setup, start: InitialState, end: Scalar
+) -> tuple[tuple[Hit, ...], frozenset[str]]:
+    """The events among the ``hits`` of a run, and whose functions touch zero or never leave it.
+
+    The events of the first step are added, touches are left out.
+    """
     if not setup.events:
-        return tuple(hits)
+        return tuple(hits), frozenset()
     first = at_start(setup, start)
     early = [hit for hit in first.hits if hit.time <= end]
     later = [hit for hit in hits if hit.time >= FIRST_STEP and hit.name not in first.silent]
     keep = _crossing(later, setup, start) if later else []
-    return (*early, *(hit for hit, kept in zip(later, keep, strict=True) if kept))
+    crossed = [hit for hit, kept in zip(later, keep, strict=True) if kept]
+    touched = {hit.name for hit, kept in zip(later, keep, strict=True) if not kept}
+    return (*early, *crossed), first.silent | touched
 
 
 def _crossing(hits: Sequence[Hit], setup: Setup, start: InitialState) -> list[bool]:
@@ -262,14 +270,33 @@ def _at(number: Sized, places: Sequence[int], count: int) -> Sized:
 def _with_all_bits(
     hits: Sequence[Hit], chosen: Mapping[str, Event], setup: Setup, start: InitialState
 ) -> list[Array]:
-    """Coefficients of the one function that is chosen, rounded only at the end."""
+    """Coefficients of the one function that is chosen, at the extremum beside each hit.
+
+    They are rounded only at the end. A zero that is nearly double is found to half the bits, so
+    what is left at the extremum cancels between coefficients at the zero.
+    """
+    import numpy
+
     form, wide, guarded = setup.formulation, setup.precision.wide, setup.precision.guarded
     body = form.body([wide.number(x) for x in start.parameters(form)])
     rows = [wide.array([guarded(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
     with wide.precision():
         _, found = functions_along(setup, chosen, body, rows, wide)
         ((_, function),) = found.items()
-        return [function[k].astype(float) for k in range(4)]
+        c = [function[k] for k in range(4 + setup.precision.bits // 20)]
+        x = 0 * c[0]
+        with numpy.errstate(all="ignore"):
+            for _ in range(TO_THE_EXTREMUM):
+                x = x - _derivative(c, 1, x) / (2 * _derivative(c, 2, x))
+            return [_derivative(c, k, x).astype(float) for k in range(4)]
+
+
+def _derivative(c: Sequence[Array], k: int, x: Array) -> Array:
+    """The derivative number ``k`` of polynomials, over k!."""
+    found = 0 * x
+    for n in range(len(c) - 1, k - 1, -1):
+        found = found * x + math.comb(n, k) * c[n]
+    return found
 
 
 def _depth(c: Sequence[Array]) -> Array:
