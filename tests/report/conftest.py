@@ -75,7 +75,7 @@ def small_report(judgements: list[Judgement]) -> Report:
         name="cases-table",
     )
     svg = (
-        '<?xml version="1.0"?>\n<!DOCTYPE svg>\n<svg viewBox="0 0 9 9"><!-- a -->'
+        '<?xml version="1.0"?>\n<!DOCTYPE svg>\n<svg viewBox="0 0 9 9">'
         "<metadata>by somebody</metadata><style>*{fill: red}</style>"
         '<g id="circle-g"><circle style="fill: #000000" r="4"/></g></svg>'
     )

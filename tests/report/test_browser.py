@@ -24,7 +24,7 @@ QUIET = (
 )  # fmt: skip
 WIDTHS = {390: 844, 768: 1024, 1400: 900}
 HIGHEST_AT_1400 = 15_000  # px, folded
-LARGEST = 3_000_000  # bytes; each figure is an image with its own letters
+LARGEST = 2_500_000  # bytes
 MOST_PAGES = 40
 CONTRAST = 4.5  # of letters, WCAG 2 AA
 

@@ -113,9 +113,7 @@ def _image(figure: Figure) -> Markup:
     """The figure as the address of an image that the page itself holds."""
     from markupsafe import Markup
 
-    svg = re.sub(r"<!--.*?-->", "", figure.svg[figure.svg.index("<svg") :], flags=re.DOTALL)
-    svg = svg.replace('"', "'")
-    svg = quote(svg, safe=_AS_THEY_ARE)
+    svg = quote(figure.svg[figure.svg.index("<svg") :].replace('"', "'"), safe=_AS_THEY_ARE)
     return Markup("data:image/svg+xml," + svg)
 
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
@@ -122,10 +122,12 @@ def save(figure: Figure, path: str | Path) -> None:
         figure.savefig(temporary, format=ending[1:], metadata=_METADATA[ending], dpi=DPI)
 
 
-def svg_text(figure: Figure) -> str:
-    """A picture as SVG text."""
+def svg_text(figure: Figure, letters: Literal["path", "none"] = "path") -> str:
+    """A picture as SVG text; its letters as outlines, or with "none" as text."""
+    import matplotlib
+
     sink = io.StringIO()
-    with styled():
+    with styled(), matplotlib.rc_context({"svg.fonttype": letters}):
         figure.savefig(sink, format="svg", metadata=_METADATA[".svg"])
     return _numbered(sink.getvalue())
 

@@ -151,7 +151,7 @@ def growth_of_errors(rows: pandas.DataFrame) -> Figure:
             times = numpy.array([mine["t_s"].min(), mine["t_s"].max()])
             level = float(rms.iloc[0])
             panel.loglog(times, level * numpy.sqrt(times / times[0]), "--", color=style.BLACK,
-                         label=r"$\sqrt{t}$")  # fmt: skip
+                         label=r"$t^{1/2}$")  # fmt: skip
             panel.set_ylim(1e-17, None)
             panel.set_ylabel(f"relative error, {scene}")
             style.legend(panel)

@@ -25,7 +25,8 @@ __all__ = [
     "legend", "moments", "panels", "svg_text", "thinned",
 ]  # fmt: skip
 WIDTH = 5.6  # inches
-DECIMALS = 1  # of a point (1/72 inch) in paths: a seventh of a pixel
+DECIMALS = 1  # of a point (1/72 inch): a seventh of a pixel
+LETTERS = "'DejaVu Sans', Verdana, sans-serif"  # Verdana's are as wide
 
 
 @contextmanager
@@ -56,18 +57,24 @@ def finished(name: str, drawing: Drawing, *, caption: str, alt: str) -> Figure:
 
 
 def svg_text(drawing: Drawing) -> str:
-    """The drawing as SVG: no metadata, one decimal in paths; the same data give the same text."""
-    text = plotting.svg_text(drawing)
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    """The drawing as SVG: letters as text, one decimal; the same data give the same text."""
+    text = plotting.svg_text(drawing, "none")
+    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.DOTALL)
     text = re.sub(r"\s+", " ", text).replace("> <", "><")
-    return re.sub(r' (?:d|points|x|y)="[^"]*"|translate\([^)]*\)', _rounded, text)
+    text = re.sub(r' (?:d|points|x|y|transform)="[^"]*"', _short, text)
+    # nothing refers to the groups, and one rule names the letters of all texts
+    text = re.sub(
+        r'(?<=<g) id="[^"]*"| transform="rotate\(-?0 [^"]*"|; font-family: [^;"]*', "", text
+    )
+    return text.replace("</style>", f"text{{font-family: {LETTERS}}}</style>", 1)
 
 
-def _rounded(found: re.Match[str]) -> str:
-    return re.sub(
+def _short(found: re.Match[str]) -> str:
+    text = re.sub(
         r"-?\d+\.\d+", lambda number: f"{float(number[0]):.{DECIMALS}f}".rstrip("0").rstrip("."),
         found[0],
     )  # fmt: skip
+    return re.sub(r"(?:L \S+ \S+ ){2,}", lambda lines: "L " + lines[0].replace("L ", ""), text)
 
 
 def curve(
