@@ -13,15 +13,14 @@ import flint
 
 import tt_precise as tt
 from tt_precise.certify import NotProved, prove
-from tt_precise.certify.balls import Balls
 from tt_precise.certify.onset import Exact, Onset, onset
-from tt_precise.certify.problem import body_of, form_of, problem_of
-from tt_precise.certify.taylor_model import taylor
+from tt_precise.certify.problem import FUNCTIONS, body_of, form_of, problem_of
 from tt_precise.integration.events import catalogue, event_named
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.scene.scene import Inclination, Scene
+from tt_precise.taylor.series import solution
 
 SINE, COSINE = Exact.sine_cosine()
 
@@ -93,10 +92,10 @@ def test_leading_coefficients_are_those_of_mpmath(name: str) -> None:
         euler = EulerState(None, *start)
         vectors = vectors_from_euler(body, euler, mpmath.mp, sine_cosine=sine_cosine)
         state = [mpmath.mpf(value) for value in vectors[: len(form.columns)]]
-        series = taylor(lambda y: form.rates(body, form.State(*y), mpmath.mp), state, 3)
+        series = solution(lambda y: form.rates(body, form.State(*y), mpmath.mp), state)
         motion = form.motion(body, form.State(*series), mpmath.mp)
         for event in catalogue(scene.model):
-            found = event_named(event, scene.model).function(motion).coefficients
+            found = event_named(event, scene.model).function(motion).upto(3)
             exact = begins(scene, event)
             assert exact is not None
             size = max(abs(one) for one in found)
@@ -111,11 +110,11 @@ def test_leading_coefficients_with_dry_friction_are_those_of_balls(name: str) ->
     with flint.ctx.workprec(200):
         body = body_of(scene, problem_of(scene).parameters())
         start = list(problem_of(scene).start())
-        series = taylor(lambda y: form.rates(body, form.State(*y), Balls), start, 2)
-        motion = form.motion(body, form.State(*series), Balls)
+        series = solution(lambda y: form.rates(body, form.State(*y), FUNCTIONS), start)
+        motion = form.motion(body, form.State(*series), FUNCTIONS)
         orders = set()
         for event in catalogue(scene.model):
-            found = event_named(event, scene.model).function(motion).coefficients
+            found = event_named(event, scene.model).function(motion).upto(2)
             exact = begins(scene, event)
             assert exact is not None
             orders.add(exact.order)

@@ -1,11 +1,10 @@
-"""Taylor models, dual numbers and power series, against exact arithmetic."""
+"""Taylor models and dual numbers, against exact arithmetic."""
 
 from __future__ import annotations
 
 import random
 from collections.abc import Iterator
 from fractions import Fraction
-from math import factorial
 
 import pytest
 
@@ -18,9 +17,7 @@ from tt_precise.certify.balls import NotProved, ball, bounds
 from tt_precise.certify.taylor_model import (
     DualNumber,
     Frame,
-    PowerSeries,
     TaylorModel,
-    taylor,
     variables,
 )
 
@@ -124,40 +121,3 @@ def test_a_value_without_slopes_stays_constant() -> None:
 def test_division_by_an_integer_rounds_nothing() -> None:
     third = DualNumber(Fraction(1), {0: Fraction(2)}) / 3
     assert (third.value, third.partials[0]) == (Fraction(1, 3), Fraction(2, 3))
-
-
-def test_the_exponential_series() -> None:
-    (y,) = taylor(lambda y: [y[0]], [Fraction(1)], 6)
-    assert y.coefficients == tuple(Fraction(1, factorial(n)) for n in range(7))
-
-
-def test_a_pole_in_the_rate() -> None:
-    # y' = 1/y, y(0) = 1: sqrt(1 + 2 t)
-    (y,) = taylor(lambda y: [1 / y[0]], [Fraction(1)], 4)
-    square = y * y
-    assert square.coefficients == (1, 2, 0, 0, 0)
-
-
-def test_an_oscillator_and_a_clock() -> None:
-    # the third rate contains no component
-    x, v, t = taylor(lambda y: [y[1], -y[0], 1], [Fraction(1), Fraction(0), Fraction(0)], 4)
-    assert x.coefficients == (1, 0, Fraction(-1, 2), 0, Fraction(1, 24))
-    assert v.coefficients == (0, -1, 0, Fraction(1, 6), 0)
-    assert t.coefficients == (0, 1, 0, 0, 0)
-
-
-def test_arithmetic_with_numbers() -> None:
-    t = PowerSeries([Fraction(0), Fraction(1), Fraction(0)])
-    assert (2 * t - 1).coefficients == (-1, 2, 0)
-    assert (1 - t / 2).coefficients == (1, Fraction(-1, 2), 0)
-    assert (t - t).coefficients == (0, 0, 0)
-    assert ((3 + t) / (1 + t)).coefficients == (3, -2, 2)
-
-
-def test_the_square_root() -> None:
-    class Square(Fraction):
-        def sqrt(self) -> Fraction:
-            return Fraction(3)
-
-    root = PowerSeries([Square(9), Fraction(6), Fraction(2), Fraction(5)]).sqrt()
-    assert (root * root).coefficients == (9, 6, 2, 5)

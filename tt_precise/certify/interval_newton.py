@@ -22,13 +22,14 @@ from functools import cached_property, lru_cache
 import flint
 from flint import arb
 
-from tt_precise.certify.balls import Balls, NotProved, between, fraction, largest
+from tt_precise.certify.balls import NotProved, between, fraction, largest
 from tt_precise.certify.enclosure import VerifiedStep
 from tt_precise.certify.onset import Onset, onset
-from tt_precise.certify.problem import Function, Observer
-from tt_precise.certify.taylor_model import DualNumber, PowerSeries, TaylorModel, taylor
+from tt_precise.certify.problem import FUNCTIONS, Function, Observer
+from tt_precise.certify.taylor_model import DualNumber, TaylorModel
 from tt_precise.integration.events import event_named
 from tt_precise.scene.scene import Scene
+from tt_precise.taylor.series import Series, solution
 
 MOST_HALVINGS = 30  # of a part, in the search for one where F or F' has a sign
 MOST_HALVINGS_AT_START = 200  # of the first step, for [0, b]; each costs two evaluations
@@ -194,10 +195,10 @@ class _Part:
         problem = self.step.problem
         tube = self.step.sharp[0] if self.sharp else self.step.tube
         parameters = problem.parameters()
-        series = taylor(lambda y: problem.rates(parameters, y, Balls), list(tube), order)
+        series = solution(lambda y: problem.rates(parameters, y, FUNCTIONS), tube)
         found = self.function(series)
-        assert isinstance(found, PowerSeries)  # a function of the state
-        return TaylorModel.of(found.coefficients[order], tube[0].frame)
+        assert isinstance(found, Series)  # a function of the state
+        return TaylorModel.of(found[order], tube[0].frame)
 
     def _zero(self, a: arb, b: arb, direction: int) -> Zero:
         """The zero in [a, b], refined as far as the enclosure allows."""

@@ -23,13 +23,13 @@ import flint
 from flint import arb, fmpq, fmpq_poly
 
 from tt_precise.certify.balls import Balls, NotProved, ball
-from tt_precise.certify.taylor_model import PowerSeries, taylor
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Inclination, Scene
+from tt_precise.taylor.series import Series, SeriesFunctions, solution
 
 MOST_ORDER = 6
 MOST_BITS = 1 << 16
@@ -150,10 +150,10 @@ def _at(polynomial: fmpq_poly, x: arb) -> arb:
 
 
 @lru_cache(maxsize=8)
-def _solution(scene: Scene, order: int) -> tuple[Scalar, tuple[PowerSeries, ...]]:
-    """The body (SI, exact) and the Taylor series of the scene's solution."""
+def _motion(scene: Scene) -> Motion:
+    """The scene's solution as power series with exact coefficients, SI."""
     form = formulation(scene.model, "newton", scene.body.friction)
-    body = scene.body.numbers(Fraction)
+    body, fn = scene.body.numbers(Fraction), SeriesFunctions(Balls)
     if scene.start.theta.at_pole:
         sine, cosine = Exact.of(0), Exact.of(-1 if scene.start.theta.from_pi else 1)
     else:
@@ -162,7 +162,8 @@ def _solution(scene: Scene, order: int) -> tuple[Scalar, tuple[PowerSeries, ...]
     euler = EulerState(theta=None, **{name: Exact.of(value) for name, value in start.items()})
     vectors = vectors_from_euler(body, euler, None, sine_cosine=(sine, cosine))
     state = [Exact.of(value) for value in vectors[: len(form.columns)]]
-    return body, tuple(taylor(lambda y: form.rates(body, form.State(*y), Balls), state, order))
+    series = solution(lambda y: form.rates(body, form.State(*y), fn), state)
+    return form.motion(body, form.State(*series), fn)
 
 
 def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
@@ -171,11 +172,9 @@ def onset(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Onset | None:
     None if its coefficients up to t^``MOST_ORDER`` are all zero, as they are where it vanishes
     identically.
     """
-    form = formulation(scene.model, "newton", scene.body.friction)
+    found = evaluate(_motion(scene))
     for order in range(MOST_ORDER + 1):
-        body, series = _solution(scene, order)
-        found = evaluate(form.motion(body, form.State(*series), Balls))
-        last = found.coefficients[order] if isinstance(found, PowerSeries) else found
+        last = found[order] if isinstance(found, Series) else found
         coefficient = Exact.of(last)
         if not coefficient.is_zero:
             return Onset(order, coefficient.sign(scene.start.theta))

@@ -30,8 +30,15 @@ from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.scene.body import Parameters, Units
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.graph import Constant, Graph, Operand, constants_of, in_order, numbers
+from tt_precise.taylor.series import SeriesFunctions
+
+
+class _Functions(SeriesFunctions, Balls):
+    """Those of balls, and of power series over them or over Taylor models."""
+
 
 BALLS = Arithmetic(Balls, ball)
+FUNCTIONS = _Functions(Balls)
 Function = Callable[[Sequence[Scalar]], Scalar]  # of a state
 
 
@@ -232,7 +239,7 @@ class Observer:
         if self._last is None or self._last[0] is not state or self._last[1] != precision:
             body = body_of(self._scene, self._parameters())
             vectors = self.form.State(*state[: len(self.form.columns)])
-            self._last = state, precision, self.form.motion(body, vectors, Balls)
+            self._last = state, precision, self.form.motion(body, vectors, FUNCTIONS)
         return self._last[2]
 
     def of(self, evaluate: Callable[[Motion], Scalar]) -> Function:

@@ -1,4 +1,4 @@
-"""Taylor models, and two algebras over them or any other arithmetic: dual numbers, power series.
+"""Taylor models, and dual numbers over them or any other arithmetic.
 
 A Taylor model on [0, end] is a polynomial with balls as coefficients. It stands for every function
 g with g(s) in {sum c_k s^k : c_k in the k-th ball} for each s in [0, end]: the coefficients may be
@@ -9,14 +9,14 @@ constant coefficient; so a model always contains the exact result, rounding and 
 Unlike an ``arb_series``, a model bounds its functions on the whole interval, not only their
 derivatives at 0, and therefore needs no estimate in the complex plane.
 
-A ``PowerSeries`` in t solves y' = f(y): (n + 1) y_(n+1) is the n-th coefficient of f(y), which y0
-to y_n determine. Over models, whose members are values at each time of a step, y_n is the n-th
-derivative divided by n! at each of these times. A ``DualNumber`` carries first derivatives.
+The power series of a solution (``taylor.series``) over models, whose members are values at each
+time of a step, has as n-th coefficient the n-th derivative divided by n! at each of these times. A
+``DualNumber`` carries first derivatives.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from flint import arb, arb_poly, arb_series
 
@@ -214,84 +214,3 @@ class DualNumber:
 def variables(values: Sequence[Scalar]) -> list[DualNumber]:
     """The values as independent variables, numbered from 0."""
     return [DualNumber(value, {i: 1}) for i, value in enumerate(values)]
-
-
-class PowerSeries:
-    """A power series in t, cut off behind its last coefficient."""
-
-    __slots__ = ("coefficients",)
-
-    def __init__(self, coefficients: Sequence[Scalar]):
-        self.coefficients = tuple(coefficients)
-
-    def __add__(self, other: Scalar) -> PowerSeries:
-        if isinstance(other, PowerSeries):
-            return PowerSeries(
-                [a + b for a, b in zip(self.coefficients, other.coefficients, strict=True)]
-            )
-        first, *rest = self.coefficients
-        return PowerSeries([first + other, *rest])
-
-    __radd__ = __add__
-
-    def __neg__(self) -> PowerSeries:
-        return PowerSeries([-a for a in self.coefficients])
-
-    def __sub__(self, other: Scalar) -> PowerSeries:
-        return self + (-other)
-
-    def __rsub__(self, other: Scalar) -> PowerSeries:
-        return -self + other
-
-    def __mul__(self, other: Scalar) -> PowerSeries:
-        if not isinstance(other, PowerSeries):
-            return PowerSeries([a * other for a in self.coefficients])
-        a, b = self.coefficients, other.coefficients
-        return PowerSeries([_sum(a[i] * b[n - i] for i in range(n + 1)) for n in range(len(a))])
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Scalar) -> PowerSeries:
-        if not isinstance(other, PowerSeries):
-            return PowerSeries([a / other for a in self.coefficients])
-        return self * (1 / other)
-
-    def __rtruediv__(self, other: Scalar) -> PowerSeries:
-        first = 1 / self.coefficients[0]
-        found = [first]
-        for n in range(1, len(self.coefficients)):
-            tail = _sum(self.coefficients[i] * found[n - i] for i in range(1, n + 1))
-            found.append(-(tail * first))
-        return PowerSeries(found) * other
-
-    def sqrt(self) -> PowerSeries:
-        """The square root, from r r = a coefficient by coefficient."""
-        first = self.coefficients[0].sqrt()
-        found = [first]
-        for n in range(1, len(self.coefficients)):
-            rest = self.coefficients[n]
-            for i in range(1, n):
-                rest = rest - found[i] * found[n - i]
-            found.append(rest / (2 * first))
-        return PowerSeries(found)
-
-
-def taylor(
-    rates: Callable[[Sequence[Scalar]], Sequence[Scalar]], start: Sequence[Scalar], order: int
-) -> list[PowerSeries]:
-    """The solution of y' = rates(y), y(0) = start, up to t^order, by component."""
-    found = [[value] for value in start]
-    for n in range(order):
-        slopes = rates([PowerSeries(one) for one in found])
-        for one, slope in zip(found, slopes, strict=True):
-            # a rate that contains no component of the state is a plain number
-            last = slope.coefficients[n] if isinstance(slope, PowerSeries) else (0 if n else slope)
-            one.append(last / (n + 1) if n else last)
-    return [PowerSeries(one) for one in found]
-
-
-def _sum(terms: Scalar) -> Scalar:
-    first, *rest = terms
-    for term in rest:
-        first = first + term
-    return first
