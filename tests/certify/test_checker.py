@@ -19,7 +19,7 @@ import pytest
 pytest.importorskip("flint", reason="needs python-flint (extra certify)")
 
 import flint
-from flint import arb
+from flint import arb, arb_poly
 
 import tt_precise as tt
 from tests.certify.conftest import printed, stored_of
@@ -108,6 +108,16 @@ def test_it_shares_nothing_with_the_prover() -> None:
         assert own <= {f"tt_precise.certify.{name}" for name in shared}
         assert not any(name.startswith("tt_precise.golden") for name in imported)
         assert "heyoka" not in source
+
+
+@pytest.mark.parametrize("damping", [1, 15, 25])
+def test_the_flow_of_a_strongly_damped_motion(damping: int) -> None:
+    with flint.ctx.workprec(checker.LOW_BITS):
+        room = checker_arithmetic.Room(arb(1), checker.LOW)
+        rate = checker_arithmetic.Poly(arb_poly([-damping]), room)
+        ((flow,),), error = checker._flow([[rate]], room)
+        assert error < 1e-3
+        assert abs(flow(arb(1)) - (-arb(damping)).exp()) < 1e-5
 
 
 # What the checker before this one accepted.

@@ -47,7 +47,8 @@ from tt_precise.scene.scene import Scene
 MOST_BITS, MOST_ORDER = 10_000, 10_000
 GUARD = 40  # bits of the balls beyond those of the pieces
 LOW, LOW_BITS = 10, 80  # degree and bits of the polynomials that bound derivatives
-TERMS = 30  # of the flow's polynomial
+TERMS = 80  # of the flow's polynomial at most; strong damping makes them large at first
+SMALL = 1e-16  # term of it, where it ends
 TUBE = arb(2) ** -70
 CLOSEST = arb(2) ** -200  # of a piece, to which a sign is looked for
 NEWTON = 100  # steps, at most
@@ -211,9 +212,12 @@ def _flow(jacobian: list[list[Poly]], low: Room) -> tuple[list[list[arb_poly]], 
         for j, entry in enumerate(row):
             for k, c in enumerate(entry.p.coeffs()):
                 a[k, i, j] = float(c.mid())
-    terms = [numpy.eye(n)]
-    for k in range(1, TERMS):
+    terms, length, sizes = [numpy.eye(n)], float(low.interval.upper()), [1.0]
+    # two terms in turn, as even or odd ones may vanish
+    while len(terms) < TERMS and max(sizes[-2:]) > SMALL:
+        k = len(terms)
         terms.append(sum(a[i] @ terms[k - 1 - i] for i in range(min(k, len(a)))) / k)
+        sizes.append(numpy.abs(terms[k]).max() * length**k)
     flow = [[arb_poly([t[i, j] for t in terms]) for j in range(n)] for i in range(n)]
     rows = []
     for i, row in enumerate(jacobian):
