@@ -57,7 +57,7 @@ ARITHMETICS = {
     "heyoka": Arithmetic(heyoka, heyoka.expression, compiled, ALL - {"cbrt", "hypot"}),
     "balls": Arithmetic(Balls, arb, float, SOME | {"acos", "hypot"}),
     "fractions": Arithmetic(Exponential, None, None, frozenset({"exp", "sqrt"})),
-    "several doubles": Arithmetic(Graph(1, 0), None, None, SOME),
+    "several doubles": Arithmetic(Graph(1, 0), None, None, SOME | {"exp"}),
 }  # fmt: skip
 PATTERN = re.compile(r"\bfn\.([a-z_0-9]+)")
 

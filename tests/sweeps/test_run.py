@@ -159,7 +159,7 @@ def test_the_spot_check_finds_what_quad_finds(
 
 
 def test_what_several_doubles_lack_is_done_in_quad() -> None:
-    for name, precision in (("reference", "double-double"), ("stribeck", "quad")):
+    for name, precision in (("reference", "double-double"), ("coulomb-stick-slip", "quad")):
         scene = load_scene(name).varied(until="0.001")
         assert spot_check._integrated(scene, ("theta_min",)).precision.name == precision
     thrown = load_scene("reference").varied(phi_dot="400")

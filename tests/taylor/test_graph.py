@@ -33,6 +33,8 @@ def test_sines_and_roots_are_taken_where_the_equations_have_them() -> None:
     assert kinds("gliding", "euler")["entry"] == 6 + 1  # sin and cos, but the rates lack theta
     assert kinds("gliding", "newton", "regularised")["root"] == 1
     assert kinds("gliding", "newton")["root"] == 0
+    stribeck = kinds("gliding", "newton", "stribeck")
+    assert (stribeck["exponential"], stribeck["slope"]) == (1, 1)
 
 
 def test_equal_expressions_are_one() -> None:

@@ -54,6 +54,15 @@ PROBLEMS = {
         lambda y, p, fn: [p[0] * fn.sqrt(y[0])],
         (FN.mpf(2),), (FN.mpf(1) / 3,), lambda t: ((FN.sqrt(2) + t / 6) ** 2,),
     ),
+    "exponential": Problem(
+        lambda y, p, fn: [fn.exp(-p[0] * y[0]), 2 * y[1] * fn.exp(-(y[2] * y[2])), p[0] * y[2] / 3],
+        (FN.mpf(0), FN.mpf(1), FN.mpf(1) / 1024), (FN.mpf(3),),
+        lambda t: (
+            FN.log(1 + 3 * t) / 3,
+            FN.exp(FN.ei(-FN.exp(2 * t) / 1024**2) - FN.ei(-FN.mpf(1) / 1024**2)),
+            FN.exp(t) / 1024,
+        ), 8,
+    ),
     "sine and cosine": Problem(
         lambda y, p, fn: [fn.cos(y[0]), fn.sin(y[0])],
         (FN.mpf(0), FN.mpf(0)), (),

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from fractions import Fraction
+from math import factorial
 from typing import Any, TypeAlias
 
 from llvmlite import ir
@@ -26,6 +28,23 @@ VECTOR = ir.VectorType(DOUBLE, LANES)
 _ARGUMENTS = {
     "p": DOUBLE.as_pointer(), "n": INTEGER.as_pointer(), "i": INTEGER, "d": DOUBLE,
 }  # fmt: skip
+
+LN_2 = Fraction("0.693147180559945309417232121458176568075500134360255254120680009493393621969695")
+# below the first an exponential is that of the first; that of the second is infinite
+LEAST_EXPONENT, MOST_EXPONENT = -700.0, 710.0
+# a 256th of what is left of it is below 0.0014; the first of its terms left out is below 2^-165
+HALVINGS, TERMS = 8, 14
+SHIFT = 1.5 * 2.0**52  # a double plus this one ends in its nearest integer
+EXPONENT_BIAS, MANTISSA_BITS = 1023, 52
+
+
+def nearest(value: Fraction, parts: int) -> list[float]:
+    """An exact number as so many doubles, each the nearest to what those before leave."""
+    found: list[float] = []
+    for _ in range(parts):
+        found.append(float(value))
+        value -= Fraction(found[-1])
+    return found
 
 
 class Emitter:
@@ -240,3 +259,28 @@ class SeveralDoubles:
             more = self.e.b.fdiv(left[0], self.e.b.fadd(found[0], found[0]))
             found = self.total(found, self.widened((more,)))
         return found
+
+    def constant(self, value: Fraction) -> Number:
+        """An exact number."""
+        return tuple(map(self.e.d, nearest(value, self.parts)))
+
+    def exponential(self, a: Number) -> Number:
+        """e^a = 2^k e^r with the integer k next to a/ln 2; e^r - 1 by its series and doubling."""
+        f, d = self.e.b, self.e.d
+        for sign, limit in (("<", LEAST_EXPONENT), (">", MOST_EXPONENT)):
+            beyond = f.fcmp_ordered(sign, a[0], d(limit))
+            parts = zip(self.widened((d(limit),)), a, strict=True)
+            a = tuple(f.select(beyond, part, own) for part, own in parts)
+        shifted = f.fadd(f.fmul(a[0], d(float(1 / LN_2))), d(SHIFT))
+        k = self.widened((f.fsub(shifted, d(SHIFT)),))
+        rest = self.total(a, self.negative(self.product(k, self.constant(LN_2))))
+        small = tuple(f.fmul(part, d(2.0**-HALVINGS)) for part in rest)
+        found = self.constant(Fraction(1, factorial(TERMS)))
+        for n in range(TERMS - 1, 0, -1):
+            found = self.products(self.constant(Fraction(1, factorial(n))), (found, small))
+        found = self.product(found, small)
+        for _ in range(HALVINGS):  # (1 + x)^2 - 1 = 2 x + x^2
+            found = self.products(self.total(found, found), (found, found))
+        biased = f.add(f.bitcast(shifted, INTEGER), self.e.i(EXPONENT_BIAS))
+        power = f.bitcast(f.shl(biased, self.e.i(MANTISSA_BITS)), DOUBLE)
+        return tuple(f.fmul(part, power) for part in self.total(self.one, found))

@@ -1,7 +1,8 @@
 """A right-hand side as a graph: run once with ``Traced`` for its scalars, it leaves its operations.
 
 What contains no entry of the state is a constant: it is computed once a run, in mpmath. What is
-left are sums with constant factors, products, quotients and roots of series, each kept once.
+left are sums with constant factors, products, quotients, roots and exponentials of series, each
+kept once.
 """
 
 from __future__ import annotations
@@ -63,8 +64,8 @@ class Constant(Operand):
                 known[self] = fn.mpf(args[0])
             elif self.kind == "parameter":
                 known[self] = parameters[args[0]]
-            elif self.kind == "root":
-                known[self] = fn.sqrt(args[0])
+            elif self.kind in ("root", "exponential"):
+                known[self] = (fn.sqrt if self.kind == "root" else fn.exp)(args[0])
             else:
                 a, b = args
                 known[self] = a + b if self.kind == "+" else a * b if self.kind == "*" else a / b
@@ -75,7 +76,8 @@ class Traced(Operand):
     """A function of time, known by how its Taylor coefficients follow from those of others.
 
     ``kind`` is "entry" (of the state, with its index), "sum" (with a constant offset and pairs of
-    a factor, which is 1, -1 or a ``Constant``, and a series), "product", "quotient" or "root".
+    a factor, which is 1, -1 or a ``Constant``, and a series), "product", "quotient", "root",
+    "slope" (each coefficient times its order) or "exponential" (of a series, given with its slope).
     """
 
     __slots__ = ()
@@ -220,6 +222,12 @@ class Graph:
         if isinstance(value, Traced):
             return self.series("root", value)
         return self._once(Constant, "root", (self.number(value),))
+
+    def exp(self, value: Scalar) -> Scalar:
+        """The exponential."""
+        if isinstance(value, Traced):
+            return self.series("exponential", value, self.series("slope", value))
+        return self._once(Constant, "exponential", (self.number(value),))
 
     def sin(self, angle: Traced) -> Traced:
         """The sine of an angle, as one more entry of the state."""

@@ -24,6 +24,7 @@ from tt_precise.taylor.emit import (
     Number,
     SeveralDoubles,
     Value,
+    nearest,
 )
 from tt_precise.taylor.graph import Constant, Graph, Traced, constants_of, in_order
 from tt_precise.taylor.machine import MOST_ORDER, ROWS, RUN, TIMES
@@ -68,6 +69,7 @@ class Kernel:
             "product": lambda node: node.args,
             "quotient": lambda node: (node, node.args[1]),
             "root": lambda node: (node, node),
+            "exponential": lambda node: (node.args[1], node),
         }
         self.pairs = {n: factors[n.kind](n) for n in self.nodes if n.kind in factors}
         self.lane = {node: i for i, node in enumerate(self.pairs)}
@@ -132,15 +134,6 @@ class Kernel:
         e.b.ret_void()
 
 
-def _reciprocal(n: int) -> list[float]:
-    """1/n in ``MOST_PARTS`` doubles."""
-    left, found = Fraction(1, n), []
-    for _ in range(MOST_PARTS):
-        found.append(float(left))
-        left -= Fraction(found[-1])
-    return found
-
-
 class _RunWriter:
     """run(data, plane, steps, orders, constants, tolerance, longest, until, times, work).
 
@@ -156,7 +149,7 @@ class _RunWriter:
         (self.data, self.plane, self.steps, self.orders, self.constants, self.tolerance,
          self.longest, self.until, self.times, work) = e.arguments  # fmt: skip
         self.order = e.b.sub(e.order(self.orders, 1), e.i(1))
-        inverses = (_reciprocal(n + 1) for n in range(MOST_ORDER + 1))
+        inverses = (nearest(Fraction(1, n + 1), MOST_PARTS) for n in range(MOST_ORDER + 1))
         self.reciprocals = e.table([part for one in inverses for part in one])
         width, parts = kernel.width, range(kernel.parts)
         area = e.index(e.b.add(self.order, e.i(2)), width)
@@ -298,7 +291,8 @@ class _RunWriter:
         """Coefficient n of every series, and n + 1 of the entries."""
         e, kernel = self.e, self.kernel
         ops = SeveralDoubles(e, parts)
-        self.ops, self.first = ops, first
+        self.ops, self.first, self.n = ops, first, n
+        order = self.order_number = ops.widened((e.b.sitofp(n, DOUBLE),))
         value: dict[Traced, Number] = {}
         for i, entry in enumerate(kernel.entries):
             value[entry] = self._read(self.block, e.index(n, kernel.columns, i))
@@ -311,7 +305,6 @@ class _RunWriter:
             place = e.index(n, kernel.width, kernel.lane[node])
             for one, side in zip(pair, (self.left, self.right), strict=True):
                 self._write(value[one], side, place)
-        order = ops.widened((e.b.sitofp(n, DOUBLE),))
         # what is written nowhere else is zero: the rest of a constant, the last term of a slope
         every = SeveralDoubles(e, kernel.parts)
         zero = every.widened((e.d(0.0),))
@@ -326,11 +319,7 @@ class _RunWriter:
                 before = e.index(e.b.sub(n, e.i(1)), kernel.columns, i)
                 self._write(every.widened(ops.product(order, value[output])), self.block, before)
         unit = ops.widened((self.unit,))
-        inverses = e.index(n, MOST_PARTS)
-        inverse = tuple(
-            e.b.fmul(e.load(self.reciprocals, e.b.add(inverses, e.i(part))), self.unit)
-            for part in range(parts)
-        )
+        inverse = tuple(e.b.fmul(part, self.unit) for part in self._reciprocal(n))
         for i, rate in enumerate(kernel.rates):
             place = e.index(e.b.add(n, e.i(1)), kernel.columns, i)
             if isinstance(rate, Traced):
@@ -345,6 +334,11 @@ class _RunWriter:
     def _write(self, number: Number, parts: Sequence[Value], place: Value | int) -> None:
         for value, part in zip(number, parts, strict=False):
             self.e.store(value, part, place)
+
+    def _reciprocal(self, n: Value) -> Number:
+        """1/(n + 1)."""
+        return self._read([self.e.behind(self.reciprocals, part) for part in range(MOST_PARTS)],
+                          self.e.index(n, MOST_PARTS))  # fmt: skip
 
     def _constant(self, one: Constant) -> Number:
         place = self.kernel.constants.index(one) * self.kernel.parts
@@ -393,3 +387,15 @@ class _RunWriter:
             return found
         rest = ops.total(a, ops.negative(self._read(self.sums, lane)))
         return ops.product(rest, self._read(self.inverses, lane))
+
+    def _slope(self, node: Traced, value: dict[Traced, Number]) -> Number:
+        return self.ops.product(self.order_number, value[node.args[0]])
+
+    def _exponential(self, node: Traced, value: dict[Traced, Number]) -> Number:
+        """n e_n is the sum of j a_j e_(n-j)."""
+        (a, slope), lane = node.args, self.kernel.lane[node]
+        if self.first:
+            return self.ops.exponential(value[a])
+        last = value[slope], self._read(self.right, lane)
+        rest = self.ops.products(self._read(self.sums, lane), last)
+        return self.ops.product(rest, self._reciprocal(self.e.b.sub(self.n, self.e.i(1))))
