@@ -120,7 +120,7 @@ build: $(DEV)
 # Wheel and sdist, each installed elsewhere, run README's examples without a network. .venv lends its
 # packages through a path file that does not lead back to the checkout.
 OFFLINE = $(shell unshare -rn true 2> /dev/null && echo unshare -rn)
-LARGEST_WHEEL := 16000000
+LARGEST_WHEEL := 10000000
 
 smoke:    ## wheel and sdist, installed elsewhere, run README's examples offline
 smoke: build

@@ -21,7 +21,7 @@ from tt_precise.golden.verifying import inspect
 from tt_precise.integration import integrate
 from tt_precise.scene.scene import load_scene, shipped
 
-LARGEST = 35e6  # bytes of all golden data together
+LARGEST = 25e6  # bytes of all golden data together
 README = store.home() / "README.md"
 
 

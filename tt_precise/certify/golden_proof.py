@@ -24,7 +24,6 @@ from tt_precise.certify.certificate import FILE, Accepted, Refused, content_of, 
 from tt_precise.certify.comparison import Comparison, State, compare, outward, rounded
 from tt_precise.certify.proof import BITS, Proof, prove
 from tt_precise.golden import proofs, store
-from tt_precise.golden.digits import scale_of
 from tt_precise.golden.store import (
     Stored,
     record_proof,
@@ -192,7 +191,7 @@ def _require_numbers(stored: store.Stored) -> None:
         for line, row in enumerate(table.rows, start=2):
             for name, cell in zip(table.columns, row, strict=True):
                 written = NUMBER.fullmatch(cell) and "/" not in cell
-                if cell and name not in proofs.LABELS and not written:
+                if cell and name not in proofs.LABELS[store.EVENTS] and not written:
                     raise InputError(
                         f"{stored.name}: {file}, line {line}, {name}: got {cell[:50]!r}, expected "
                         f"a decimal; `tt-precise golden verify {stored.name}` says what is wrong"
@@ -271,10 +270,8 @@ def _balls(stored: Stored, file: str, states: Sequence[State]) -> Table:
     ``states`` belong to its rows; {} where nothing is proved. The table ends before the first row
     in which a printed number has no enclosure.
     """
-    printed, golden = stored.table(file), stored.trajectory
-    label, *names = (name for name in printed.columns if name != "direction")
-    scales = {name: scale_of(golden.column(name)) for name in golden.columns if name != "t"}
-    rows: list[tuple[str, ...]] = []
+    printed, scales, rows = stored.table(file), stored.scales, []
+    names = [name for name in printed.columns if name not in proofs.LABELS[file]]
     for cells, state in zip(printed.rows, states, strict=True):
         texts = dict(zip(printed.columns, cells, strict=True))
         found = [
@@ -282,14 +279,14 @@ def _balls(stored: Stored, file: str, states: Sequence[State]) -> Table:
         ]
         if any(texts[name] and not ball for name, ball in zip(names, found, strict=True)):
             break
-        rows.append((texts[label], *found))
-    return Table((label, *names), tuple(rows))
+        rows.append(tuple(found))
+    return Table(tuple(names), tuple(rows))
 
 
 def _ball(text: str, exact: arb | None, scale: Decimal) -> str:
     if not text or exact is None:
         return ""
-    return proofs.ball_text(*bounds(exact), proofs.ball_place(text, scale))
+    return proofs.ball_text(text, *bounds(exact), scale)
 
 
 def _contact(proof: Proof) -> dict[str, Json]:

@@ -1,9 +1,10 @@
 """The proofs of golden tables by ``golden certify``, read without python-flint.
 
 Beside the tables lie ``proof.json`` (what is proved, about which tables, by which prover) and two
-tables of balls: ``enclosure.csv`` with every column of the sampled rows, ``events-enclosure.csv``
-with times and columns of the events. A cell there is a decimal, of which the exact number is within
-one unit of the last digit.
+tables of balls, ``enclosure.csv`` and ``events-enclosure.csv``: the last digits of the exact number
+in each cell of ``trajectory.csv`` and ``events.csv``. These are the last six that are printed and
+three more, to one unit; the digits before them are the printed ones. (62202699 beside
+9.983341664682815230681419841062203e-2 says 9.983341664682815230681419841062202699e-2.)
 
 ``complaints`` holds all of these against each other. Every printed number has to meet its ball;
 counts, times of the climb and the bound of the contact force are derived again. This finds what was
@@ -23,7 +24,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.golden import store
-from tt_precise.golden.digits import DIGITS, ZERO, column_digits, last_place, misprinted, scale_of
+from tt_precise.golden.digits import DIGITS, ZERO, column_digits, misprinted
 from tt_precise.golden.store import EVENTS, PROOF, PROOF_HASH, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import catalogue
@@ -36,15 +37,15 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene
 
-SCHEMA = "tt_precise.proof/3"
+SCHEMA = "tt_precise.proof/4"
 # The version of the prover counts up with each change that matters to soundness; a proof by one
 # older than ``SOUND_SINCE`` is refused.
 PROVER = SOUND_SINCE = 1
 ENCLOSURE, EVENTS_ENCLOSURE = "enclosure.csv", "events-enclosure.csv"
 ENCLOSURES = {TRAJECTORY: ENCLOSURE, EVENTS: EVENTS_ENCLOSURE}
-LABELS = ("name", "direction")
+LABELS = {TRAJECTORY: ("t",), EVENTS: ("name", "direction")}  # columns without a ball
 LONGEST_EXPONENT = 5  # its sign included
-BEYOND = 3  # digits of a ball behind the last printed one
+KEPT, BEYOND = 6, 3  # digits of a ball: printed ones, and those after them
 FEW = 3  # of many equal complaints so many are listed
 FLOAT_SLACK = 1e-9  # of g_n/(m g) in double
 NO_TURNS = Turns((), (), ())
@@ -108,10 +109,13 @@ class Interval:
         return cls(Fraction(centre) - Fraction(reach), Fraction(centre) + Fraction(reach))
 
     @classmethod
-    def of_ball(cls, text: str) -> Interval:
-        """A cell of the enclosures: a unit of its last digit to either side."""
-        number, unit = _number(text)
-        return cls((number - 1) * unit, (number + 1) * unit)
+    def of_ball(cls, text: str, ball: str, scale: Decimal) -> Interval:
+        """That of a number printed as ``text``, in a column of this ``scale``, from its ball."""
+        sign, number, place = _printed(text, scale)
+        middle, radius = _ball(ball)
+        middle += number // 10**KEPT * 10 ** (KEPT + BEYOND)
+        unit = Fraction(10) ** (place - BEYOND)
+        return cls(*sorted(sign * end * unit for end in (middle - radius, middle + radius)))
 
     def __iter__(self) -> Iterator[Fraction]:
         yield self.low
@@ -155,25 +159,40 @@ class Interval:
     __rmul__ = __mul__
 
 
-PI = Interval.of_ball("3.14159265358979323846264338327950288419716939937510582097494")
+PI = Interval.around("3.14159265358979323846264338327950288419716939937510582097494", "1e-59")
 
 
-def ball_text(low: Fraction, high: Fraction, place: int) -> str:
-    """A decimal of which all from ``low`` to ``high`` is within one unit of the last digit.
+def _printed(text: str, scale: Decimal) -> tuple[int, int, int]:
+    """Sign and digits of a printed number, and the place of the last; 0 is one of 34 digits."""
+    if text == ZERO:
+        return 1, 0, scale.adjusted() - DIGITS
+    number, place = _digits_of(text)
+    return (-1 if number < 0 else 1), abs(number), place
 
-    That digit has the power ``place`` of ten, or a higher one where the interval is wider.
+
+def _ball(text: str) -> tuple[int, int]:
+    """Middle and radius of a cell, in units of the last digit that it may have."""
+    number, power = _digits_of(text)
+    if power < 0:
+        raise ValueError(f"got {text[:50]!r}, expected a whole number")
+    return number * 10**power, 10**power
+
+
+def ball_text(text: str, low: Fraction, high: Fraction, scale: Decimal) -> str:
+    """The cell for a number between ``low`` and ``high`` that is printed as ``text``.
+
+    Where the interval is too wide for one unit of the last digit, that is a power of ten higher.
     """
+    sign, number, place = _printed(text, scale)
+    before = number // 10**KEPT * 10 ** (KEPT + BEYOND)
+    ends = [sign * end / Fraction(10) ** (place - BEYOND) - before for end in (low, high)]
+    power = 0
     while True:
-        unit = Fraction(10) ** place
-        whole = round((low + high) / 2 / unit)
-        if (whole - 1) * unit <= low and high <= (whole + 1) * unit:
-            return f"{Decimal(whole).scaleb(place, _WIDE):e}"
-        place += 1
-
-
-def ball_place(text: str, scale: Decimal) -> int:
-    """The finest place that is stored of a number printed as ``text``, in a column of a scale."""
-    return (scale.adjusted() - DIGITS if text == ZERO else last_place(text)) - BEYOND
+        unit = 10**power
+        whole = round(sum(ends) / 2 / unit)
+        if (whole - 1) * unit <= min(ends) and max(ends) <= (whole + 1) * unit:
+            return f"{whole}e{power}" if power else str(whole)
+        power += 1
 
 
 class ProofEvent(NamedTuple):
@@ -318,19 +337,16 @@ def _damage(stored: Stored, record: Record) -> Iterator[str]:
 def _counts(stored: Stored, record: Record) -> Iterator[str]:
     """Numbers in proof.json that follow from the tables."""
     content, columns = record.content, []
-    scales = column_scales(stored)
     for file in ENCLOSURES:
         table, described = stored.table(file), content[file]["columns"]
-        names = [name for name in table.columns if name not in LABELS]
-        names = names if file == EVENTS else names[1:]
+        names = [name for name in table.columns if name not in LABELS[file]]
         if list(described) != names:
             yield f"{PROOF}: its columns are not those of {file}"
             return
         for name in names:
             cells, one = table.column(name), described[name]
             columns.append(one)
-            scale = scales[name] if name != "t" else Decimal(0)
-            most = column_digits(cells, scale).digits
+            most = column_digits(cells, stored.scales[name]).digits
             if one["wrong"]:
                 yield f"{file}: {one['wrong']} entries of {name} are proved wrong"
             if one["entries"] != sum(map(bool, cells)) or not 0 <= one["rounded"] <= one["entries"]:
@@ -344,12 +360,6 @@ def _counts(stored: Stored, record: Record) -> Iterator[str]:
     if content["digits"] != min(digits, default=None):
         yield f"{PROOF}: digits is not the least over the columns"
     yield from _event_counts(stored, content)
-
-
-def column_scales(stored: Stored) -> dict[str, Decimal]:
-    """For each column its largest printed entry."""
-    table = stored.trajectory
-    return {name: scale_of(table.column(name)) for name in table.columns}
 
 
 def _event_counts(stored: Stored, content: dict[str, Json]) -> Iterator[str]:
@@ -367,28 +377,22 @@ def _shapes(stored: Stored, record: Record) -> Iterator[str]:
     """Whether there is an enclosure for each row and column."""
     for file, name in ENCLOSURES.items():
         printed, balls = stored.table(file), record.balls(file)
-        if balls.columns != tuple(one for one in printed.columns if one != "direction"):
+        if balls.columns != tuple(one for one in printed.columns if one not in LABELS[file]):
             yield f"{name}: its columns are not those of {file}"
-            continue
-        key = "t" if file == TRAJECTORY else "name"
-        there, expected = balls.column(key), printed.column(key)
-        if there != expected[: len(there)]:
-            what = "times" if file == TRAJECTORY else "events"
-            yield f"{name}: its {what} are not those of {file}"
-        elif record.complete and len(there) != len(expected):
-            yield f"{name}: {len(there)} rows, where {file} has {len(expected)}"
+        there, expected = len(balls.rows), len(printed.rows)
+        if there > expected or (record.complete and there < expected):
+            yield f"{name}: {there} rows, where {file} has {expected}"
 
 
 def _excluded(stored: Stored, record: Record, file: str) -> Iterator[str]:
     """Printed entries that their enclosure excludes."""
-    printed, balls = stored.table(file), record.balls(file)
-    scales, found = column_scales(stored), []
-    for name in balls.columns[1:]:
-        scale = scales[name] if name != "t" else Decimal(0)
+    printed, balls, found = stored.table(file), record.balls(file), []
+    for name in balls.columns:
         pairs = zip(printed.column(name), balls.column(name), strict=False)
-        lines = (line for line, pair in enumerate(pairs, start=2) if excludes(*pair, scale))
         found += [
-            (line, f"{file}, line {line}, {name}: excluded by its enclosure") for line in lines
+            (line, f"{file}, line {line}, {name}: excluded by its enclosure")
+            for line, pair in enumerate(pairs, start=2)
+            if excludes(*pair, stored.scales[name])
         ]
     yield from (said for _, said in sorted(found)[:FEW])
 
@@ -400,12 +404,23 @@ def excludes(text: str, ball: str, scale: Decimal) -> bool:
     """
     if not text or not ball:
         return bool(text) != bool(ball)
-    (number, place), (near, finest) = _digits_of(text), _digits_of(ball)
+    middle, radius = _ball(ball)
+    _, number, place = _printed(text, scale)
     if text == ZERO:
-        return Decimal(abs(near) - 1).scaleb(finest, _WIDE) > scale.scaleb(-DIGITS)
-    # in units of half the finer place, in which all of these are whole
-    unit, fine = 2 * 10 ** max(place - finest, 0), 2 * 10 ** max(finest - place, 0)
-    return abs(number * unit - near * fine) > unit // 2 + fine
+        least = Decimal(max(abs(middle) - radius, 0))
+        return least.scaleb(place - BEYOND, _WIDE) > scale.scaleb(-DIGITS)
+    return abs(middle - number % 10**KEPT * 10**BEYOND) > 10**BEYOND // 2 + radius
+
+
+def enclosed(stored: Stored, record: Record, file: str, row: int) -> dict[str, Interval]:
+    """The exact numbers of a row of golden data, by column; without those that are undefined."""
+    balls, texts = record.balls(file), stored.table(file)
+    printed = dict(zip(texts.columns, texts.rows[row], strict=True))
+    return {
+        name: Interval.of_ball(printed[name], ball, stored.scales[name])
+        for name, ball in zip(balls.columns, balls.rows[row], strict=True)
+        if ball
+    }
 
 
 def _times(stored: Stored, record: Record) -> Iterator[str]:
@@ -437,8 +452,8 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
     rising = [one.cells for one in events.get("equator", []) if one.direction < 0]
     if not rising:
         return from_marks(Marks([], NO_TURNS, NO_TURNS, [], [], []), PI)
-    first = dict(zip(record.enclosure.columns, record.enclosure.rows[0], strict=True))
-    state = NewtonState(*(Interval.of_ball(first[name]) for name in NewtonState._fields))
+    first = enclosed(stored, record, TRAJECTORY, 0)
+    state = NewtonState(*(first[name] for name in NewtonState._fields))
     motion = Motion(stored.scene.body.numbers(Fraction), state, None)
     sign = -1 if QUANTITIES["lambda"].evaluate(motion) < 0 else 1
 
@@ -465,13 +480,8 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
 def proved_events(stored: Stored, record: Record) -> dict[str, list[ProofEvent]]:
     """The enclosed events by name, in order of time."""
     found: dict[str, list[ProofEvent]] = {}
-    names = record.events.columns[1:]
-    for row, balls in zip(stored.events.rows, record.events.rows, strict=True):
-        cells = {
-            name: Interval.of_ball(ball)
-            for name, ball in zip(names, balls[1:], strict=True)
-            if ball
-        }
+    for position, row in enumerate(stored.events.rows):
+        cells = enclosed(stored, record, EVENTS, position)
         found.setdefault(row[0], []).append(ProofEvent(cells, int(row[2])))
     return found
 
@@ -522,7 +532,7 @@ class Established:
 
     @cached_property
     def _rows(self) -> dict[str, int]:
-        return {t: row for row, t in enumerate(self.record.enclosure.column("t"))}
+        return {t: row for row, t in enumerate(self.stored.trajectory.column("t"))}
 
     @cached_property
     def _events(self) -> dict[str, list[ProofEvent]]:
@@ -530,11 +540,9 @@ class Established:
 
     def at(self, column: str, t: str) -> Interval | None:
         """A column at the sampled time ``t`` (s, as printed); None where nothing is proved."""
-        balls = self.record.enclosure
-        if t not in self._rows or column not in balls.columns[1:]:
+        if t not in self._rows:
             return None
-        ball = balls.column(column)[self._rows[t]]
-        return Interval.of_ball(ball) if ball else None
+        return enclosed(self.stored, self.record, TRAJECTORY, self._rows[t]).get(column)
 
     def moment(self, definition: str, which: str) -> Interval | None:
         """Initiation or ending time (``t_init``, ``t_end``) in a definition (A, B or C)."""

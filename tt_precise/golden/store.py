@@ -16,10 +16,12 @@ import re
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from decimal import Decimal
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from tt_precise.golden.digits import scale_of
 from tt_precise.golden.table import Table
 from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
@@ -172,6 +174,12 @@ class Stored:
     def scene(self) -> Scene:
         """The scene that the data are for."""
         return _scene(self.scene_text, self.name)
+
+    @cached_property
+    def scales(self) -> dict[str, Decimal]:
+        """For each column its largest printed entry; 0 for times, which count by themselves."""
+        table = self.trajectory
+        return {n: scale_of(table.column(n)) if n != "t" else Decimal(0) for n in table.columns}
 
     def table(self, file: str) -> Table:
         """The table in ``file``."""
