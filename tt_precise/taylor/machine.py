@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
 from tt_precise.runtime.arithmetic import Array
 
@@ -16,7 +16,6 @@ from tt_precise.runtime.arithmetic import Array
 RUN, ROWS = "piinpdddpp", "pinpnpip"
 MOST_ORDER = 99  # of a step, for which a kernel has reciprocals
 TIMES = 6  # numbers of a step that they keep beside its series, see ``kernel``
-MOST_IDLE, MOST_KEPT = 4, 2**21  # pieces of memory of one size that are kept; doubles in one
 _LETTERS = {
     "p": ctypes.c_void_p, "n": ctypes.c_void_p, "i": ctypes.c_int64, "d": ctypes.c_double,
 }  # fmt: skip
@@ -60,34 +59,10 @@ class Machine:
         return function
 
 
-class _Lent:
-    """Memory of so many doubles, whose arrays' base it is; given back when the last one is gone.
-
-    New memory would cost a fifth of a run: its pages are made one by one when they are touched.
-    """
-
-    _idle: ClassVar[dict[int, list[Array]]] = {}
-
-    def __init__(self, size: int):
-        import numpy
-
-        size = 1 << size.bit_length()
-        try:  # another thread may take the last one between a look and a pop
-            self._memory = self._idle.setdefault(size, []).pop()
-        except IndexError:
-            self._memory = numpy.empty(size)
-        self.__array_interface__ = self._memory.__array_interface__
-
-    def __del__(self) -> None:
-        alike = self._idle[len(self._memory)]
-        if len(alike) < MOST_IDLE and len(self._memory) <= MOST_KEPT:
-            alike.append(self._memory)
-
-
 def aligned(size: int) -> Array:
     """Doubles, not cleared, that begin where a line of the cache does."""
     import numpy
 
     line = 64
-    whole = numpy.asarray(_Lent(size + line // 8))
+    whole = numpy.empty(size + line // 8)
     return whole[(-whole.ctypes.data % line) // 8 :][:size]
