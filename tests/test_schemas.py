@@ -57,6 +57,7 @@ STORED = {
     "golden-proof": "reference_data/*/proof.json",
     "extremes": "reports/measured/extremes.json",
     "engines": "reports/measured/engines.json",
+    "results": "reports/results.json",
     "index": "reference_data/index.json",
     "vectors-states": "reference_data/vectors/states.json",
     "vectors-steps": "reference_data/vectors/steps.json",

@@ -13,6 +13,7 @@ FOLDER = Path(__file__).parents[1] / "schemas"
 DOCUMENTS = {
     "claims": "tt_precise.claims.committed:Claims",
     "extremes": "tt_precise.extremes.case:Extremes",
+    "results": "tt_precise.report.build:Results",
     "run": "tt_precise.commands.run:RunRecord",
     "tradeoff": "tt_precise.commands.tradeoff:Measured",
 }

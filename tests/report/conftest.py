@@ -29,6 +29,10 @@ from tt_precise.report.document import (
 )
 from tt_precise.report.sections import claims
 
+FACTS = {
+    "versions": "tt-precise 1", "machine": "m", "precision": "p", "command": "c", "commit": "abc",
+    "date": "today",
+}  # fmt: skip
 PRINTED = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))"
 CORRECT = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
 
@@ -98,10 +102,9 @@ def small_report(judgements: list[Judgement]) -> Report:
     overview = Overview(
         "All of 7 claims.", claims.entries(judgements), cards, motion((3.19, 7.82)), {"a": 1}
     )
-    facts = [("versions", "tt-precise 1"), ("commit", "abc"), ("date", "today")]
     sections = [
         claims.errata(judgements),
         Section("one", "One", blocks),
-        claims.all_claims(judgements, run_record(1, 1, dict(facts))),
+        claims.all_claims(judgements, run_record(1, 1, FACTS)),
     ]
-    return Report("Title", "Opening.", overview, sections, facts)
+    return Report("Title", "Opening.", overview, sections, FACTS)

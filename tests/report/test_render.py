@@ -9,9 +9,14 @@ from urllib.parse import unquote
 
 import pytest
 
+from tt_precise.claims import Judgement
 from tt_precise.cli import main
 from tt_precise.report import build, layout, render
+from tt_precise.report.computing import Computed
 from tt_precise.report.document import PageTable, Report, Section, Text
+from tt_precise.report.sections.overview import Headlines
+
+from .conftest import FACTS
 
 VOID = {"img", "meta", "link", "input", "br"}
 
@@ -135,6 +140,29 @@ def test_what_is_written(small_report: Report, tmp_path: Path) -> None:
     assert results["claims"]["counts"]["refuted"] == 2
 
 
+def test_a_report_that_changes_nothing_writes_nothing(
+    judgements: list[Judgement], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run(day: str, commit: str, drift: str, seconds: float) -> dict[str, str]:
+        """The files after a run of that day and commit."""
+        section = Section("extremes", "E", [Text(drift)], {"cases": drift})
+        computed = Computed(judgements, [section], Headlines([], None, {}), "all", seconds)
+        facts = {**FACTS, "date": day, "commit": commit}
+        monkeypatch.setattr(build, "compute", lambda progress: computed)
+        monkeypatch.setattr(build, "provenance", lambda *_: facts)
+        return {path.name: path.read_text("utf-8") for path in build.build(tmp_path, "c")}
+
+    first = run("Monday", "abc", "1e-15", 10.2)
+    assert run("Tuesday", "def", "1e-15", 13.8) == first
+    third = run("Wednesday", "fed", "2e-15", 12.1)
+    assert all("Monday" in text and "Tuesday" not in text for text in first.values())
+    assert all("Wednesday" in text and "Monday" not in text for text in third.values())
+    (tmp_path / "precision-report.md").write_text("spoiled")  # written anew, and by whom
+    assert "Friday" in run("Friday", "fed", "2e-15", 12.1)["precision-report.md"]
+    (tmp_path / "results.json").write_text("{}")
+    assert "Sunday" in run("Sunday", "fed", "2e-15", 12.1)["results.json"]
+
+
 def test_the_command_opens_what_it_wrote(
     small_report: Report, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,8 +173,7 @@ def test_the_command_opens_what_it_wrote(
         return True
 
     monkeypatch.setattr("webbrowser.open", browser)
-    monkeypatch.setattr(build, "compute", lambda progress: small_report)
-    monkeypatch.setattr(build, "assemble", lambda computed, command: computed)
+    monkeypatch.setattr(build, "build", lambda folder, *_: build.write(small_report, folder))
     assert main(["report", "--open", "--out", str(tmp_path / "out")]) == 0
     page = tmp_path / "out" / "precision-report.html"
     assert page.is_file()

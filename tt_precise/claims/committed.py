@@ -107,11 +107,15 @@ class JudgingRun(Record, frozen=True, kw_only=True):
         return replace(self, stale=self.outdated)
 
 
+Claimed = Annotated[tuple[JudgedClaim, ...], Meta(description="one entry a claim")]
+Counts = Annotated[dict[str, int], Meta(description="how many of each verdict")]
+
+
 class Claims(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.claims/1"):
     """What `tt-precise claims --json` prints."""
 
-    claims: Annotated[tuple[JudgedClaim, ...], Meta(description="one entry a claim")]
-    counts: Annotated[dict[str, int], Meta(description="how many of each verdict")]
+    claims: Claimed
+    counts: Counts
     run: Annotated[
         JudgingRun | Unset, Meta(description="the run they come from, if they are committed ones")
     ] = UNSET
@@ -120,9 +124,9 @@ class Claims(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_prec
 class Committed(Record, frozen=True, kw_only=True):
     """The verdicts of one run of the report, as they stand in ``results.json``."""
 
-    claims: tuple[JudgedClaim, ...]
-    counts: dict[str, int]
-    run: JudgingRun
+    claims: Claimed
+    counts: Counts
+    run: Annotated[JudgingRun, Meta(description="the run that computed them")]
 
     @property
     def by_id(self) -> Mapping[str, JudgedClaim]:

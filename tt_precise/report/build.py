@@ -2,62 +2,126 @@
 
 from __future__ import annotations
 
-import json
 import platform
 import subprocess
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
+from typing import Annotated
 
-from tt_precise.claims.committed import run_record
+from msgspec import convert
+
+from tt_precise.claims.committed import FILE, Committed, run_record
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.report import render
 from tt_precise.report.computing import WORKERS, Computed, compute
 from tt_precise.report.document import Report
 from tt_precise.report.evidence import SCENE
 from tt_precise.report.sections import claims, overview
+from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import write_together
 from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.records import UNSET, Meta, Record, Unset, encode, load
 from tt_precise.runtime.untyped import Json
 
-SCHEMA = "tt_precise.report/1"
 NAME = "precision-report"
 VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")
 OPENING = f"Every statement of {RAUCH_RUTSTAM.citation}, computed:"
+WHAT = "what `tt-precise report` writes"
+Part = dict[str, Json]
+
+
+class Provenance(Record, frozen=True):
+    """What made the report; commit and day are those of the last run that changed anything."""
+
+    versions: Annotated[str, Meta(description="versions of the packages")]
+    machine: Annotated[str, Meta(description="interpreter and processor")]
+    precision: Annotated[str, Meta(description="what the reference scene was integrated in")]
+    command: Annotated[str, Meta(description="the command")]
+    commit: Annotated[str, Meta(description="commit of the code")]
+    date: Annotated[str, Meta(description="day of the run")]
+
+
+class Results(
+    Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.results/1",
+    forbid_unknown_fields=True,
+):  # fmt: skip
+    """The numbers of the report in `results.json`, of which `tt-precise claims` reads `claims`."""
+
+    provenance: Annotated[Provenance, Meta(description="what made the report")]
+    summary: Annotated[Part, Meta(description="drift of lambda by precision, ratio of energies")]
+    claims: Annotated[Committed, Meta(description="the verdicts on the paper's claims")]
+    conservation: Annotated[
+        dict[str, Part] | Unset, Meta(description="the reference scene in each precision")
+    ] = UNSET
+    thresholds: Annotated[Part | Unset, Meta(description="as `tt-precise thresholds`")] = UNSET
+    golden: Annotated[
+        dict[str, Part] | Unset, Meta(description="digits and status of each golden scene")
+    ] = UNSET
+    proofs: Annotated[
+        dict[str, Part] | Unset, Meta(description="what is proved of each golden scene")
+    ] = UNSET
+    tradeoff: Annotated[
+        dict[str, Part] | Unset, Meta(description="findings on speed against accuracy")
+    ] = UNSET
+    extremes: Annotated[
+        Part | Unset, Meta(description="cases, by topic, and names of those that failed")
+    ] = UNSET
+    engines: Annotated[dict[str, str] | Unset, Meta(description="verdict by engine and test")] = (
+        UNSET
+    )
 
 
 def build(folder: Path, command: str, progress: Progress = silent) -> list[Path]:
-    """Compute the report and write it into ``folder``; returns the files written.
+    """Compute the report and write it into ``folder``; returns its files.
 
+    Nothing is written where only commit, day and time taken would differ from what is there.
     ``progress`` is called with the share of sections and claims that are done.
     """
-    report = assemble(compute(progress=progress), command)
-    return write(report, folder)
+    computed = compute(progress=progress)
+    facts = provenance(command, computed.precisions)
+    before = _before(folder)
+    if before is not None:
+        old = {name: getattr(before.provenance, name) for name in ("commit", "date")}
+        same = assemble(replace(computed, seconds=before.claims.run.seconds), {**facts, **old})
+        files = {folder / name: text for name, text in contents(same).items()}
+        if all(path.is_file() and path.read_text("utf-8") == files[path] for path in files):
+            return list(files)
+    return write(assemble(computed, facts), folder)
 
 
-def assemble(computed: Computed, command: str) -> Report:
-    """The report as a document."""
-    judgements, facts = computed.judgements, provenance(command, computed.precisions)
+def _before(folder: Path) -> Results | None:
+    """The results of the report in ``folder``; None if there are none in the present form."""
+    try:
+        return load(folder / FILE, Results, WHAT)
+    except InputError:
+        return None
+
+
+def assemble(computed: Computed, facts: dict[str, str]) -> Report:
+    """The report as a document; ``facts`` is its provenance."""
+    judgements = computed.judgements
     sections = [
         claims.errata(judgements),
         *computed.sections,
-        claims.all_claims(judgements, run_record(computed.seconds, WORKERS, dict(facts))),
+        claims.all_claims(judgements, run_record(computed.seconds, WORKERS, facts)),
     ]
     first = overview.overview(judgements, computed.headlines)
     return Report("The Tippe Top, verified", OPENING, first, sections, facts)
 
 
-def provenance(command: str, precisions: str) -> list[tuple[str, str]]:
-    """What made the report: versions, machine, precision, command, date."""
+def provenance(command: str, precisions: str) -> dict[str, str]:
+    """What makes the report now."""
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in VERSIONS)
-    return [
-        ("versions", versions),
-        ("machine", f"Python {platform.python_version()}, {platform.machine()}"),
-        ("precision", f"scene {SCENE}: {precisions}"),
-        ("command", command),
-        ("commit", commit()),
-        ("date", datetime.now(UTC).date().isoformat()),
-    ]
+    return {
+        "versions": versions,
+        "machine": f"Python {platform.python_version()}, {platform.machine()}",
+        "precision": f"scene {SCENE}: {precisions}",
+        "command": command,
+        "commit": commit(),
+        "date": datetime.now(UTC).date().isoformat(),
+    }
 
 
 def commit() -> str:
@@ -84,17 +148,22 @@ def commit() -> str:
 
 def write(report: Report, folder: Path) -> list[Path]:
     """Write HTML, Markdown, JSON and figures; all of them, or on a full disk none."""
-    results: dict[str, Json] = {
-        "schema": SCHEMA,
-        "provenance": dict(report.provenance),
+    files = contents(report)
+    write_together({folder / name: text for name, text in files.items()})
+    return [folder / name for name in files]
+
+
+def contents(report: Report) -> dict[str, str]:
+    """The texts of a report's files, by name."""
+    results = {
+        "schema": Results.__struct_config__.tag,
+        "provenance": report.provenance,
         "summary": report.overview.results,
         **{section.key: section.results for section in report.sections if section.results},
     }
-    files: dict[str, str] = {
+    return {
         f"{NAME}.html": render.html(report),
         f"{NAME}.md": render.markdown(report),
-        "results.json": json.dumps(results, indent=1, sort_keys=True) + "\n",
+        FILE: encode(convert(results, Results)),
         **{f"figures/{figure.name}.svg": figure.svg for figure in report.figures},
     }
-    write_together({folder / name: content for name, content in files.items()})
-    return [folder / name for name in files]

@@ -119,13 +119,13 @@ class Overview:
 
 @dataclass(frozen=True)
 class Report:
-    """Title, opening line, first screen, sections in order, and provenance (label, value)."""
+    """Title, opening line, first screen, sections in order, and provenance by label."""
 
     title: str
     opening: str
     overview: Overview
     sections: Sequence[Section]
-    provenance: Sequence[tuple[str, str]]
+    provenance: Mapping[str, str]
 
     @property
     def figures(self) -> list[Figure]:

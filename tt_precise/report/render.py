@@ -136,7 +136,7 @@ def _words(entry: Entry) -> str:
 
 
 def _citation(report: Report) -> str:
-    facts = dict(report.provenance)
+    facts = report.provenance
     return (
         f"The tt_precise developers, {report.title}: precision report on arXiv:1306.5641, "
         f"{facts.get('versions', 'tt-precise').split(',')[0]}, commit {facts.get('commit', '-')}, "
