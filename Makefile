@@ -79,7 +79,7 @@ costs: $(DEV)
 
 mutants:  ## 200 small mistakes in the core, each of which a test has to see (an hour or two)
 mutants: $(ALL)
-	$(BIN)/python tests/mutants/sample.py $(ARGS)
+	$(BIN)/python -m benchmarks.mutants $(ARGS)
 
 browser:  ## tests marked browser: the report in chromium (installs it from Debian)
 browser: $(DEV)
