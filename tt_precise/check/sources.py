@@ -27,6 +27,7 @@ from tt_precise.check.columns import Reading, renamed
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
+from tt_precise.runtime.tables import FORMATS
 
 
 @dataclass(frozen=True)
@@ -580,8 +581,23 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
     if parquet:
         opened.close()
         return ParquetSource(path, rename)
+    form = FORMATS.get(path.suffix)
+    if form is not None and form.read is not None:
+        with opened:
+            return _whole(path, form.read, rename)
     try:
         return TextSource(str(path), opened, size, rename, path.name.endswith(".gz"))
     except BaseException:
         opened.close()
         raise
+
+
+def _whole(path: Path, read: Callable[[Path], Any], rename: Mapping[str, str]) -> ColumnSource:
+    """All columns of a file at once."""
+    try:
+        table = read(path)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{path}: {_line(error)}; expected columns as `run --out` writes"
+        ) from None
+    return ColumnSource(getattr(table, "column_names", table), table.__getitem__, rename, str(path))

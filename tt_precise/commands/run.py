@@ -192,7 +192,7 @@ def command(
         require_format(plot)
         _require_writable(Path(plot), "--plot")
     if out is not None:
-        tables.writer(out)
+        tables.format_of(out)
         _require_writable(Path(out), "--out")
     elif wanted:
         raise InputError("--columns: got names without --out, expected --out FILE too")
@@ -213,7 +213,7 @@ def command(
     if out is not None:
         with progress_bar(f"reading {loaded.name}") as progress:
             table = trajectory.table(*wanted, numbers="text", progress=progress)
-        if trajectory.precision.name == "double" and Path(out).suffix not in tables.TEXT:
+        if trajectory.precision.name == "double" and not tables.format_of(out).text:
             table = {
                 name: [None if text is None else float(text) for text in column]
                 for name, column in table.items()

@@ -119,7 +119,7 @@ INTEGRALS = {integral.name: integral for integral in _ALL}
 
 def conserved(model: str, body: TippeTop) -> tuple[Integral, ...]:
     """The integrals that a correct motion of ``body`` keeps, under ``model``."""
-    return tuple(integral for integral in _ALL if integral.holds(model, body))
+    return tuple(integral for integral in INTEGRALS.values() if integral.holds(model, body))
 
 
 def drift(integral: Integral, motions: list[Motion]) -> list[Scalar]:

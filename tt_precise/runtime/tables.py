@@ -1,21 +1,30 @@
-"""Tables in files: the suffix of the file is the format, one entry of ``WRITERS`` each."""
+"""Tables in files: the suffix of the file is the format, one entry of ``FORMATS`` each."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import replacing
 
-if TYPE_CHECKING:
-    import pyarrow
-
 Table = Mapping[str, Array]
-TEXT = ("", ".csv", ".json")  # formats that hold doubles as their shortest text
+
+
+class Format(NamedTuple):
+    """A file format of tables.
+
+    ``write`` takes a path and columns. ``read`` gives the columns, as a mapping or a pyarrow.Table;
+    None where ``check.sources`` reads the file in pieces. A format of ``text`` holds doubles as
+    their shortest text; the others hold numbers and need pyarrow.
+    """
+
+    write: Callable[[Path, Table], Any]
+    read: Callable[[Path], Any] | None = None
+    text: bool = True
 
 
 def as_csv(table: Table) -> str:
@@ -33,13 +42,13 @@ def write_table(path: str | Path, table: Table) -> None:
     InputError
         The format is unknown, needs a package that is not there, or the place cannot be written.
     """
-    write = writer(path)
+    write = format_of(path).write
     with replacing(path) as temporary:
         write(temporary, table)
 
 
-def writer(path: str | Path) -> Callable[[Path, Table], Any]:
-    """What writes the format of a file; without a suffix it is CSV.
+def format_of(path: str | Path) -> Format:
+    """The format that a file is written in; without a suffix it is CSV.
 
     Raises
     ------
@@ -47,12 +56,12 @@ def writer(path: str | Path) -> Callable[[Path, Table], Any]:
         There is none, or it needs a package that is not installed.
     """
     suffix = Path(path).suffix
-    if suffix not in WRITERS:
-        known = ", ".join(filter(None, WRITERS))
+    if suffix not in FORMATS:
+        known = ", ".join(filter(None, FORMATS))
         raise InputError(f"{path}: got {suffix!r}, expected a file that ends in one of: {known}")
-    if suffix not in TEXT:
+    if not FORMATS[suffix].text:
         _arrow()
-    return WRITERS[suffix]
+    return FORMATS[suffix]
 
 
 def _csv(path: Path, table: Table) -> None:
@@ -60,23 +69,39 @@ def _csv(path: Path, table: Table) -> None:
 
 
 def _json(path: Path, table: Table) -> None:
-    path.write_text(json.dumps({name: list(column) for name, column in table.items()}), "utf-8")
+    path.write_text(json.dumps(_lists(table)), "utf-8")
+
+
+def _read_json(path: Path) -> Table:
+    found = json.loads(path.read_text("utf-8"))
+    if not isinstance(found, dict):
+        raise ValueError("no object of columns")
+    return found
 
 
 def _parquet(path: Path, table: Table) -> None:
     import pyarrow.parquet
 
-    pyarrow.parquet.write_table(_arrow_table(table), path)
+    pyarrow.parquet.write_table(_arrow().table(_lists(table)), path)
 
 
 def _feather(path: Path, table: Table) -> None:
     import pyarrow.feather
 
-    pyarrow.feather.write_feather(_arrow_table(table), str(path), compression="uncompressed")
+    pyarrow.feather.write_feather(
+        _arrow().table(_lists(table)), str(path), compression="uncompressed"
+    )
 
 
-def _arrow_table(table: Table) -> pyarrow.Table:
-    return _arrow().table({name: list(column) for name, column in table.items()})
+def _read_feather(path: Path) -> Any:
+    _arrow()
+    import pyarrow.feather
+
+    return pyarrow.feather.read_table(path)
+
+
+def _lists(table: Table) -> dict[str, list[Any]]:
+    return {name: list(column) for name, column in table.items()}
 
 
 def _arrow() -> Any:
@@ -89,10 +114,10 @@ def _arrow() -> Any:
     return pyarrow
 
 
-WRITERS: dict[str, Callable[[Path, Table], Any]] = {
-    "": _csv,
-    ".csv": _csv,
-    ".json": _json,
-    ".parquet": _parquet,
-    ".arrow": _feather,
+FORMATS = {
+    "": Format(_csv),
+    ".csv": Format(_csv),
+    ".json": Format(_json, _read_json),
+    ".parquet": Format(_parquet, text=False),
+    ".arrow": Format(_feather, _read_feather, text=False),
 }
