@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tt_precise.claims import claims, judge
-from tt_precise.claims.evidence import Run, variant
+from tt_precise.claims.evidence.run import Run, variant
 
 
 def _every_claim() -> list[Any]:

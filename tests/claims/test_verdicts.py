@@ -138,7 +138,7 @@ def test_readings() -> None:
 def test_misprint_needs_the_printed_form_to_fail_and_the_corrected_to_hold(
     printed: Check, corrected: Check, verdict: str
 ) -> None:
-    assert misprint(printed, corrected, "x", NOTE).verdict == verdict
+    assert misprint((printed, corrected), "x", NOTE).verdict == verdict
 
 
 def test_wording_is_untestable() -> None:

@@ -7,7 +7,7 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.claims.evidence import variant
+from tt_precise.claims.evidence.run import variant
 from tt_precise.integration import integrate
 from tt_precise.integration.streaming import Stream
 from tt_precise.runtime.errors import InputError
@@ -16,7 +16,7 @@ EPS = 2.0**-52
 
 MEMORY = """
 import resource, sys
-from tt_precise.claims.evidence import variant
+from tt_precise.claims.evidence.run import variant
 from tt_precise.integration.streaming import Stream
 def peak(every):
     for frame in Stream(variant("frictionless", until="10", sample_every=every), "lambda"):

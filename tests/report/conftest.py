@@ -8,6 +8,7 @@ from tt_precise.claims import Claim, Judgement
 from tt_precise.claims.committed import run_record
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
+    EXACT,
     Finding,
     all_of,
     misprint,
@@ -53,7 +54,7 @@ def judgements() -> list[Judgement]:
     right = statement(True, CORRECT, "equal")
     wrong = statement(False, PRINTED, "off by 0.4 of its size")
     return [
-        _judgement("EQ-01", misprint(wrong, right, CORRECT, "A factor R.", proved=True)),
+        _judgement("EQ-01", misprint((wrong, right), CORRECT, "A factor R.", EXACT)),
         _judgement("NUM-01", all_of(holds, "As printed."), "2.1"),
         _judgement("NUM-02", all_of(fails, "It is 3."), "2.2"),
         _judgement("NUM-03", all_of(rounds_to("1.5", 1.49), "Rounded."), "2.3"),

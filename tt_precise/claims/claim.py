@@ -87,7 +87,7 @@ class Claim:
     @property
     def group(self) -> str:
         """The module it stands in; claims of one group share their evidence."""
-        return self.function.__module__
+        return getattr(self.function, "func", self.function).__module__  # of a partial, too
 
     @property
     def order(self) -> tuple[int, int, str]:
@@ -161,6 +161,7 @@ class Register(Protocol):
         control: Mapping[str, object] | None,
         where: str = "",
         definition: str = "",
+        statement: str = "",
         slow: bool = False,
     ) -> Callable[[Function], Function]: ...
 
@@ -175,15 +176,15 @@ def claims_of(paper: Paper, section: str) -> Register:
         control: Mapping[str, object] | None,
         where: str = f"Sec. {section}",
         definition: str = "",
+        statement: str = "",
         slow: bool = False,
     ) -> Callable[[Function], Function]:
         def register(function: Function) -> Function:
-            name = paper.prefix + id
-            statement = " ".join((function.__doc__ or "").split())
+            name, told = paper.prefix + id, statement or " ".join((function.__doc__ or "").split())
             if name in _registered:
                 raise ValueError(f"claim {name}: got it twice, expected each id once")
             _registered[name] = Claim(
-                name, paper, section, statement, quote, where, definition, function, control, slow
+                name, paper, section, told, quote, where, definition, function, control, slow
             )
             return function
 

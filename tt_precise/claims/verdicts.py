@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from tt_precise.runtime.arithmetic import Scalar
 
@@ -46,6 +46,12 @@ class Settled:
         difference = 2 * abs(exact - second) / max(abs(exact), abs(second))
         return cls(value, max(0, min(most, -decade(difference) - 1)))
 
+    def __float__(self) -> float:
+        return float(self.value)
+
+    def __str__(self) -> str:
+        return decimal(self.value, self.digits)
+
 
 Measured: TypeAlias = Any  # a Settled, an mpmath number, a float, an int or a Fraction
 
@@ -65,9 +71,7 @@ def fraction_of(number: Measured) -> Fraction:
 
 def measured_text(number: Measured) -> str:
     """A number in decimals: settled and exact ones with all their digits, others with twelve."""
-    if isinstance(number, Settled):
-        return decimal(number.value, number.digits)
-    if isinstance(number, int):
+    if isinstance(number, Settled | int):
         return str(number)
     if isinstance(number, Fraction):
         return decimal(number, MOST_DIGITS)
@@ -155,6 +159,17 @@ class Check:
         if not self.holds:
             return Verdict.REFUTED
         return Verdict.ROUNDED if self.exactly_rounded else Verdict.REPRODUCED
+
+
+class Proof(NamedTuple):
+    """Whether a verdict is proved, and the sentence of the note that says so."""
+
+    settled: bool
+    sentence: str = ""
+
+
+NO_PROOF = Proof(False)
+EXACT = Proof(True)  # an identity for all symbols
 
 
 class Form(StrEnum):
@@ -316,30 +331,44 @@ def untestable(printed: str) -> Check:
 Checks: TypeAlias = Check | Mapping[str, Check]  # one, or the parts or readings by name
 
 
-def all_of(checks: Checks, remark: str, *, proved: bool = False) -> Finding:
+def statements(printed: str, parts: Mapping[str, tuple[bool, str]]) -> dict[str, Check]:
+    """Several statements with the same printed words: whether each holds, and what was measured."""
+    return {name: statement(holds, printed, measured) for name, (holds, measured) in parts.items()}
+
+
+def all_of(checks: Checks, remark: str, proof: Proof = NO_PROOF) -> Finding:
     """A claim that holds if each of its parts does."""
-    return Finding(Form.ALL_OF, _named(checks), remark, proved)
+    return _finding(Form.ALL_OF, checks, remark, proof)
 
 
-def readings(checks: Mapping[str, Check], remark: str, *, proved: bool = False) -> Finding:
+def theorem(checks: Checks, remark: str) -> Finding:
+    """A claim whose parts are identities, compared for all symbols."""
+    return all_of(checks, remark, EXACT)
+
+
+def readings(checks: Mapping[str, Check], remark: str, proof: Proof = NO_PROOF) -> Finding:
     """A claim whose words admit several readings, all of them computed."""
-    return Finding(Form.READINGS, _named(checks), remark, proved)
+    return _finding(Form.READINGS, checks, remark, proof)
 
 
 def misprint(
-    printed: Check, corrected: Check, correction: str, remark: str, *, proved: bool = False
+    checks: Iterable[Check], correction: str, remark: str, proof: Proof = NO_PROOF
 ) -> Finding:
-    """A claim that may be misprinted: ``correction`` is what should stand there."""
-    checks = _named({"as printed": printed, "as corrected": corrected})
-    return Finding(Form.MISPRINT, checks, remark, proved, correction)
+    """A claim checked as printed and as corrected: ``correction`` is what should stand there."""
+    named = dict(zip(("as printed", "as corrected"), checks, strict=True))
+    return _finding(Form.MISPRINT, named, remark, proof, correction)
 
 
-def _named(checks: Checks) -> tuple[Check, ...]:
-    if isinstance(checks, Check):
-        return (checks,)
-    if not checks:
+def _finding(
+    form: Form, checks: Checks, remark: str, proof: Proof, correction: str = ""
+) -> Finding:
+    if not isinstance(checks, Check):
+        named = tuple(replace(check, name=name) for name, check in checks.items())
+    else:
+        named = (checks,)
+    if not named:
         raise ValueError("claim: got no checks, expected one or more")
-    return tuple(replace(check, name=name) for name, check in checks.items())
+    return Finding(form, named, remark + proof.sentence, proof.settled, correction)
 
 
 def _joined(checks: tuple[Check, ...], side: str) -> str:

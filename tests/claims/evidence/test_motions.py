@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from tt_precise.claims.evidence import REFERENCE, variant
 from tt_precise.claims.evidence.motions import (
     Case,
     Swing,
@@ -21,6 +20,7 @@ from tt_precise.claims.evidence.motions import (
     swing,
     tumbles,
 )
+from tt_precise.claims.evidence.run import REFERENCE, variant
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.exact.stability import INVERTED, UPRIGHT
 from tt_precise.integration import integrate

@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from tt_precise.claims import judge
-from tt_precise.claims.evidence import variant
 from tt_precise.claims.evidence.proved import (
     Proved,
     count,
@@ -23,6 +22,7 @@ from tt_precise.claims.evidence.proved import (
     settles,
     sign_of_precession,
 )
+from tt_precise.claims.evidence.run import variant
 from tt_precise.claims.verdicts import Verdict, about, rounds_to
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import ENCLOSURE, PROOF, Interval

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy
 import pytest
 
-from tt_precise.claims.evidence import FINE, REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, variant
 from tt_precise.integration import integrate
 
 SHORT = Run(variant(until="0.3"))

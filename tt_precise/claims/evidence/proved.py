@@ -8,14 +8,14 @@ fails, at both ends does so in between.)
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 
 from tt_precise.claims.evidence.run import SceneLike
-from tt_precise.claims.verdicts import MOST_DIGITS, Check, decade
+from tt_precise.claims.verdicts import MOST_DIGITS, Check, Measured, Proof, decade
 from tt_precise.golden import proofs
 from tt_precise.golden.proofs import Established, Interval
 from tt_precise.mechanics.newton import NewtonState
@@ -34,12 +34,11 @@ class Proved:
     proof: Established | None
     why: str
 
-    def sentence(self, settled: bool, theorem: str) -> str:
-        """A sentence for the note of a claim: what is proved, or that nothing is, and why."""
+    def says(self, settled: bool, theorem: str) -> Proof:
+        """For a claim: that ``theorem`` is proved, or that nothing is, and why."""
         if settled:
-            return f" Proved (rigorous enclosure): {theorem}."
-        why = self.why or "the enclosure does not decide it"
-        return f" Not proved: {why}."
+            return Proof(True, f" Proved (rigorous enclosure): {theorem}.")
+        return Proof(False, f" Not proved: {self.why or 'the enclosure does not decide it'}.")
 
     @property
     def g_n_positive(self) -> bool:
@@ -145,6 +144,20 @@ def proofs_of(scene: SceneLike) -> Proved:
 def settles(found: Check, check: Callable[[Fraction], Check], interval: Interval | None) -> bool:
     """Whether ``check`` comes to the same as ``found`` at both ends of a proved interval."""
     return interval is not None and all(check(end).verdict == found.verdict for end in interval)
+
+
+def enclosed(
+    scene: SceneLike,
+    check: Callable[[Measured], Check],
+    numbers: Mapping[str, tuple[Measured, Interval | None]],
+    what: str,
+) -> tuple[dict[str, Check], Proof]:
+    """Checks of numbers, proved if each comes to the same at both ends of its proved interval."""
+    checks = {name: check(value) for name, (value, _) in numbers.items()}
+    settled = all(settles(checks[name], check, ends) for name, (_, ends) in numbers.items())
+    return checks, proofs_of(scene).says(
+        settled, f"{what} {digits(e for _, e in numbers.values())}"
+    )
 
 
 def digits(intervals: Iterable[Interval | None]) -> str:

@@ -55,6 +55,16 @@ class Span(NamedTuple):
         """Its length in s."""
         return self.end - self.begin
 
+    @property
+    def middle(self) -> float:
+        """Its middle in s."""
+        return self.begin + self.length / 2
+
+
+def rising(values: Sequence[float]) -> bool:
+    """Whether each value is larger than the one before."""
+    return all(b > a for a, b in pairwise(values))
+
 
 class Turn(NamedTuple):
     """A turning point of theta: when (s), where, and the middle and width of the band there (rad).

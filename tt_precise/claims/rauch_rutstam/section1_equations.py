@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import REFERENCE, Run
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.proved import proofs_of
+from tt_precise.claims.evidence.run import REFERENCE, Run
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Finding, all_of, decimal, misprint, statement
+from tt_precise.claims.verdicts import EXACT, Finding, all_of, decimal, misprint, statement, theorem
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.quantities import Motion
@@ -39,15 +39,19 @@ NU_Y = (
     " + m*R**2*I1*sin(theta)**2)"
     " + omega_3*theta_dot*R/I1*(I3*(alpha - cos(theta)) + I1*cos(theta)) - phi_dot*nu_x"
 )
+# eqs (2) to (6): id, what is differentiated, the printed rate, and one that is wrong
+RATES = (
+    ("EQ-08", "theta_dot", THETA, THETA[:-1] + "/R)"),
+    ("EQ-09", "phi_dot", PHI, PHI.replace("2*I1*theta_dot", "I1*theta_dot")),
+    ("EQ-10", "omega_3", OMEGA_3, OMEGA_3[1:]),
+    ("EQ-11", "nu_x", NU_X, NU_X.replace("I1*alpha*(theta", "I1*(theta")),
+    ("EQ-12", "nu_y", NU_Y, NU_Y.replace("- phi_dot*nu_x", "+ phi_dot*nu_x")),
+)
 NORMAL_FORCE = (
     "(m*g*I1 + m*R*alpha*(cos(theta)*(I1*phi_dot**2*sin(theta)**2 + I1*theta_dot**2)"
     " - I3*phi_dot*omega_3*sin(theta)**2))"
     "/(I1 + m*R**2*alpha**2*sin(theta)**2"
     " - m*R**2*alpha*sin(theta)*(1 - alpha*cos(theta))*mu*nu_x)"
-)
-NOTE = (
-    "Derived from eq (1) through the vectors of the Euler state, with g_n from the contact "
-    "constraint; all parameters and the state are symbols."
 )
 
 
@@ -59,16 +63,14 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
     from_centre = added(printed, scaled(-body.R * body.alpha, q.k))
     height = f.quantity("E_pot") / (body.m * body.g)
     shown = f"a = {along_3} 3 + ({along_z}) z"
-    return all_of(
+    lowest = f.equal_vectors(from_centre, (0, 0, -body.R), shown)
+    return theorem(
         {
-            "A is the lowest point of the sphere": f.equal_vectors(
-                from_centre, (0, 0, -body.R), shown
-            ),
+            "A is the lowest point of the sphere": lowest,
             "CM stands -a.z above the table, as in E_pot": f.equal(-printed[2], height, shown),
         },
         "O lies R alpha along 3 from the centre of mass, and A is the sphere's lowest point, R "
         "below O; -a.z is then the height R(1 - alpha cos theta) of the potential energy.",
-        proved=True,
     )
 
 
@@ -84,18 +86,13 @@ def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
     symbols = f.chart()
     c, s, C, S = symbols.c, symbols.s, symbols.C, symbols.S
     one, two, three = (c * C, c * S, -s), (-S, C, 0 * c), (s * C, s * S, c)
-    turning = {axis: tuple(map(f.rate, axis)) for axis in (one, two, three)}
-    derived = (
-        dot(turning[two], three),
-        dot(turning[three], one),
-        dot(turning[one], two) + f.read("psi_dot"),
-    )
+    one_dot, two_dot, three_dot = (tuple(map(f.rate, axis)) for axis in (one, two, three))
+    derived = dot(two_dot, three), dot(three_dot, one), dot(one_dot, two) + f.read("psi_dot")
     parts = zip("123", printed, derived, strict=True)
-    return all_of(
+    return theorem(
         {axis: f.equal(text, value) for axis, text, value in parts},
         "The frame turns with (2_dot.3, 3_dot.1, 1_dot.2), and the body in it with psi_dot about "
         "3.",
-        proved=True,
     )
 
 
@@ -107,13 +104,12 @@ def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
     q = _at_any_azimuth()
     geometric = tuple(f.rate(component) for component in q.k)
     printed = scaled(f.read(inverse_inertia), cross(q.state.L, q.k))
-    return all_of(
+    return theorem(
         {
             "omega x 3": f.equal_vectors(cross(q.omega, q.k), geometric, "3_dot = omega x 3"),
             "L x 3": f.equal_vectors(printed, geometric, f"3_dot = ({inverse_inertia}) L x 3"),
         },
         "The component of L along 3 drops out, and the others are I1 times those of omega.",
-        proved=True,
     )
 
 
@@ -121,19 +117,16 @@ def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
 def contact_constraint(rate_of_a: str = "R*alpha") -> Finding:
     """The contact point stays on the table, and the derivative of that is v_A.z = 0."""
     q, body = _at_any_azimuth(), f.chart().body
-    axis_rate = tuple(f.rate(component) for component in q.k)
-    a_dot = scaled(f.read(rate_of_a), axis_rate)
+    a_dot_z = f.read(rate_of_a) * f.rate(q.k[2])
     height = body.R * (1 - body.alpha * q.k[2])
-    return all_of(
+    rates = q.s_dot[2] + a_dot_z, q.state.v[2] + 0 * height
+    return theorem(
         {
             "(s+a).z": f.equal(height + q.a[2], 0 * height, "(s + a).z = 0"),
-            "its derivative": f.equal(
-                q.s_dot[2] + a_dot[2], q.state.v[2] + 0 * height, "s_dot.z + a_dot.z = v_A.z = 0"
-            ),
+            "its derivative": f.equal(*rates, "s_dot.z + a_dot.z = v_A.z = 0"),
         },
         "With s.z = R(1 - alpha cos theta). a_dot = R alpha 3_dot is not omega x a, but the two "
         "differ by the horizontal R omega x z.",
-        proved=True,
     )
 
 
@@ -156,13 +149,12 @@ def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
     """The frames (x, y, z) and (1, 2, 3) are right-handed, lean as in Fig. 1, and 2 points back."""
     q, symbols = f.motion(), f.chart()
     one, two = (symbols.c, 0, -symbols.s), (0, 1, 0)
-    plane = cross(q.a, q.k)
-    return all_of(
+    across = cross(q.a, q.k)
+    in_plane = f.equal(across[0] + across[2], 0 * q.a[0], "a and 3 in the plane")
+    return theorem(
         {
             "1 x 2 = 3": f.equal_vectors(cross(one, two), q.k, "1 x 2 = 3"),
-            "CM, O, A lie in the plane of x and z": f.equal(
-                dot(plane, (1, 0, 0)) + dot(plane, (0, 0, 1)), 0 * q.a[0], "a and 3 in the plane"
-            ),
+            "CM, O, A lie in the plane of x and z": in_plane,
             "2 = z x x": statement(
                 cross((0, 0, 1), (1, 0, 0)) == behind,
                 "2 points behind the plane",
@@ -171,7 +163,6 @@ def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
         },
         "The paper's figure was not at hand; its caption and text agree with each other. x, and "
         "with it 1 and 2, is undefined while the axis is vertical.",
-        proved=True,
     )
 
 
@@ -187,14 +178,13 @@ def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
     a_dot = scaled(body.R * body.alpha, (rates.kx, rates.ky, rates.kz))
     printed = scaled(f.read(lever), cross(q.state.L, q.k))
     lambda_dot = -dot((rates.Lx, rates.Ly, rates.Lz), q.a) - dot(q.state.L, a_dot)
-    return all_of(
+    return theorem(
         {
             "a_dot": f.equal_vectors(printed, a_dot, f"a_dot = {lever} L x 3"),
             "lambda_dot": f.equal("0", lambda_dot, "lambda_dot = 0"),
         },
         "L_dot.a = (a x F).a vanishes whatever force acts at A, and L.a_dot is a triple product "
         "with L twice.",
-        proved=True,
     )
 
 
@@ -204,14 +194,13 @@ def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
 def energy_loss(loss: str = "-mu*g_n*(nu_x**2 + nu_y**2)") -> Finding:
     """The energy falls at the rate v_A.F = -mu g_n |v_A|^2."""
     q = f.motion()
-    return all_of(
+    return theorem(
         {
             "E_dot": f.equal(loss, f.rate_of("E"), f"E_dot = {loss}"),
             "v_A.F": f.equal(loss, dot(q.state.v, q.force), f"v_A.F = {loss}"),
         },
         "E is differentiated along the equations of motion, with the g_n of the contact "
         "constraint; v_A has no vertical component, so the normal force does no work.",
-        proved=True,
     )
 
 
@@ -225,14 +214,12 @@ def jellett_in_euler_angles(
     printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
 ) -> Finding:
     """Jellett's integral in Euler angles."""
-    jellett = f.quantity("lambda")
     return misprint(
-        f.equal(printed, jellett),
-        f.equal(JELLETT_WITH_R, jellett),
+        (f.equal(text, f.quantity("lambda")) for text in (printed, JELLETT_WITH_R)),
         JELLETT_WITH_R,
         "The second term lacks the factor R, without which the two terms have different "
         "dimensions; sections 2.1 and 2.2 print it.",
-        proved=True,
+        EXACT,
     )
 
 
@@ -250,65 +237,42 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
     values = run.sampled((quantity,))[quantity]
     steps = int((values.diff().iloc[1:] >= 0).sum())
     known = proofs_of(run.scene)
-    holds = fastest <= 0 and steps == 0
-    proved = quantity == "E" and holds and known.energy_falls
+    proved = quantity == "E" and fastest <= 0 == steps and known.energy_falls
+    shown = f"at most {decimal(fastest, 3)} W"
     return all_of(
         {
-            f"{quantity}_dot": statement(
-                fastest <= 0, "never positive", f"at most {decimal(fastest, 3)} W"
-            ),
+            f"{quantity}_dot": statement(fastest <= 0, "never positive", shown),
             quantity: statement(steps == 0, "decreasing", f"{steps} of {len(values) - 1} steps up"),
         },
         "E_dot = -mu g_n v_A^2 (EQ-05) vanishes at instants only, such as the start; the claim "
-        "needs g_n >= 0 and a motion that glides."
-        + known.sentence(proved, f"g_n > 0 {known.span} in this solution, which glides"),
-        proved=proved,
+        "needs g_n >= 0 and a motion that glides.",
+        known.says(proved, f"g_n > 0 {known.span} in this solution, which glides"),
     )
 
 
-@claim("EQ-08", quote="theta_ddot=...", where="eq (2)", control={"printed": THETA[:-1] + "/R)"})
-def theta_equation(printed: str = THETA) -> Finding:
-    """The equation for theta_ddot."""
-    return _compared("theta_dot", printed)
+def _rate(name: str, printed: str) -> Finding:
+    symbols = f.chart()
+    derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
+    return theorem(
+        {"as printed": f.equal(printed, derived, f"{_dotted(name)} = {printed}"),
+         FORMS: f.proved(FORMS)},
+        "Derived from eq (1) through the vectors of the Euler state, with g_n from the contact "
+        "constraint; all parameters and the state are symbols.",
+    )  # fmt: skip
 
 
-@claim(
-    "EQ-09",
-    quote="phi_ddot=...",
-    where="eq (3)",
-    control={"printed": PHI.replace("2*I1*theta_dot", "I1*theta_dot")},
-)
-def phi_equation(printed: str = PHI) -> Finding:
-    """The equation for phi_ddot."""
-    return _compared("phi_dot", printed)
+def _dotted(name: str) -> str:
+    return f"{name[:-4]}_ddot" if name.endswith("_dot") else f"{name}_dot"
 
 
-@claim("EQ-10", quote="omega_3_dot=...", where="eq (4)", control={"printed": OMEGA_3[1:]})
-def omega_3_equation(printed: str = OMEGA_3) -> Finding:
-    """The equation for omega_3_dot."""
-    return _compared("omega_3", printed)
-
-
-@claim(
-    "EQ-11",
-    quote="nu_x_dot=...",
-    where="eq (5)",
-    control={"printed": NU_X.replace("I1*alpha*(theta", "I1*(theta")},
-)
-def nu_x_equation(printed: str = NU_X) -> Finding:
-    """The equation for nu_x_dot."""
-    return _compared("nu_x", printed)
-
-
-@claim(
-    "EQ-12",
-    quote="nu_y_dot=...",
-    where="eq (6)",
-    control={"printed": NU_Y.replace("- phi_dot*nu_x", "+ phi_dot*nu_x")},
-)
-def nu_y_equation(printed: str = NU_Y) -> Finding:
-    """The equation for nu_y_dot."""
-    return _compared("nu_y", printed)
+for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
+    claim(
+        id,
+        statement=f"The equation for {_dotted(name)}.",
+        quote=f"{_dotted(name)}=...",
+        where=f"eq ({number})",
+        control={"printed": wrong},
+    )(partial(_rate, name, printed=printed))
 
 
 @claim(
@@ -321,15 +285,4 @@ def normal_force(printed: str = NORMAL_FORCE) -> Finding:
     """The normal force."""
     derived = newton.normal_force(f.chart().body, f.motion().state)
     checks = {"g_n": f.equal(printed, derived, "g_n = " + printed)}
-    return all_of(checks, "From the vertical part of v_A_dot = 0, eq (1).", proved=True)
-
-
-def _compared(name: str, printed: str) -> Finding:
-    symbols = f.chart()
-    derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
-    left = f"{name[:-4]}_ddot" if name.endswith("_dot") else f"{name}_dot"
-    return all_of(
-        {"as printed": f.equal(printed, derived, f"{left} = {printed}"), FORMS: f.proved(FORMS)},
-        NOTE,
-        proved=True,
-    )
+    return theorem(checks, "From the vertical part of v_A_dot = 0, eq (1).")

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import REFERENCE, Run, variant
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.motions import minima, minimum, swing
+from tt_precise.claims.evidence.run import REFERENCE, Run, rising, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
+    EXACT,
     Check,
     Finding,
     all_of,
@@ -22,12 +23,14 @@ from tt_precise.claims.verdicts import (
     misprint,
     readings,
     statement,
+    statements,
+    theorem,
 )
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d, effective_potential
-from tt_precise.mechanics.vectors import cross, dot, scaled
+from tt_precise.mechanics.vectors import Vector, cross, dot, scaled
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import load_scene
@@ -57,6 +60,7 @@ SQUARE_NOTE = (
     "d(z) is a square exactly when its discriminant vanishes, which gives 1 - gamma where the "
     "paper prints 1 - alpha."
 )
+DIFFERENTIATED = "Differentiated along the equations of motion"
 ASYMPTOTIC = {
     "lambda of the upright spin": "R*(1 - alpha)*L0",
     "lambda of the inverted spin": "R*(1 + alpha)*L1",
@@ -67,12 +71,14 @@ ASYMPTOTIC = {
 }
 QUANTITY = {"l": "lambda", "D": "D", "E": "E_tilde"}
 DIGITS = 70
-DIGITS = 70
 DELTAS = ("1e-3", "1e-5", "1e-7", "1e-9", "1e-11")
 MULTIPLES = ("1.0001", "1.5", "2", "5")
 POTENTIAL_STEPS = 400
 EVERY = "0.01"
-TOY = "the toy, whose potential is rational"
+BESIDE = (
+    f"the toy, whose potential is rational; lambda/lambda_thres in {', '.join(MULTIPLES)}; "
+    f"delta/lambda in {', '.join(DELTAS)}"
+)
 
 
 @claim(
@@ -83,11 +89,8 @@ TOY = "the toy, whose potential is rational"
 )
 def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
     """The energy with s_dot = -omega x a is the printed expression in Euler angles."""
-    return all_of(
-        f.equal(printed, f.quantity("E_tilde")),
-        "Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.",
-        proved=True,
-    )
+    check = f.equal(printed, f.quantity("E_tilde"))
+    return theorem(check, "Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.")
 
 
 @claim(
@@ -98,25 +101,19 @@ def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
 )
 def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Finding:
     """The two printed forms of Routh's function agree, with d(cos theta) as printed."""
-    body = f.chart().body
-    return all_of(
-        f.equal(
-            f.read(under_root), body.I3**2 * f.read(d_of_z), f"{under_root} = I3**2*({d_of_z})"
-        ),
+    other = f.chart().body.I3 ** 2 * f.read(d_of_z)
+    return theorem(
+        f.equal(f.read(under_root), other, f"{under_root} = I3**2*({d_of_z})"),
         "Both forms are omega_3 times a positive root, so comparing what stands under it is "
         "enough.",
-        proved=True,
     )
 
 
 @claim("EQ-17", quote="d/dt lambda=0", where="eq (10)", control={"quantity": "L_z"})
 def jellett_rate(quantity: str = "lambda") -> Finding:
     """lambda is constant along the gliding motion."""
-    return all_of(
-        f.equal("0", f.rate_of(quantity), f"d {quantity}/dt = 0"),
-        "Differentiated along the equations of motion.",
-        proved=True,
-    )
+    check = f.equal("0", f.rate_of(quantity), f"d {quantity}/dt = 0")
+    return theorem(check, f"{DIFFERENTIATED}.")
 
 
 @claim(
@@ -127,29 +124,26 @@ def jellett_rate(quantity: str = "lambda") -> Finding:
 )
 def routh_rate(factor: str = ROUTH_RATE) -> Finding:
     """Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot."""
-    rates = f.vector_rates()
-    projection = dot(cross((0, 0, 1), f.motion().a), (rates.vx, rates.vy, 0))
-    return all_of(
-        f.equal(f.read(factor) * projection, f.rate_of("D"), f"dD/dt = {factor}*(z x a).v_A_dot"),
+    rate = f.read(factor) * _along_acceleration(cross((0, 0, 1), f.motion().a))
+    return theorem(
+        f.equal(rate, f.rate_of("D"), f"dD/dt = {factor}*(z x a).v_A_dot"),
         "v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.",
-        proved=True,
     )
 
 
 @claim("EQ-19", quote="d/dt E~=m (omega x a).v_A_dot", where="eq (12)", control={"factor": "-m"})
 def modified_energy_rate(factor: str = "m") -> Finding:
     """E~ changes at the rate m (omega x a).v_A_dot."""
-    rates = f.vector_rates()
-    projection = dot(f.motion().omega_cross_a, (rates.vx, rates.vy, 0))
-    return all_of(
-        f.equal(
-            f.read(factor) * projection,
-            f.rate_of("E_tilde"),
-            f"dE~/dt = {factor} (omega x a).v_A_dot",
-        ),
-        "Differentiated along the equations of motion, with g_n from the contact constraint.",
-        proved=True,
+    rate = f.read(factor) * _along_acceleration(f.motion().omega_cross_a)
+    return theorem(
+        f.equal(rate, f.rate_of("E_tilde"), f"dE~/dt = {factor} (omega x a).v_A_dot"),
+        f"{DIFFERENTIATED}, with g_n from the contact constraint.",
     )
+
+
+def _along_acceleration(vector: Vector) -> Scalar:
+    rates = f.vector_rates()
+    return dot(vector, (rates.vx, rates.vy, 0))
 
 
 @claim("EQ-20", quote="d/dt m r_dot=-mu g_n v_A", where="eq (13)", control={"factor": "-mu*g_n*m"})
@@ -159,15 +153,11 @@ def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
     phi_dot, m = symbols.state.phi_dot, symbols.body.m
     # the frame turns with phi: the derivative of a vector has a term phi_dot z x (...)
     along_x, along_y = q.s_dot[0], q.s_dot[1]
-    changed = (f.rate(along_x) - phi_dot * along_y, f.rate(along_y) + phi_dot * along_x)
-    return all_of(
-        f.equal_vectors(
-            scaled(f.read(factor), q.state.v)[:2],
-            [m * one for one in changed],
-            f"m r_ddot = {factor} v_A",
-        ),
+    changed = m * (f.rate(along_x) - phi_dot * along_y), m * (f.rate(along_y) + phi_dot * along_x)
+    pushed = scaled(f.read(factor), q.state.v)[:2]
+    return theorem(
+        f.equal_vectors(pushed, changed, f"m r_ddot = {factor} v_A"),
         "r is the horizontal part of s, so the normal force and the weight drop out.",
-        proved=True,
     )
 
 
@@ -187,18 +177,17 @@ def equivalent_form(factor: str = DETERMINANT) -> Finding:
     theta_dot = symbols.symbol["theta_dot"].numer
     at_turns = symbols.field(determinant.numer.subs(theta_dot, 0))
     regular = not symbols.remainder(at_turns).vanishes
+    parts = {
+        "where theta_dot is not zero": (known.holds, f"determinant {factor}: {known.measured}"),
+        "at turning points, theta_dot = 0, too": (
+            regular, "determinant not zero" if regular else "determinant zero"
+        ),
+    }  # fmt: skip
     return readings(
-        {
-            "where theta_dot is not zero": statement(
-                known.holds, "equivalent", f"determinant {factor}: {known.measured}"
-            ),
-            "at turning points, theta_dot = 0, too": statement(
-                regular, "equivalent", "determinant not zero" if regular else "determinant zero"
-            ),
-        },
+        statements("equivalent", parts),
         "The rate of E~ contains theta_ddot only as theta_dot theta_ddot, so motions with constant "
         "theta satisfy the integrated form whether eq (2) holds or not.",
-        proved=True,
+        EXACT,
     )
 
 
@@ -208,21 +197,19 @@ def _determinant() -> Scalar:
 
     symbols, q = f.chart(), f.motion()
     body, field = symbols.body, symbols.field
-    accelerating = symbols.state[1:]
 
-    def row(conserved: Scalar, pushed: tuple[Scalar, Scalar]) -> list[Scalar]:
+    def row(conserved: Scalar, pushed: Sequence[Scalar] = (field.zero, field.zero)) -> list[Scalar]:
         # v_A_dot along x and y contains the derivatives of nu_x and nu_y with factor 1
-        entries = [field(conserved).diff(entry) for entry in accelerating]
+        entries = [field(conserved).diff(entry) for entry in symbols.state[1:]]
         return [*entries[:3], entries[3] - pushed[0], entries[4] - pushed[1]]
 
-    none = (field.zero, field.zero)
     along_y = f.read(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
     rows = [
-        row(f.quantity("lambda"), none),
+        row(f.quantity("lambda")),
         row(f.quantity("D"), (field.zero, along_y)),
         row(f.quantity("E_tilde"), (body.m * q.omega_cross_a[0], body.m * q.omega_cross_a[1])),
-        row(body.m * q.s_dot[0], none),
-        row(body.m * q.s_dot[1], none),
+        row(body.m * q.s_dot[0]),
+        row(body.m * q.s_dot[1]),
     ]
     return DomainMatrix(rows, (5, 5), field.to_domain()).det()
 
@@ -235,12 +222,10 @@ def _determinant() -> Scalar:
 )
 def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Finding:
     """E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation."""
-    turning = f.chart().state.theta_dot ** 2
-    printed = f.read(mass) * turning + _potential(potential)
-    return all_of(
+    printed = f.read(mass) * f.chart().state.theta_dot ** 2 + _potential(potential)
+    return theorem(
         f.equal(printed, f.quantity("E_tilde"), f"E~ = {mass}*theta_dot**2 + V"),
         "phi_dot and omega_3 are eliminated with lambda and D.",
-        proved=True,
     )
 
 
@@ -252,20 +237,17 @@ def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Fin
 )
 def potential(printed: str = POTENTIAL) -> Finding:
     """The effective potential with its three terms is E~ at theta_dot = 0."""
-    symbols = f.chart()
-    energy = f.quantity("E_tilde")
-    kinetic = f.read(EFFECTIVE_MASS) * symbols.state.theta_dot**2
-    return all_of(
-        {"V": f.equal(_potential(printed), energy - kinetic, f"V = {printed}")},
+    kinetic = f.read(EFFECTIVE_MASS) * f.chart().state.theta_dot ** 2
+    rest = f.quantity("E_tilde") - kinetic
+    return theorem(
+        {"V": f.equal(_potential(printed), rest, f"V = {printed}")},
         "The part of E~ without theta_dot, with phi_dot and omega_3 expressed by lambda and D.",
-        proved=True,
     )
 
 
 def _potential(text: str) -> Scalar:
-    known = dict(f.names())
-    known |= {"z": f.chart().c, "D": f.quantity("D"), "lambda_": f.quantity("lambda")}
-    return f.read(text, known)
+    known = {"z": f.chart().c, "D": f.quantity("D"), "lambda_": f.quantity("lambda")}
+    return f.read(text, {**f.names(), **known})
 
 
 @claim(
@@ -277,13 +259,8 @@ def _potential(text: str) -> Scalar:
 )
 def rationality_condition(printed: str = CONDITION) -> Finding:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
-    return misprint(
-        _square(printed),
-        _square(CORRECT_CONDITION),
-        f"sigma = {CORRECT_CONDITION}",
-        SQUARE_NOTE,
-        proved=True,
-    )
+    checks = map(_square, (printed, CORRECT_CONDITION))
+    return misprint(checks, f"sigma = {CORRECT_CONDITION}", SQUARE_NOTE, EXACT)
 
 
 @claim(
@@ -295,16 +272,15 @@ def rationality_condition(printed: str = CONDITION) -> Finding:
 def rational_potential(printed: str = CONDITION) -> Finding:
     """V is a rational function of cos theta when the printed condition holds."""
     return misprint(
-        _square(printed, f"V rational for sigma = {printed}"),
-        _square(CORRECT_CONDITION, f"V rational for sigma = {CORRECT_CONDITION}"),
+        (_square(text, "V rational for ") for text in (printed, CORRECT_CONDITION)),
         f"V is rational for sigma = {CORRECT_CONDITION}",
         "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only "
         "if d is a square. " + SQUARE_NOTE,
-        proved=True,
+        EXACT,
     )
 
 
-def _square(text: str, shown: str = "") -> Check:
+def _square(text: str, what: str = "") -> Check:
     """Whether d(z) is a square, that is, has a double root, when sigma is ``text``."""
     import sympy
 
@@ -313,19 +289,14 @@ def _square(text: str, shown: str = "") -> Check:
     body: Any = SimpleNamespace(alpha=alpha, gamma=gamma, sigma=sigma)
     discriminant = sympy.discriminant(d(body, z), z)
     toy = load_scene("reference").body
-    at_toy = discriminant.subs({alpha: _rational(toy.alpha), gamma: _rational(toy.gamma)})
+    at_toy = discriminant.subs({one: sympy.Rational(str(getattr(toy, str(one))))
+                                for one in (alpha, gamma)})  # fmt: skip
     value = decimal(Fraction(str(at_toy)), 4)
     return statement(
         sympy.simplify(discriminant) == 0,
-        shown or f"sigma = {text}",
+        f"{what}sigma = {text}",
         f"discriminant of d(z): {value} for the toy's alpha and gamma",
     )
-
-
-def _rational(value: Fraction) -> Scalar:
-    import sympy
-
-    return sympy.Rational(value.numerator, value.denominator)
 
 
 @claim(
@@ -335,11 +306,10 @@ def _rational(value: Fraction) -> Scalar:
 )
 def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> Finding:
     """The formulas for lambda, D and E~ of the upright and the inverted spin."""
-    return all_of(
+    return theorem(
         {name: _of_the_spin(name, text) for name, text in printed.items()},
         "Compared with -L.a, D and E~ of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
         "symbolic parameters.",
-        proved=True,
     )
 
 
@@ -349,8 +319,7 @@ def _of_the_spin(name: str, text: str) -> Check:
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
     spin = sympy.Symbol("L", positive=True)
     upright = name.endswith(("0", "upright spin"))
-    state = NewtonState(0, 0, 1 if upright else -1, 0, 0, spin, 0, 0)
-    q = Motion(body, state, sympy)
+    q = Motion(body, NewtonState(0, 0, 1 if upright else -1, 0, 0, spin, 0, 0), sympy)
     lambda_ = QUANTITIES["lambda"].evaluate(q)
     value = f.evaluate(text, body, sympy, lambda_=lambda_, L0=spin, L1=spin)
     difference = sympy.simplify(value - QUANTITIES[QUANTITY[name[0]]].evaluate(q))
@@ -380,14 +349,13 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
         D = D1 + fn.mpf(10) ** -power * abs(D1)
         z = minimum(body, D, lambda_, fn)
         off.append(abs(effective_potential(body, z, D, lambda_, fn) / target - 1))
+    check = statement(
+        all(10**3 * later < earlier for earlier, later in pairwise(off)),
+        "lim V(z_min, D, lambda) = E1",
+        "V(z_min)/E1 - 1 = " + ", ".join(decimal(one, 2) for one in off),
+    )
     return all_of(
-        {
-            "V(z_min)": statement(
-                all(10**3 * later < earlier for earlier, later in pairwise(off)),
-                "lim V(z_min, D, lambda) = E1",
-                "V(z_min)/E1 - 1 = " + ", ".join(decimal(one, 2) for one in off),
-            )
-        },
+        {"V(z_min)": check},
         "The distance falls in proportion to D - D1. In the limit z_min = -1, where V is of the "
         "form 0/0 and only the joint limit exists.",
     )
@@ -397,53 +365,49 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
     "TH-08",
     quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
     where="Proposition 1.1 i)",
-    definition=f"{TOY}; lambda/lambda_thres in {', '.join(MULTIPLES)}; delta/lambda in "
-    f"{', '.join(DELTAS)}",
+    definition=BESIDE,
     control={"multiples": ("0.2",)},
 )
 def minimum_beside_the_inverted_pole(multiples: tuple[str, ...] = MULTIPLES) -> Finding:
     """For D slightly above D1 the potential has a minimum close to z = -1."""
-    return _beside(-1, multiples)
+    return _beside(-1, multiples, -1)
 
 
 @claim(
     "TH-09",
     quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
     where="Proposition 1.1 ii)",
-    definition=f"{TOY}; lambda/lambda_thres in {', '.join(MULTIPLES)}; delta/lambda in "
-    f"{', '.join(DELTAS)}",
-    control={"beside": -1},
+    definition=BESIDE,
+    control={"claimed": -1},
     slow=True,
 )
 def minimum_beside_the_upright_pole(
-    multiples: tuple[str, ...] = MULTIPLES, beside: int = 1
+    multiples: tuple[str, ...] = MULTIPLES, claimed: int = 1
 ) -> Finding:
     """For D slightly below D0 the potential has a minimum close to z = 1."""
-    return _beside(1, multiples, beside)
+    return _beside(1, multiples, claimed)
 
 
-def _beside(pole: int, multiples: tuple[str, ...], claimed: int = 0) -> Finding:
+def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
     fn = own_context(DIGITS)
     body = Run().body(fn)
     root = fn.sqrt(body.gamma + body.alpha**2 - 1)
-    checks = {}
+    limit = thresholds.D0 if pole > 0 else thresholds.D1
+    parts = {}
     for multiple in multiples:
         lambda_ = fn.mpf(multiple) * thresholds.lambda_thres(body, fn)
-        limit = thresholds.D0 if pole > 0 else thresholds.D1
         away = []
         for delta in DELTAS:
             shift = fn.mpf(delta) * lambda_ / (body.R * (1 - pole * body.alpha) * root)
             z = minimum(body, limit(body, lambda_, fn) - pole * shift, lambda_, fn)
-            away.append(abs(z - (claimed or pole)))
+            away.append(abs(z - claimed))
         # delta falls by 100 from one to the next, and so should the distance from the pole
-        approaches = all(50 * later < earlier for earlier, later in pairwise(away))
-        checks[f"lambda = {multiple} lambda_thres"] = statement(
-            approaches,
-            f"z_min -> {claimed or pole}",
-            f"|z_min - ({claimed or pole})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}",
+        parts[f"lambda = {multiple} lambda_thres"] = (
+            all(50 * later < earlier for earlier, later in pairwise(away)),
+            f"|z_min - ({claimed})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}",
         )
     return all_of(
-        checks,
+        statements(f"z_min -> {claimed}", parts),
         "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
         "every eps. lambda > lambda_thres is more than is needed: 4ab <= (a+b)^2 shows that V "
         "keeps the minimum at z = -1 below it, too, and at z = 1 for every lambda.",
@@ -454,8 +418,9 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int = 0) -> Finding:
     "TH-10",
     quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
     where="Sec. 1, after Proposition 1.1",
-    definition=f"{TOY}, reference lambda; {POTENTIAL_STEPS} values of D between D0 and D1; "
-    "z = 1 and z = -1 count as reached within 0.1 rad",
+    definition="the toy, whose potential is rational, reference lambda; "
+    f"{POTENTIAL_STEPS} values of D between D0 and D1; z = 1 and z = -1 count as reached within "
+    "0.1 rad",
     control={"until": 0.5},
 )
 def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
@@ -466,14 +431,13 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     found = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
     alone = all(len(one) == 1 for one in found)
     path = [one[0] for one in found]
-    rising = all(a < b for a, b in pairwise(path))
     return all_of(
         statement(
-            alone and rising and path[0] < 0.1 and path[-1] > math.pi - 0.1,
+            alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,
             "from z = 1 to z = -1",
             f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
             f"{'one minimum' if alone else 'several minima'}, "
-            f"{'monotonously' if rising else 'not monotonously'}",
+            f"{'monotonously' if rising(path) else 'not monotonously'}",
         ),
         "V has exactly one minimum for each D, and it moves one way.",
     )
@@ -491,25 +455,25 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     body, lambda_ = _double_body(run)
     table = run.sampled(("theta", "D", "E_tilde"), EVERY)
     bounds = [factor * thresholds.T_upp(body, lambda_, D, math) for D in table["D"]]
-    swings = [swing(body, *row, lambda_) for row in zip(table["D"], table["E_tilde"], strict=True)]
-    ratios = [one.time / bound for one, bound in zip(swings, bounds, strict=True) if one]
-    begin, end = _longest_gap(run)
-    rise = float(table["theta"][table["t"] <= end].iloc[-1]) - float(
-        table["theta"][table["t"] >= begin].iloc[0]
-    )
-    during = [b for t, b in zip(table["t"], bounds, strict=True) if begin <= t <= end]
+    table = table.assign(T_upp=bounds)
+    rows = table[["D", "E_tilde", "T_upp"]].itertuples(index=False)
+    swings = [(swing(body, D, E, lambda_), bound) for D, E, bound in rows]
+    largest = max(one.time / bound for one, bound in swings if one)
+    begin, end = max(pairwise(run.turns["t"].astype(float)), key=lambda gap: gap[1] - gap[0])
+    gap = table[(begin <= table["t"]) & (table["t"] <= end)]
+    rise, bound = float(gap["theta"].iloc[-1] - gap["theta"].iloc[0]), float(gap["T_upp"].max())
+    parts = {
+        "motion of the solution": (
+            end - begin <= bound,
+            f"a gap of {decimal(end - begin, 6)} s from t = {decimal(begin, 6)} s, "
+            f"T_upp at most {decimal(bound, 6)} s",
+        ),
+        "motion in the potential of one instant": (
+            largest <= 1, f"at most {decimal(largest, 4)} T_upp"
+        ),
+    }  # fmt: skip
     return readings(
-        {
-            "motion of the solution": statement(
-                end - begin <= max(during),
-                "gap <= T_upp",
-                f"a gap of {decimal(end - begin, 6)} s from t = {decimal(begin, 6)} s, "
-                f"T_upp at most {decimal(max(during), 6)} s",
-            ),
-            "motion in the potential of one instant": statement(
-                max(ratios) <= 1, "gap <= T_upp", f"at most {decimal(max(ratios), 4)} T_upp"
-            ),
-        },
+        statements("gap <= T_upp", parts),
         f"Between those two turning points theta rises without a stop by {decimal(rise, 2)} rad, "
         "because the potential moves on while theta swings in it; no bound from a frozen potential "
         "can hold for the solution.",
@@ -550,44 +514,32 @@ def theta_goes_to_the_minimum(end: str = "10") -> Finding:
     """Dissipation brings theta towards the minimum of the moving potential."""
     run = Run(variant(until=end))
     body, lambda_ = _double_body(run)
+
+    def above(D: float, E_tilde: float) -> float:
+        z = math.cos(minima(body, D, lambda_)[0])
+        return float(E_tilde - effective_potential(body, z, D, lambda_, math))
+
     table = run.sampled(("D", "E_tilde", "theta"), "0.05")
-    above = [_above(body, D, E, lambda_) for D, E in zip(table["D"], table["E_tilde"], strict=True)]
-    top = max(range(len(above)), key=above.__getitem__)
-    peak = float(table["t"].iloc[top])
+    heights = list(map(above, table["D"], table["E_tilde"]))
+    highest, peak = max(zip(heights, table["t"], strict=True))
+    first, last = heights[0], heights[-1]
+    parts = {
+        "all the time": (
+            highest == first,
+            f"E~ - V_min from {decimal(first, 3)} J up to {decimal(highest, 3)} J at "
+            f"{decimal(peak, 4)} s",
+        ),
+        "in the long run": (
+            100 * last < highest, f"E~ - V_min down to {decimal(last, 3)} J at {end} s"
+        ),
+    }  # fmt: skip
     return readings(
-        {
-            "all the time": statement(
-                top == 0,
-                "goes toward the minimum",
-                f"E~ - V_min from {decimal(above[0], 3)} J up to "
-                f"{decimal(above[top], 3)} J at {decimal(peak, 4)} s",
-            ),
-            "in the long run": statement(
-                100 * above[-1] < above[top],
-                "goes toward the minimum",
-                f"E~ - V_min down to {decimal(above[-1], 3)} J at {end} s",
-            ),
-        },
+        statements("goes toward the minimum", parts),
         f"Until {decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
-        f"{decimal(above[top] / above[0], 2)}; only then dissipation wins.",
+        f"{decimal(highest / first, 2)}; only then dissipation wins.",
     )
-
-
-def _above(body: Parameters, D: float, E_tilde: float, lambda_: float) -> float:
-    from tt_precise.mechanics.quantities import effective_potential
-
-    theta = minima(body, D, lambda_)[0]
-    return float(E_tilde - effective_potential(body, math.cos(theta), D, lambda_, math))
-
-
-def _longest_gap(run: Run) -> tuple[float, float]:
-    events = run.trajectory().events
-    turns = events["t"][events["name"].isin(["theta_min", "theta_max"])].astype(float)
-    return max(pairwise(turns), key=lambda gap: gap[1] - gap[0])
 
 
 def _double_body(run: Run) -> tuple[Parameters, float]:
     """The body in SI in double, and lambda."""
-    loaded = run.loaded
-    lambda_: Scalar = Run(loaded).trajectory().frame("lambda", times=[0])["lambda"].iloc[0]
-    return loaded.body.numbers(float), float(lambda_)
+    return run.loaded.body.numbers(float), run.value("lambda", 0.0)

@@ -7,13 +7,13 @@ from fractions import Fraction
 from itertools import pairwise
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import MANY, REFERENCE, Run, rough, variant
 from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence.formulas import evaluate
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
 from tt_precise.claims.evidence.proved import count, proofs_of
+from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rough, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
+    EXACT,
     Check,
     Finding,
     Settled,
@@ -21,10 +21,11 @@ from tt_precise.claims.verdicts import (
     all_of,
     approximate,
     decimal,
-    measured_text,
     misprint,
     readings,
     statement,
+    statements,
+    theorem,
     untestable,
 )
 from tt_precise.exact.arithmetic import own_context, rounding_to
@@ -135,16 +136,14 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
     numerator = sympy.Poly(sympy.numer(sympy.together(difference)), w, u)
     chain = sympy.Poly(sympy.numer(sympy.together((1 - alpha**2) - (1 - alpha))), w)
     signs = [bool(c > 0) for c in numerator.coeffs()]
-    positive = all(signs) and all(bool(c > 0) for c in chain.coeffs())
-    return all_of(
+    return theorem(
         statement(
-            positive,
+            all(signs) and all(c > 0 for c in chain.coeffs()),
             f"lambda_thres > lambda_up for gamma > {lowest}",
             f"{sum(signs)} of {len(signs)} coefficients positive",
         ),
         "With alpha = 1/(1 + w) and gamma = 1 - alpha^2 + u, lambda_thres^2 - lambda_up^2 has the "
         "sign of a polynomial in w, u > 0 without a negative coefficient.",
-        proved=True,
     )
 
 
@@ -160,12 +159,11 @@ def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding
     """M contains one solution only, and every solution with g_n > 0 approaches it."""
     found = [_NAMES[side] for side in candidates if _stays(_spin(side))]
     steady = "in M, with g_n = m g, for ever: " + " and ".join(found)
+    every = _NAMES[UPRIGHT] not in found
     return all_of(
         {
             "one solution in M": statement(len(found) == 1, "only one", steady),
-            "every solution approaches it": statement(
-                "the upright spin" not in found, "every solution", steady
-            ),
+            "every solution approaches it": statement(every, "every solution", steady),
         },
         "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
         "every lambda; it is unstable, but it, and the motions on its stable manifold, do not "
@@ -211,12 +209,11 @@ def inverted_state(axis: int = 1) -> Finding:
         return statement(ratio == 1, f"3 = {sign}", f"-L.a = {ratio}*lambda")
 
     return misprint(
-        has_its_lambda(axis),
-        has_its_lambda(-1),
+        map(has_its_lambda, (axis, -1)),
         "(lambda/(R(1+alpha)) z, -z, 0)",
         "With 3 = z the state is an upright spin with too small a lambda; inverted means 3 = -z, "
         "at both places.",
-        proved=True,
+        EXACT,
     )
 
 
@@ -232,15 +229,12 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
     run = Run(variant(phi_dot=phi_dot, until="2"))
     solution = integrate(run.loaded, "double")
     end = solution.t_end
-    ahead = solution.frame("g_n", times=[end * 0.999, end])["g_n"]
-    falling = solution.status == "contact_lost" and float(ahead.iloc[0]) > 1e-6 > float(
-        ahead.iloc[1]
-    )
-    lambda_ = run.thresholds.quantities
-    ratio = lambda_["lambda"].value / lambda_["lambda_thres"].value
-    known = proofs_of(LEAVES)
-    lost = known.contact_lost
-    proved = falling and lost is not None
+    before, after = solution.frame("g_n", times=[end * 0.999, end])["g_n"]
+    falling = solution.status == "contact_lost" and before > 1e-6 > after
+    known = run.thresholds.quantities
+    ratio = known["lambda"].value / known["lambda_thres"].value
+    proofs = proofs_of(LEAVES)
+    lost = proofs.contact_lost
     when = decimal(lost.low, 12) if lost else "no time"
     return all_of(
         statement(
@@ -250,9 +244,11 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
             f"{decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
         ),
         f"At lambda = {decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
-        "continue with g_n < 0, where a real top has left the table."
-        + known.sentence(proved, f"in scene {LEAVES} g_n falls through a simple zero at {when} s"),
-        proved=proved,
+        "continue with g_n < 0, where a real top has left the table.",
+        proofs.says(
+            falling and lost is not None,
+            f"in scene {LEAVES} g_n falls through a simple zero at {when} s",
+        ),
     )
 
 
@@ -270,22 +266,19 @@ def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200
     runs = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
     outside = integrate(variant(I1="0.26", theta="0.8", phi_dot="120", omega_3="47.6", until="40"))
     on_table = [run for run in runs if run.status != "contact_lost"]
-    both = "sufficient (Sec. 1), necessary (Sec. 3)"
+    angles = ", ".join(decimal(run.state.theta, 6) for run in on_table)
+    parts = {
+        "sufficient, for solutions with g_n > 0": (
+            bool(on_table) and all(map(_inverts, on_table)),
+            f"theta(40 s) = {angles}; contact lost by {len(runs) - len(on_table)}",
+        ),
+        "necessary": (
+            not _inverts(outside),
+            f"with gamma < 1 - alpha theta(40 s) = {decimal(outside.state.theta, 6)}",
+        ),
+    }
     return readings(
-        {
-            "sufficient, for solutions with g_n > 0": statement(
-                bool(on_table) and all(map(_inverts, on_table)),
-                both,
-                "theta(40 s) = "
-                + ", ".join(decimal(run.state.theta, 6) for run in on_table)
-                + f"; contact lost by {len(runs) - len(on_table)}",
-            ),
-            "necessary": statement(
-                not _inverts(outside),
-                both,
-                f"with gamma < 1 - alpha theta(40 s) = {decimal(outside.state.theta, 6)}",
-            ),
-        },
+        statements("sufficient (Sec. 1), necessary (Sec. 3)", parts),
         "Section 1 says sufficient, section 3 necessary. Sufficient is right but for the upright "
         "spin and its stable manifold; a start with large theta can invert without them.",
     )
@@ -307,13 +300,12 @@ def limits_in_the_past(run: Run = REFERENCE) -> Finding:
     """Inverting solutions come from the upright spin as t goes to minus infinity."""
     found, again = past(run.scene), past(run.scene, 1e-10)
     start = float(run.loaded.start.theta.offset)
-    end = Settled.of(found.t, again.t)
     how = "contact is made at" if found.contact_lost else "still gliding at"
     return all_of(
         statement(
             not found.contact_lost and found.theta <= 2 * start,
             "theta -> 0, L -> L0 z",
-            f"{how} t = {measured_text(end)} s with theta = "
+            f"{how} t = {Settled.of(found.t, again.t)} s with theta = "
             f"{decimal(found.theta, 4)} rad and {decimal(found.energy_ratio, 3)} times the energy",
         ),
         "Backwards in time friction feeds the gliding, E grows and the solution ends where g_n = "
@@ -332,15 +324,13 @@ def limits_in_the_future(run: Run = REFERENCE) -> Finding:
     """The reference solution tends to theta = pi and L = L1 z."""
     checks = {name: _falling(away) for name, away in _distances(run).items()}
     if not checks:
-        lost = statement(False, "tends to its limit", "leaves the table before")
-        checks = {"theta": lost}
+        checks["theta"] = statement(False, "tends to its limit", "leaves the table before")
     known = proofs_of(run.scene)
     proved = known.inverts and all(check.holds for check in checks.values())
     return all_of(
         checks,
-        "The approach is exponential, and the inverted spin with this lambda attracts (TH-01)."
-        + known.sentence(proved, "theta -> pi, L -> L1 z, D -> D1, E~ -> E~1"),
-        proved=proved,
+        "The approach is exponential, and the inverted spin with this lambda attracts (TH-01).",
+        known.says(proved, "theta -> pi, L -> L1 z, D -> D1, E~ -> E~1"),
     )
 
 
@@ -444,11 +434,10 @@ def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
         "lambda_": euler.jellett(body, balanced, symbols),
     }
     claimed = body.I1 * state.phi_dot / s * (state.theta_dot - f.read(printed, known))
-    return all_of(
+    return theorem(
         f.equal(claimed, xi_rate, f"theta_dot = {printed}"),
         "Along eqs (3) and (4), xi_dot at xi = 0 is (I1 phi_dot/sin theta)(theta_dot - the printed "
         "expression); eq (2) is not used and would be violated.",
-        proved=True,
     )
 
 
@@ -468,19 +457,12 @@ def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
         "with the nu_y of the climb": run.during_the_climb(columns),
         "with the nu_y of the whole solution": whole,
     }
-    shares = {
-        name: float((sign * table["theta_dot_simplified"] > 0).mean())
-        for name, table in tables.items()
-    }
+    parts = {}
+    for name, table in tables.items():
+        share = float((sign * table["theta_dot_simplified"] > 0).mean())
+        parts[name] = share == 1, f"theta_dot > 0 for {decimal(100 * share, 3)} % of the time"
     return readings(
-        {
-            name: statement(
-                share == 1,
-                "increasing",
-                f"theta_dot > 0 for {decimal(100 * share, 3)} % of the time",
-            )
-            for name, share in shares.items()
-        },
+        statements("increasing", parts),
         "theta_dot has the sign of nu_y, as g_n and lambda are positive; nu_y is negative in part "
         "of the synchronisation phase and briefly at both ends of the climb.",
     )
@@ -499,10 +481,10 @@ def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Fin
     near = table[abs(table["theta"] - middle) < 0.3]
     size = float((near["Lx"] ** 2 + near["Ly"] ** 2 + near["Lz"] ** 2).mean() ** 0.5)
     xi = float((near["xi"] ** 2).mean() ** 0.5)
-    start = abs(table["xi"].iloc[0]) / abs(table["Lz"].iloc[0])
+    start = abs(table["xi"].iloc[0] / table["Lz"].iloc[0])
     return all_of(
         {"xi/|L|": approximate("xi approximately 0", xi, size, "xi/|L| =")},
-        f"At the start xi is {decimal(float(start), 3)} of |L|.",
+        f"At the start xi is {decimal(start, 3)} of |L|.",
     )
 
 
@@ -518,7 +500,7 @@ def threshold_of_the_toy(printed: str = THRESHOLD, run: Run = REFERENCE) -> Find
     """The formula for lambda_thres gives the spin at which inverted spin becomes stable."""
     known = run.thresholds
     independent = known.quantities["lambda_thres"].independent
-    value = evaluate(printed, run.body(known.context), known.context)
+    value = f.evaluate(printed, run.body(known.context), known.context)
     return all_of(
         agrees(printed, value, independent, THRESHOLD_DIGITS),
         "The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the "
@@ -533,15 +515,15 @@ def threshold_of_the_toy(printed: str = THRESHOLD, run: Run = REFERENCE) -> Find
 )
 def slow_spin() -> Finding:
     """A slowly spun top wobbles and stops, because of spinning friction."""
-    slow = Run(variant(omega_3="40", until="20")).trajectory()
-    energy = slow.frame("E_rot", times=[0, slow.t_end])["E_rot"]
-    left = decimal(100 * float(energy.iloc[1] / energy.iloc[0]), 3)
+    slow = Run(variant(omega_3="40", until="20"))
+    first, last = slow.columns(["E_rot"], list(slow.whole))["E_rot"]
+    theta = slow.value("theta", slow.whole.end)
     return all_of(
         untestable("wobbles, comes to a standstill"),
         "About the real toy. The paper's model has no spinning friction: lambda is constant, so no "
         "motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, "
-        f"{left} % of the rotational energy is left after 20 s and theta is "
-        f"{decimal(float(slow.state.theta), 2)} rad: it does not invert.",
+        f"{decimal(100 * (last / first), 3)} % of the rotational energy is left after 20 s and "
+        f"theta is {decimal(theta, 2)} rad: it does not invert.",
     )
 
 
@@ -577,13 +559,9 @@ def oscillation(run: Run = REFERENCE) -> Finding:
     times = [0.0, *turns["t"]]
     gap, begin = max((float(b - a), float(a)) for a, b in pairwise(times))
     known = proofs_of(run.scene)
-    proved_turns = known.events("theta_min", "theta_max")
-    surely = (
-        None
-        if proved_turns is None
-        else count(proved_turns, "theta", Fraction(near), Fraction(far))
-    )
-    proved = surely is not None and all(number == len(inside) for number in surely)
+    turning = known.events("theta_min", "theta_max")
+    surely = count(turning, "theta", Fraction(near), Fraction(far)) if turning is not None else ()
+    proved = bool(surely) and all(number == len(inside) for number in surely)
     return all_of(
         statement(
             len(inside) >= MANY,
@@ -591,11 +569,8 @@ def oscillation(run: Run = REFERENCE) -> Finding:
             f"{len(inside)} times during the inversion, {len(turns)} times in all",
         ),
         f"The longest time without a turning point is {decimal(gap, 3)} s, from "
-        f"{decimal(begin, 4)} s on."
-        + known.sentence(
-            proved, "there are exactly these turning points, all of them simple zeros"
-        ),
-        proved=proved,
+        f"{decimal(begin, 4)} s on.",
+        known.says(proved, "there are exactly these turning points, all of them simple zeros"),
     )
 
 
@@ -609,17 +584,15 @@ def oscillation(run: Run = REFERENCE) -> Finding:
 def number_of_unknowns(printed: int = 6) -> Finding:
     """The equations are a system for 6 unknowns, or of 6 degrees of freedom."""
     unknowns, freedoms = len(EulerState._fields), len(CONFIGURATION) - 1
+    shown = f"{unknowns}: {', '.join(EulerState._fields)}"
+    parts = {
+        "unknown functions of time": (unknowns == printed, shown),
+        "degrees of freedom of mechanics": (
+            freedoms == printed, f"{freedoms}: 3 angles and 3 coordinates less the contact"
+        ),
+    }  # fmt: skip
     return readings(
-        {
-            "unknown functions of time": statement(
-                unknowns == printed, str(printed), f"{unknowns}: {', '.join(EulerState._fields)}"
-            ),
-            "degrees of freedom of mechanics": statement(
-                freedoms == printed,
-                str(printed),
-                f"{freedoms}: 3 angles and 3 coordinates less the contact",
-            ),
-        },
+        statements(str(printed), parts),
         "Section 1 counts first-order unknowns, section 3 calls the same number degrees of "
         "freedom. That the system is not integrable is neither shown nor tested.",
     )

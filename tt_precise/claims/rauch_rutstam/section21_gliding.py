@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import REFERENCE, Run, Span, variant
 from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
 from tt_precise.claims.verdicts import (
+    EXACT,
     Check,
     Finding,
     Settled,
@@ -21,6 +22,7 @@ from tt_precise.claims.verdicts import (
     readings,
     rounds_to,
     statement,
+    statements,
     untestable,
 )
 from tt_precise.integration import Trajectory
@@ -49,11 +51,10 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
         return statement(between and sigma == value, f"m R^2/I3 = {text}", both)
 
     return misprint(
-        satisfied(printed),
-        satisfied(CORRECT_CONDITION),
+        map(satisfied, (printed, CORRECT_CONDITION)),
         f"m R^2/I3 = {CORRECT_CONDITION}",
         f"Exact: gamma = {gamma} lies between 1 - alpha^2 = {1 - alpha**2} and 1.",
-        proved=True,
+        EXACT,
     )
 
 
@@ -118,13 +119,12 @@ def growth_of_nu_y(
         "largest against the first maximum": peak / first,
     }
     checks = {}
-    for what, bounds in (("Summary", summary), ("section 2.1", orders)):
+    for what, (low, high) in (("Summary", summary), ("section 2.1", orders)):
         for name, ratio in ratios.items():
             size = math.log10(ratio)
+            shown = f"factor {decimal(ratio, 4)}, {size:.2f} orders"
             checks[f"{what}, {name}"] = statement(
-                bounds[0] <= size <= bounds[1],
-                f"{bounds[0]} to {bounds[1]} orders",
-                f"factor {decimal(ratio, 4)}, {size:.2f} orders",
+                low <= size <= high, f"{low} to {high} orders", shown
             )
     return readings(checks, "The two sentences state different factors.")
 
@@ -143,19 +143,17 @@ def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) 
     span = Span(0.0, until)
     means = {name: run.mean(name, span) for name in (larger, smaller)}
     changes = len(run.zeros(smaller, span))
-    at = decimal(until, 5)
+    at, until_crossing = f"until {decimal(until, 5)} s", f"until {decimal(crossing, 5)} s"
     size = _largest_size(smaller, run, run.synchronisation)
     return all_of(
         {
-            f"{larger} > 0": statement(means[larger] > 0, "positive", f"until {at} s"),
-            f"{larger} > {smaller}": statement(
-                crossing > until, "larger", f"until {decimal(crossing, 5)} s"
-            ),
+            f"{larger} > 0": statement(means[larger] > 0, "positive", at),
+            f"{larger} > {smaller}": statement(crossing > until, "larger", until_crossing),
             f"{smaller} close to 0": statement(
                 changes > 1 and abs(means[smaller]) < means[larger] / 5,
                 "oscillates close to 0",
-                f"mean {decimal(means[smaller], 3)} against {decimal(means[larger], 3)} "
-                f"m/s until {at} s, {changes} changes of sign",
+                f"mean {decimal(means[smaller], 3)} against {decimal(means[larger], 3)} m/s {at}, "
+                f"{changes} changes of sign",
             ),
         },
         f"The oscillation of {smaller} grows before the climb, to {decimal(size, 2)} m/s.",
@@ -172,8 +170,7 @@ def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) 
 def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
     """nu_y crosses nu_x from below at the initiation time."""
     crossings = _crossings(run, rising=True, early=True)
-    start = run.climb.begin
-    nearest = min(crossings, key=lambda t: abs(t - start))
+    nearest = min(crossings, key=lambda t: abs(t - run.climb.begin))
     every = _crossings(run, early=True)
     return readings(
         {
@@ -196,14 +193,13 @@ def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = RE
     """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima)."""
     spans = run.nutations(run.climb)
     above = _count_above(higher, lower, spans, run)
+    check = statement(
+        0 < above == len(spans),
+        f"minima of {higher} above those of {lower}",
+        f"in {above} of {len(spans)} nutations of the climb",
+    )
     return all_of(
-        {
-            "in every nutation": statement(
-                0 < above == len(spans),
-                f"minima of {higher} above those of {lower}",
-                f"in {above} of {len(spans)} nutations of the climb",
-            )
-        },
+        {"in every nutation": check},
         'The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".',
     )
 
@@ -220,24 +216,22 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
     below = run.share_below_zero(name, climb)
     zeros = run.zeros(name, climb)
     least = min(run.least_in([climb], name))
-    spans = run.nutations(climb)
-    averages = [run.mean(name, span) for span in spans]
-    middle = climb.begin + climb.length / 2
-    early = [t for t in zeros if t < middle]
-    late = [t for t in zeros if t > middle]
-    between = f"between {decimal(max(early), 5)} and {decimal(min(late), 5)} s" if late else ""
+    average = min(run.mean(name, span) for span in run.nutations(climb))
+    early = [t for t in zeros if t < climb.middle]
+    late = [t for t in zeros if t > climb.middle]
+    parts = {
+        "at every instant": (
+            below == 0,
+            f"negative for {100 * below:.3g} % of the climb, down to {decimal(least, 4)} m/s",
+        ),
+        "averaged over each nutation": (average > 0, f"least average {decimal(average, 3)} m/s"),
+    }
     return readings(
-        {
-            "at every instant": statement(
-                below == 0,
-                "positive",
-                f"negative for {100 * below:.3g} % of the climb, down to {decimal(least, 4)} m/s",
-            ),
-            "averaged over each nutation": statement(
-                min(averages) > 0, "positive", f"least average {decimal(min(averages), 3)} m/s"
-            ),
-        },
-        f"Positive at every instant only {between}." if between else "It changes sign throughout.",
+        statements("positive", parts),
+        "Positive at every instant only between "
+        f"{decimal(max(early), 5)} and {decimal(min(late), 5)} s."
+        if late
+        else "It changes sign throughout.",
     )
 
 
@@ -251,19 +245,14 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
 def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
     """In the climb the oscillations of nu_x grow, and their mean is slightly negative."""
     before, during = run.synchronisation, run.climb
-    swings = [run.largest_swing(name, span) for span in (before, during)]
+    first, then = (run.largest_swing(name, span) for span in (before, during))
     average = run.mean(name, during)
+    grown = statement(
+        then > first, "increase", f"from {decimal(first, 3)} to {decimal(then, 3)} m/s"
+    )
+    mean = statement(-then / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s")
     return all_of(
-        {
-            "oscillations": statement(
-                swings[1] > swings[0],
-                "increase",
-                f"from {decimal(swings[0], 3)} to {decimal(swings[1], 3)} m/s",
-            ),
-            "mean": statement(
-                -swings[1] / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s"
-            ),
-        },
+        {"oscillations": grown, "mean": mean},
         f"Before the climb the mean is {decimal(run.mean(name, before), 3)} m/s.",
     )
 
@@ -298,12 +287,10 @@ def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
 
 def _crossings(run: Run, *, early: bool, rising: bool | None = None) -> list[float]:
     events = run.events("nu_crossing")
-    climb = run.climb
-    middle = climb.begin + climb.length / 2
     return [
         float(t)
         for t, direction in zip(events["t"], events["direction"], strict=True)
-        if (t < middle) == early and (rising is None or (direction > 0) == rising)
+        if (t < run.climb.middle) == early and (rising is None or (direction > 0) == rising)
     ]
 
 
@@ -337,8 +324,7 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Find
         if name in ("lambda", "lambda_thres")
     }
     return misprint(
-        rounds_to("2", factors[behind]),
-        rounds_to("2", factors["lambda_thres"]),
+        (rounds_to("2", factors[name]) for name in (behind, "lambda_thres")),
         "lambda about 2 lambda_thres",
         "No lambda is twice itself.",
     )
@@ -398,8 +384,6 @@ def spelling() -> Finding:
 )
 def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> Finding:
     """At the start omega_3 is about phi_dot + psi_dot, because cos theta is about 1."""
-    import math
-
     start = run.loaded.start
     cosine = math.cos(float(start.theta.offset))
     error = float(phi_dot) * (1 - cosine)

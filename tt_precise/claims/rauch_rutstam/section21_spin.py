@@ -7,22 +7,24 @@ from functools import partial
 from itertools import pairwise
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import DEFINITIONS, MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence.proved import digits, proofs_of, settles, sign_of_precession
+from tt_precise.claims.evidence.proved import enclosed, proofs_of, settles, sign_of_precession
+from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
+    EXACT,
     Check,
     Finding,
     about,
     all_of,
     decimal,
     fraction_of,
-    measured_text,
     misprint,
     readings,
     rounds_to,
     statement,
+    statements,
+    theorem,
     within,
 )
 from tt_precise.integration import Trajectory
@@ -55,17 +57,15 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Fin
     """Before t_init 1 - q changes sign many times, and q is close to 1."""
     span = getattr(run, phase)
     zeros = [t for t in run.events("phi_dot_zero")["t"] if span.has(float(t))]
-    extremes = (
-        run.extreme_of(_printed_bracket(run), ("omega_3", "kz"), largest=largest, span=span)
+    bracket = _printed_bracket(run)
+    size = max(
+        abs(run.extreme_of(bracket, ("omega_3", "kz"), largest=largest, span=span)[1])
         for largest in (False, True)
     )
-    sizes = [abs(value) for _, value in extremes]
     return all_of(
         {
             "sign": statement(len(zeros) >= MANY, "changes sign many times", f"{len(zeros)} times"),
-            "quotient": statement(
-                max(sizes) < 0.05, "close to 1", f"|1 - q| at most {decimal(max(sizes), 3)}"
-            ),
+            "quotient": statement(size < 0.05, "close to 1", f"|1 - q| at most {decimal(size, 3)}"),
         },
         "The changes of sign are the zeros of phi_dot, found as events.",
     )
@@ -84,14 +84,14 @@ def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFE
     climb = run.climb
     last = run.moment("C", "t_init")
     zeros = [t for t in run.events("phi_dot_zero")["t"] if climb.has(float(t))]
-    middle = climb.begin + climb.length / 2
-    inside = run.value("phi_dot", middle)
+    inside = run.value("phi_dot", climb.middle)
     at_last, known = about(printed, last, "s"), proofs_of(run.scene)
     proved = (
         settles(at_last, partial(about, printed), known.moment("C", "t_init"))
         and not zeros
         and sign_of_precession(run.scene) * inside > 0
     )
+    nearest = float(run.events("theta_min").sort_values("theta")["t"].iloc[0])  # to the pole
     return all_of(
         {
             "at t_init": at_last,
@@ -102,16 +102,9 @@ def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFE
             ),
         },
         "Before the climb the axis passes nearest to the pole "
-        f"{decimal(_nearest_pass(run) - float(last.value), 3)} s after the last change of sign."
-        + known.sentence(proved, "its last zero before the climb, and that there is none within"),
-        proved=proved,
+        f"{decimal(nearest - float(last), 3)} s after the last change of sign.",
+        known.says(proved, "its last zero before the climb, and that there is none within"),
     )
-
-
-def _nearest_pass(run: Run) -> float:
-    """When theta is least, in s."""
-    turns = run.events("theta_min")
-    return float(turns.sort_values("theta")["t"].iloc[0])
 
 
 def _printed_bracket(run: Run) -> Callable[[dict[str, Array]], Array]:
@@ -132,21 +125,17 @@ def _printed_bracket(run: Run) -> Callable[[dict[str, Array]], Array]:
 )
 def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Finding:
     """omega_3 falls from 155 rad/s to about -85 rad/s."""
-
-    def checks(spin: Scalar) -> list[Check]:
-        return [rounds_to(printed, spin, "rad/s"), within(printed, spin, "2.5", "rad/s")]
-
-    found, known = run.at("omega_3", "8"), proofs_of(run.scene)
-    interval = known.at("omega_3", "8")
-    exact, near = checks(found)
-    proved = settles(exact, lambda spin: checks(spin)[0], interval) and settles(
-        near, lambda spin: checks(spin)[1], interval
-    )
+    number = run.at("omega_3", "8"), proofs_of(run.scene).at("omega_3", "8")
+    tests = {
+        "to the last printed digit": lambda spin: rounds_to(printed, spin, "rad/s"),
+        "to the nearest multiple of 5": lambda spin: within(printed, spin, "2.5", "rad/s"),
+    }
+    both = [enclosed(run.scene, check, {name: number}, "this value")
+            for name, check in tests.items()]  # fmt: skip
     return readings(
-        {"to the last printed digit": exact, "to the nearest multiple of 5": near},
-        f"It ends at {decimal(found.value, 5)} rad/s."
-        + known.sentence(proved, f"this value {digits([interval])}"),
-        proved=proved,
+        {name: check for checks, _ in both for name, check in checks.items()},
+        f"It ends at {decimal(number[0].value, 5)} rad/s.",
+        min(proof for _, proof in both),
     )
 
 
@@ -178,18 +167,17 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
 )
 def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """Near both moments the oscillations of phi_dot and psi_dot cancel in omega_3."""
-    checks = {}
+    parts = {}
     for when, t in zip(("initiation", "ending"), run.climb, strict=True):
         span = Span(t - 0.1, min(t + 0.1, run.whole.end))
-        phi, psi, both = (_swing(one, run, span) for one in ("phi_dot", "psi_dot", sum_))
-        checks[when] = statement(
+        phi, psi, both = (_swing(name, run, span) for name in ("phi_dot", "psi_dot", sum_))
+        parts[when] = (
             100 * both < min(phi, psi),
-            "compensate each other",
             f"phi_dot swings by {decimal(phi, 3)}, psi_dot by {decimal(psi, 3)}, "
             f"{sum_} by {decimal(both, 3)} rad/s",
         )
     return all_of(
-        checks,
+        statements("compensate each other", parts),
         "omega_3 = psi_dot + phi_dot cos(theta), and cos(theta) is near 1 and -1 there. The height "
         "of the peaks is ill conditioned, the compensation is not.",
     )
@@ -229,18 +217,18 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     times = [0.5 * k for k in range(int(2 * end) + 1)]
     values = run.columns([name], times)[name]
     slopes = [(b - a) / 0.5 for a, b in pairwise(values)]
-    steepest = max(map(abs, slopes))
-    steep = times[[abs(slope) for slope in slopes].index(steepest)]
+    steepest = max(slopes, key=abs)
+    begin, most = times[slopes.index(steepest)], abs(steepest)
+    parts = {
+        when: (
+            abs(slope) < 0.02 * most,
+            f"slope {decimal(slope, 3)} against {decimal(most, 4)} rad/s^2",
+        )
+        for when, slope in (("beginning", slopes[0]), ("end", slopes[-1]))
+    }
     return all_of(
-        {
-            when: statement(
-                abs(slope) < 0.02 * steepest,
-                "almost horizontal",
-                f"slope {decimal(slope, 3)} against {decimal(steepest, 4)} rad/s^2",
-            )
-            for when, slope in (("beginning", slopes[0]), ("end", slopes[-1]))
-        },
-        f"The steepest half second begins at {decimal(steep, 2)} s.",
+        statements("almost horizontal", parts),
+        f"The steepest half second begins at {decimal(begin, 2)} s.",
     )
 
 
@@ -284,16 +272,13 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
 )
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """During the climb the projection of omega on the symmetry axis changes sign."""
-    found = run.zeros(name)
-    climb = run.climb
+    found, known = run.zeros(name), proofs_of(run.scene)
     at = f", at {decimal(run.settled(_zero_of_spin).value, 16)} s" if found else ""
     check = statement(
-        len(found) == 1 and climb.has(found[0]),
+        len(found) == 1 and run.climb.has(found[0]),
         "changes sign during the climb",
         f"{len(found)} change{'' if len(found) == 1 else 's'} of sign{at}",
     )
-    known = proofs_of(run.scene)
-    half = decimal(run.equator, 6)
     zeros = known.events("omega_3_zero") if name == "omega_3" else None
     begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
     proved = bool(
@@ -304,9 +289,8 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     )  # fmt: skip
     return all_of(
         check,
-        f"theta first passes pi/2 at {half} s."
-        + known.sentence(proved, "this one, and that there is no other"),
-        proved=proved,
+        f"theta first passes pi/2 at {decimal(run.equator, 6)} s.",
+        known.says(proved, "this one, and that there is no other"),
     )
 
 
@@ -323,19 +307,15 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Finding:
     t_init = run.climb.begin
     times, values = run.extrema(name)
     near = [v for t, v in zip(times, values, strict=True) if abs(t - t_init) < 0.4 and v > 0]
-    changes = run.zeros(name)
-    rest = [t for t in changes if run.climb.has(t)]
-    early = [t for t in rest if t < t_init + 2]
+    early = [t for t in run.zeros(name) if run.climb.has(t) and t < t_init + 2]
+    last = f" The last positive spike before mid-climb ends at {early[-1]:.3f} s." if early else ""
     return all_of(
         statement(
             len(near) > 1,
             "positive spikes",
             f"{len(near)} positive maxima, up to {decimal(max(near, default=0.0), 4)} rad/s^2",
         ),
-        "omega_3_dot has the sign of -nu_y, as the paper says."
-        + (
-            f" The last positive spike before mid-climb ends at {early[-1]:.3f} s." if early else ""
-        ),
+        f"omega_3_dot has the sign of -nu_y, as the paper says.{last}",
     )
 
 
@@ -362,20 +342,13 @@ def _swing(name: str, run: Run, span: Span) -> float:
 )
 def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
     """The normal force of the reference solution is positive all the time."""
-    least = run.least("g_n")
+    least, known = run.least("g_n"), proofs_of(run.scene)
     ended = run.trajectory().status
-    check = statement(
-        ended == "complete" and least.value > 0,
-        "g_n > 0",
-        f"least g_n {measured_text(least)} N, {ended}",
-    )
-    known = proofs_of(run.scene)
-    proved = check.holds and known.g_n_positive
+    holds = ended == "complete" and least.value > 0
     return all_of(
-        check,
-        f"The least g_n is {decimal(fraction_of(least) / run.weight, 4)} of m g."
-        + known.sentence(proved, f"g_n > {known.least_g_n} m g {known.span}"),
-        proved=proved,
+        statement(holds, "g_n > 0", f"least g_n {least} N, {ended}"),
+        f"The least g_n is {decimal(fraction_of(least) / run.weight, 4)} of m g.",
+        known.says(holds and known.g_n_positive, f"g_n > {known.least_g_n} m g {known.span}"),
     )
 
 
@@ -392,25 +365,24 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
 def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Finding:
     """g_n oscillates about m g, strongly in the climb."""
     weight = float(about or run.weight)
-    spans = {"synchronisation": run.synchronisation, "climb": run.climb}
-    amplitudes, checks = {}, {}
-    for phase, span in spans.items():
+    amplitudes, parts = {}, {}
+    for phase in ("synchronisation", "climb"):
+        span = getattr(run, phase)
         values = run.extrema("g_n", span)[1]
         amplitudes[phase] = max(abs(b - a) for a, b in pairwise(values)) / 2
         crossings = sum((a - weight) * (b - weight) < 0 for a, b in pairwise(values))
         average = run.mean("g_n", span)
-        checks[phase] = statement(
+        parts[phase] = (
             abs(average / weight - 1) < 0.01 and crossings >= MANY,
-            "oscillates about m g",
             f"mean {decimal(average / weight, 5)} m g, {crossings} crossings",
         )
-    checks["amplitude"] = statement(
+    strongly = statement(
         amplitudes["climb"] > 10 * amplitudes["synchronisation"],
         "strongly in the climb",
-        " and ".join(f"{decimal(float(a), 2)} N in {p}" for p, a in amplitudes.items()),
+        " and ".join(f"{decimal(a, 2)} N in {phase}" for phase, a in amplitudes.items()),
     )
     return all_of(
-        checks,
+        {**statements("oscillates about m g", parts), "amplitude": strongly},
         "The mean has to be m g wherever the vertical velocity of the centre of mass ends as it "
         "began.",
     )
@@ -431,12 +403,11 @@ def precession_from_jellett(printed: str = PRECESSION) -> Finding:
         return f.equal(f.read(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
 
     return misprint(
-        compared(printed),
-        compared(CORRECT_PRECESSION),
+        map(compared, (printed, CORRECT_PRECESSION)),
         f"phi_dot*sin(theta)**2 = {CORRECT_PRECESSION}",
         "The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3; the factor is "
         "positive, so what the paper says of signs stands.",
-        proved=True,
+        EXACT,
     )
 
 
@@ -459,12 +430,11 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> Finding:
         return f.equal(f.read(text, known), f.read("-w0 + w", known), f"-w0 + w = {text}")
 
     return misprint(
-        compared(printed),
-        compared(correct),
+        map(compared, (printed, correct)),
         f"-w0 + w = {correct}",
         "The sign is lost. alpha - cos theta(0) < 0, so only with the minus does phi_dot have the "
         "sign of 1 - quotient, as the text goes on to say.",
-        proved=True,
+        EXACT,
     )
 
 
@@ -481,8 +451,7 @@ def jellett_of_the_start(printed: str = JELLETT_AT_START) -> Finding:
     started = symbols.field(f.quantity("lambda"))
     phi_dot = symbols.symbol["phi_dot"].numer
     at_rest = symbols.field(started.numer.subs(phi_dot, 0)) / symbols.field(started.denom)
-    return all_of(
+    return theorem(
         f.equal(printed, at_rest, f"lambda = {printed}"),
         "Jellett's integral at phi_dot(0) = 0, for every theta(0) and omega_3(0).",
-        proved=True,
     )

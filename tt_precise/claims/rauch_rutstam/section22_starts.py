@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import DEFINITIONS, FINE, REFERENCE, Run, variant
+from tt_precise.claims.evidence.run import DEFINITIONS, FINE, REFERENCE, Run, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
     Finding,
@@ -20,11 +20,11 @@ from tt_precise.claims.verdicts import (
     decimal,
     fraction_of,
     in_range,
-    measured_text,
     misprint,
     readings,
     rounds_to,
     statement,
+    statements,
 )
 from tt_precise.integration import Trajectory
 from tt_precise.integration.precision import precision_named
@@ -35,10 +35,6 @@ if TYPE_CHECKING:
     import pandas
 
 claim = claims_of(RAUCH_RUTSTAM, "2.2")
-RANGES = (
-    "least and largest value over 0..8 s: extrema found as events, values in double-double with "
-    "the digits that extended arithmetic confirms"
-)
 STEPS = tuple(str(195 + half / 2) for half in range(11))
 SMOOTH_STARTS = "phi_dot(0) from 195 to 200 rad/s in steps of 0.5"
 TO_THE_POLE = 0.2  # rad; nearer to pi the oscillation at the end of the climb sets in
@@ -47,50 +43,37 @@ AT_ONCE = 0.05  # rad
 VISIBLE = 1e-3  # rad; a third of a promille of a graph's height
 
 
-@claim(
-    "NUM-11", quote="nu_x(t) in [-0.3, 0.3]", definition=RANGES,
-    control={"printed": "0.2"},
-)  # fmt: skip
-def range_of_nu_x(printed: str = "0.3", run: Run = REFERENCE) -> Finding:
-    """The reference solution's nu_x varies within -0.3 to 0.3 m/s."""
-    return _range("nu_x", printed, run, "m/s")
-
-
-@claim(
-    "NUM-12", quote="nu_y(t) in [-0.8, 0.8]", definition=RANGES,
-    control={"printed": "0.9"},
-)  # fmt: skip
-def range_of_nu_y(printed: str = "0.8", run: Run = REFERENCE) -> Finding:
-    """The reference solution's nu_y varies within -0.8 to 0.8 m/s."""
-    return _range("nu_y", printed, run, "m/s")
-
-
-@claim(
-    "NUM-13", quote="theta_dot(t) in [-15, 15]", definition=RANGES,
-    control={"printed": "9"},
-)  # fmt: skip
-def range_of_theta_dot(printed: str = "15", run: Run = REFERENCE) -> Finding:
-    """The reference solution's theta_dot varies within -15 to 15 rad/s."""
-    return _range("theta_dot", printed, run, "rad/s")
-
-
-def _range(name: str, printed: str, run: Run, unit: str) -> Finding:
-    low = run.extreme(name, largest=False)
-    high = run.extreme(name, largest=True)
+def _range(name: str, unit: str, printed: str, run: Run = REFERENCE) -> Finding:
+    low, high = (run.extreme(name, largest=largest) for largest in (False, True))
     larger = max(low, high, key=lambda one: abs(fraction_of(one)))
     size = Settled(abs(larger.value), larger.digits)
-    found = f"{measured_text(low)} to {measured_text(high)} {unit}"
-    inside = (in_range(f"-{printed}", printed, one, unit).holds for one in (low, high))
-    shown = f"-{printed} to {printed} {unit}"
-    excess = 100 * (float(size.value) / float(printed) - 1)
+    inside = all(in_range(f"-{printed}", printed, one, unit).holds for one in (low, high))
+    excess = 100 * (float(size) / float(printed) - 1)
     return readings(
         {
-            "an interval that contains all values": statement(all(inside), shown, found),
+            "an interval that contains all values": statement(
+                inside, f"-{printed} to {printed} {unit}", f"{low} to {high} {unit}"
+            ),
             "the largest absolute value, as printed": about(printed, size, unit),
         },
         f"The largest absolute value is {abs(excess):.1f} % "
         f"{'above' if excess > 0 else 'below'} the printed bound; the range is not symmetric.",
     )
+
+
+for id, name, unit, printed, wrong in (
+    ("NUM-11", "nu_x", "m/s", "0.3", "0.2"),
+    ("NUM-12", "nu_y", "m/s", "0.8", "0.9"),
+    ("NUM-13", "theta_dot", "rad/s", "15", "9"),
+):
+    claim(
+        id,
+        statement=f"The reference solution's {name} varies within -{printed} to {printed} {unit}.",
+        quote=f"{name}(t) in [-{printed}, {printed}]",
+        definition="least and largest value over 0..8 s: extrema found as events, values in "
+        "double-double with the digits that extended arithmetic confirms",
+        control={"printed": wrong},
+    )(partial(_range, name, unit, printed=printed))
 
 
 @claim(
@@ -114,8 +97,7 @@ def sine(printed: str = "0.01", theta: str = "0.1") -> Finding:
     """The sine of 0.1 rad is 0.01."""
     sine = math.sin(float(theta))
     return misprint(
-        rounds_to(printed, sine),
-        rounds_to("0.10", sine),
+        (rounds_to(text, sine) for text in (printed, "0.10")),
         "sin(theta) = 0.10",
         f"0.01 is the square of it, sin^2 = {decimal(sine**2, 3)}, which is what lambda contains.",
     )
@@ -158,17 +140,15 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
     root = threshold(theta)
     below, above = (initiations(theta, root.value, side) for side in (-1, 1))
     shown = ", ".join(f"{name} {decimal(value, 3)}" for name, value in below.items())
+    later = str(above) if any(above.values()) else "0 s in A, B and C"
     return all_of(
         {
             "where t_init vanishes": rounds_to(printed, root, "rad/s"),
-            "t_init beyond": statement(
-                not any(above.values()), "0 s", "0 s in A, B and C"
-                if not any(above.values()) else str(above),
-            ),
+            "t_init beyond": statement(not any(above.values()), "0 s", later),
         },
         "t_init does not go to zero but to the time of the first minimum of theta (just below the "
         f"threshold: {shown} s), and jumps to zero from there.",
-    )  # fmt: skip
+    )
 
 
 @claim(
@@ -181,20 +161,19 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
 def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Finding:
     """With phi_dot(0) in [195, 200] and theta(0) = 0.1, theta grows monotonously from 0.8 on."""
     angles = [last_turn(theta, phi_dot)[1] for phi_dot in STEPS]
-    low, high = (decimal(angle, 4) for angle in (min(angles), max(angles)))
-    measured = f"theta turns for the last time at {low} to {high} rad"
+    low, high = min(angles), max(angles)
+    measured = f"theta turns for the last time at {decimal(low, 4)} to {decimal(high, 4)} rad"
+    begins = abs(high - float(printed)) < AT_ONCE
     return readings(
         {
             f"monotonous beyond {printed}": statement(
-                max(angles) <= float(printed), f"from theta = {printed}", measured
+                high <= float(printed), f"from theta = {printed}", measured
             ),
             f"monotony begins at {printed}": statement(
-                abs(max(angles) - float(printed)) < AT_ONCE,
-                f"begins at theta = {printed}",
-                measured,
+                begins, f"begins at theta = {printed}", measured
             ),
         },
-        f"The last turning point lies {decimal(float(printed) - max(angles), 2)} rad below the "
+        f"The last turning point lies {decimal(float(printed) - high, 2)} rad below the "
         "printed angle.",
     )
 
@@ -211,7 +190,7 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
     """With theta(0) = 0.01, theta grows monotonously from 0.3 s, 0.02 rad on."""
     turns = [last_turn(theta, phi_dot) for phi_dot in STEPS]
     times, angles = zip(*turns, strict=True)
-    falls = [_largest_fall(theta, phi_dot, float(time)) for phi_dot in STEPS]
+    fall = max(_largest_fall(theta, phi_dot, float(time)) for phi_dot in STEPS)
     return readings(
         {
             "no turning point after that": statement(
@@ -222,12 +201,12 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
                 f"{decimal(max(angles), 3)} rad",
             ),
             "no fall that a graph shows": statement(
-                max(falls) < VISIBLE,
+                fall < VISIBLE,
                 f"monotonous from {time} s on",
-                f"falls by at most {decimal(max(falls), 2)} rad",
+                f"falls by at most {decimal(fall, 2)} rad",
             ),
         },
-        f"A fall of {decimal(max(falls), 1)} rad is {decimal(max(falls) / math.pi, 1)} of the "
+        f"A fall of {decimal(fall, 1)} rad is {decimal(fall / math.pi, 1)} of the "
         "height of a graph of theta.",
     )
 
@@ -241,15 +220,12 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
 )
 def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> Finding:
     """With theta(0) = 0.01 and phi_dot(0) in [195, 200] the climb ends at about 7.77 s."""
-    checks = {}
+    parts = {}
     for name, reading in DEFINITIONS.items():
         ends = [float(getattr(_run(theta, p).inversion, name).t_end) for p in STEPS]
-        checks[reading] = statement(
-            min(ends) <= float(printed) <= max(ends),
-            f"about {printed} s",
-            f"{decimal(min(ends), 4)} to {decimal(max(ends), 4)} s",
-        )
-    return readings(checks, "It varies that much with phi_dot(0).")
+        shown = f"{decimal(min(ends), 4)} to {decimal(max(ends), 4)} s"
+        parts[reading] = min(ends) <= float(printed) <= max(ends), shown
+    return readings(statements(f"about {printed} s", parts), "It varies that much with phi_dot(0).")
 
 
 @claim(
@@ -260,24 +236,14 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
 )
 def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
     """With phi_dot(0) in [195, 200] the initiation time is zero."""
-    found = {
-        (theta, phi_dot, name): getattr(_run(theta, phi_dot).inversion, name).t_init
-        for theta in ("0.1", "0.01")
-        for phi_dot in starts
-        for name in DEFINITIONS
-    }
-    zero = sum(t_init == 0 for t_init in found.values())
-    firsts = [
-        _first_minimum(_run(theta, one).trajectory()) for theta in ("0.1", "0.01") for one in starts
-    ]
-    positive = sum(one["phi_dot"] > 0 for one in firsts)
+    runs = [_run(theta, phi_dot) for theta in ("0.1", "0.01") for phi_dot in starts]
+    times = [getattr(run.inversion, name).t_init for run in runs for name in DEFINITIONS]
+    zero = sum(t_init == 0 for t_init in times)
+    positive = sum(_first_minimum(run.trajectory())["phi_dot"] > 0 for run in runs)
+    shown = f"0 in {zero} of {len(times)} cases (start and definition)"
     return all_of(
-        statement(
-            zero == len(found),
-            "t_init = 0",
-            f"0 in {zero} of {len(found)} cases (start and definition)",
-        ),
-        f"phi_dot > 0 at the first minimum of theta in {positive} of {len(firsts)} starts.",
+        statement(zero == len(times), "t_init = 0", shown),
+        f"phi_dot > 0 at the first minimum of theta in {positive} of {len(runs)} starts.",
     )
 
 
@@ -293,17 +259,14 @@ def no_initiation(starts: tuple[str, ...] = STEPS) -> Finding:
 )
 def exceptionally_smooth(phi_dot: str = "195") -> Finding:
     """The solution with phi_dot(0) = 195 is exceptionally smooth."""
-    checks = {}
+    parts = {}
     for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
         here = _variation(name, phi_dot)
         others = [_variation(name, other) for other in ("0", "50", "100", "150")]
-        checks[name] = statement(
-            3 * here < min(others),
-            "exceptionally smooth",
-            f"{decimal(here, 3)} against {decimal(min(others), 3)} to {decimal(max(others), 3)}",
-        )
+        shown = f"{decimal(min(others), 3)} to {decimal(max(others), 3)}"
+        parts[name] = 3 * here < min(others), f"{decimal(here, 3)} against {shown}"
     return all_of(
-        checks,
+        statements("exceptionally smooth", parts),
         "With phi_dot(0) = 200 the total variation of theta_dot is "
         f"{decimal(_variation('theta_dot', '200'), 3)} rad/s.",
     )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cache
+import math
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import variant
+from tt_precise.claims.evidence.run import variant
 from tt_precise.claims.evidence.sweeps import (
     ALONE,
     AMPLITUDES,
@@ -25,7 +26,16 @@ from tt_precise.claims.evidence.sweeps import (
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section22_starts import last_turn
-from tt_precise.claims.verdicts import Check, Finding, about, all_of, readings, statement
+from tt_precise.claims.verdicts import (
+    Check,
+    Finding,
+    about,
+    all_of,
+    readings,
+    statement,
+    statements,
+    theorem,
+)
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import E, Motion, jellett
@@ -47,6 +57,7 @@ TREND = (
     f"A, from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s. {HORIZON}"
 )
 LIMITS = {"nu_x": "0.3", "nu_y": "0.8", "theta_dot": "15"}
+BOUNDS = tuple(f"{end}_{name}" for name in LIMITS for end in ("min", "max"))
 EVERY = (*ALONE, "box")
 TESTED = (
     "nu_x(0) in [-0.3, 0.3], nu_y(0) in [-0.8, 0.8] and theta_dot(0) in [-15, 15] one at a time, "
@@ -74,17 +85,14 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
     last = fine[fine["t_init_A"] > 0].iloc[-1]
     after = fine[fine["phi_dot"] > last["phi_dot"]].iloc[0]
     lost = lost_between("0", str(fine["phi_dot"].max()))
-    rising = coarse[(coarse["phi_dot"] >= 0) & (coarse["phi_dot"] <= float(printed))]
+    rising = coarse[coarse["phi_dot"].between(0, float(printed))]
     checks = {}
     for one in ABC:
-        steps = rising[f"t_init_{one}"].diff().iloc[1:]
-        checks[f"t_init_{one} falls"] = statement(
-            bool((steps < 0).all()),
-            "falls",
-            f"in {(steps < 0).sum()} of {len(steps)} steps of 0.5 rad/s",
-        )
-        zero = fine["phi_dot"][fine[f"t_init_{one}"] == 0].min()
-        checks[f"t_init_{one} is zero from"] = about(printed, zero, "rad/s")
+        column = f"t_init_{one}"
+        down, steps = trend(rising[column])
+        checks[f"{column} falls"] = statement(down, "falls", f"in {steps} of 0.5 rad/s")
+        zero = fine["phi_dot"][fine[column] == 0].min()
+        checks[f"{column} is zero from"] = about(printed, zero, "rad/s")
     return all_of(
         checks,
         f"At {number(last['phi_dot'])} rad/s t_init_A is {number(last['t_init_A'], 2)} s, and "
@@ -100,17 +108,15 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
 )  # fmt: skip
 def gone_beyond(beyond: str = VANISHES) -> Finding:
     """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start."""
-
-    def check(one: str) -> Check:
-        rows = starts(("phi_dot", "phi_dot near the end"), "held")
-        rows = rows[rows["phi_dot"] > float(beyond)]
-        none = int((rows[f"t_init_{one}"] == 0).sum())
-        return statement(
-            0 < none == len(rows), "no synchronisation", f"{none} of {len(rows)} starts"
-        )
-
+    rows = starts(("phi_dot", "phi_dot near the end"), "held")
+    rows = rows[rows["phi_dot"] > float(beyond)]
+    none = {one: int((rows[f"t_init_{one}"] == 0).sum()) for one in ABC}
+    parts = {
+        f"definition {one}": (0 < count == len(rows), f"{count} of {len(rows)} starts")
+        for one, count in none.items()
+    }
     return readings(
-        {f"definition {one}": check(one) for one in ABC},
+        statements("no synchronisation", parts),
         f"{lost_between(beyond, '200')} starts up to 200 rad/s lose contact.",
     )
 
@@ -129,14 +135,11 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
 
     def check(end: str) -> Check:
         some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
-        return statement(
-            bool((some.diff().iloc[1:] < 0).all()),
-            "falls",
-            f"from {number(some.iloc[0])} s to {number(some.iloc[-1])} s at {end} rad/s",
-        )
+        shown = f"from {number(some.iloc[0])} s to {number(some.iloc[-1])} s at {end} rad/s"
+        return statement(trend(some)[0], "falls", shown)
 
     return readings(
-        {f"up to {near} rad/s": check(near), f"up to {far} rad/s": check(far)},
+        {f"up to {end} rad/s": check(end) for end in (near, far)},
         f"The climbing time has a minimum, {number(least['climb_A'])} s at "
         f"{number(least['phi_dot'])} rad/s, from where on it grows; in "
         f"definition B it is at {number(quickest['B'])} rad/s, in C at {number(quickest['C'])}.",
@@ -157,14 +160,11 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
     def check(start: str, contact: str) -> Check:
         rows = starts("phi_dot", contact)
         rows = rows[rows["phi_dot"] <= float(start)].iloc[::-1]
-        steps = rows["t_init_A"].diff().iloc[1:]
-        return statement(
-            bool((steps < 0).all()),
-            "falls",
-            f"in {(steps < 0).sum()} of {len(steps)} steps, from "
-            f"{number(rows['t_init_A'].iloc[0])} s at {start} rad/s to "
-            f"{number(rows['t_init_A'].iloc[-1])} s at {number(rows['phi_dot'].iloc[-1])} rad/s",
-        )
+        down, steps = trend(rows["t_init_A"])
+        first, last = (number(rows["t_init_A"].iloc[end]) for end in (0, -1))
+        at = number(rows["phi_dot"].iloc[-1])
+        shown = f"in {steps}, from {first} s at {start} rad/s to {last} s at {at} rad/s"
+        return statement(down, "falls", shown)
 
     return readings(
         {
@@ -188,15 +188,15 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
 def longest_at_zero(zero: str = "0") -> Finding:
     """The longest initiation time of the range belongs to phi_dot(0) of about 0."""
     rows = starts(("phi_dot", "phi_dot near the peak"), "through")
-    checks = {}
+    parts = {}
     for one in ABC:
         peak = greatest(rows, f"t_init_{one}")
         shown = f"{number(peak[f't_init_{one}'])} s at {number(peak['phi_dot'])} rad/s"
         distance = abs(peak["phi_dot"] - float(zero))
-        checks[f"near zero, {one}"] = statement(distance <= 5, "at about 0", shown)
-        checks[f"at zero itself, {one}"] = statement(distance == 0, "at about 0", shown)
+        parts[f"near zero, {one}"] = distance <= 5, shown
+        parts[f"at zero itself, {one}"] = distance == 0, shown
     return readings(
-        checks,
+        statements("at about 0", parts),
         "The peak is sharp and lies beside zero, where t_init_A is "
         f"{number(reference()['t_init_A'])} s.",
     )
@@ -204,7 +204,7 @@ def longest_at_zero(zero: str = "0") -> Finding:
 
 @claim(
     "SWP-07", where="Sec. 2.2, Summary", control={"series": "box"},
-    definition=f'"Inverts": the climb ends, in definition A, within the horizon. {HORIZON}',
+    definition=f"{INVERTS} {HORIZON}",
     quote="Numerical simulations confirm that all such sample solutions invert",
 )  # fmt: skip
 def all_invert(series: str = "phi_dot") -> Finding:
@@ -219,14 +219,19 @@ def all_invert(series: str = "phi_dot") -> Finding:
 def lost_between(low: str, high: str) -> str:
     """How many starts with phi_dot(0) in a range lose contact: "0 of 201"."""
     rows = starts(("phi_dot", "phi_dot near the end"), "unilateral")
-    inside = (rows["phi_dot"] >= float(low)) & (rows["phi_dot"] <= float(high))
-    return counted(rows[inside], "contact_lost")
+    return counted(rows[rows["phi_dot"].between(float(low), float(high))], "contact_lost")
 
 
-def inverting(rows: pandas.DataFrame) -> Check:
+def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
+    """Whether a column falls (or rises) in each step, and in how many: "5 of 7 steps"."""
+    steps = sign * column.diff().iloc[1:]
+    return bool((steps > 0).all()), f"{(steps > 0).sum()} of {len(steps)} steps"
+
+
+def inverting(rows: pandas.DataFrame, how: str = " invert") -> Check:
     """Whether the climb of all rows ends, in definition A."""
     count = int(rows["t_end_A"].notna().sum())
-    return statement(0 < count == len(rows), "all invert", f"{count} of {len(rows)} invert")
+    return statement(0 < count == len(rows), "all invert", f"{count} of {len(rows)}{how}")
 
 
 @claim(
@@ -238,7 +243,7 @@ def flatter_is_calmer(upper: str = "0.1") -> Finding:
     """Below theta(0) = 0.1 oscillations grow and the climbing time falls with theta(0)."""
     rows, every = starts("theta", "through"), starts("theta", "unilateral")
     return all_of(
-        _trend(rows[rows["theta"] <= float(upper)]),
+        _trends(rows[rows["theta"] <= float(upper)]),
         f"{counted(every[every['theta'] <= float(upper)], 'contact_lost')} of these starts lose "
         "contact.",
     )
@@ -258,13 +263,13 @@ def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
 
     def check(contact: str) -> Check:
         rows = starts("theta", contact)
-        rows = rows[(rows["theta"] >= float(lower)) & (rows["theta"] <= float(upper))]
-        parts = _trend(rows)
+        rows = rows[rows["theta"].between(float(lower), float(upper))]
+        parts = _trends(rows)
+        shown = "; ".join(f"{name} {part.measured}" for name, part in parts.items())
         return statement(
             all(part.holds for part in parts.values()),
             "larger amplitudes, shorter climb",
-            f"to {number(rows['theta'].max())} rad: "
-            + "; ".join(f"{name} {part.measured}" for name, part in parts.items()),
+            f"to {number(rows['theta'].max())} rad: {shown}",
         )
 
     return readings(
@@ -304,20 +309,15 @@ def more_spin_needed(beyond: str = "0.3") -> Finding:
     )
 
 
-def _trend(rows: pandas.DataFrame) -> dict[str, Check]:
+def _trends(rows: pandas.DataFrame) -> dict[str, Check]:
     checks = {}
     for name in AMPLITUDES:
-        steps = width(rows, name).diff().iloc[1:]
-        checks[f"range of {name}"] = statement(
-            bool((steps > 0).all()), "grows", f"grows in {(steps > 0).sum()} of {len(steps)} steps"
-        )
-    steps = rows["climb_A"].diff().dropna()
-    checks["climbing time"] = statement(
-        bool((steps < 0).all()) and not rows["climb_A"].isna().any(),
-        "falls",
-        f"falls in {(steps < 0).sum()} of {len(steps)} steps, from "
-        f"{number(rows['climb_A'].iloc[0])} s to {number(rows['climb_A'].iloc[-1])} s",
-    )
+        up, steps = trend(width(rows, name), 1)
+        checks[f"range of {name}"] = statement(up, "grows", f"grows in {steps}")
+    times = rows["climb_A"]
+    down, steps = trend(times)
+    shown = f"from {number(times.iloc[0])} s to {number(times.iloc[-1])} s"
+    checks["climbing time"] = statement(down, "falls", f"falls in {steps}, {shown}")
     return checks
 
 
@@ -355,12 +355,9 @@ def climb_stays_short(limit: str = "8") -> Finding:
     """The climb takes less than 7 to 8 s."""
 
     def check(rows: pandas.DataFrame) -> Check:
-        longest = greatest(rows, "climb_A")
-        return statement(
-            longest["climb_A"] < float(limit),
-            f"below {limit} s",
-            f"up to {number(longest['climb_A'])} s",
-        )
+        longest = greatest(rows, "climb_A")["climb_A"]
+        shown = f"up to {number(longest)} s"
+        return statement(longest < float(limit), f"below {limit} s", shown)
 
     longest = greatest(starts(EVERY, "through"), "climb_A")
     return readings(both_ways(EVERY, check), f"The longest climb starts with {_start_of(longest)}.")
@@ -373,13 +370,8 @@ def climb_stays_short(limit: str = "8") -> Finding:
 )  # fmt: skip
 def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
     """All these starts invert."""
-
-    def check(rows: pandas.DataFrame) -> Check:
-        count = int(rows["t_end_A"].notna().sum())
-        return statement(0 < count == len(rows), "all invert", f"{count} of {len(rows)}")
-
     return readings(
-        both_ways(series, check),
+        both_ways(series, partial(inverting, how="")),
         f"{losing_contact(series)} lose contact; without these "
         f"{climbed(starts(series, 'held'))} invert. The paper's theorem says nothing "
         "about a start that loses contact.",
@@ -395,7 +387,7 @@ def stays_in_the_range(factor: str = "1") -> Finding:
     """nu_x, nu_y and theta_dot stay within the ranges named for the reference solution."""
 
     def check(rows: pandas.DataFrame) -> Check:
-        inside = 0 * rows["index"] == 0
+        inside = rows["index"] >= 0
         largest = []
         for name, limit in LIMITS.items():
             size = rows[[f"min_{name}", f"max_{name}"]].abs().max(axis=1)
@@ -407,13 +399,12 @@ def stays_in_the_range(factor: str = "1") -> Finding:
             f"{inside.sum()} of {len(rows)} starts; {', '.join(largest)}",
         )
 
-    known = reference()
+    known = {str(name): number(value, 3) for name, value in reference()[list(BOUNDS)].items()}
     return readings(
         both_ways(EVERY, check),
-        f"The reference solution itself has nu_y up to {number(known['max_nu_y'], 3)} m/s, nu_x "
-        f"within [{number(known['min_nu_x'], 3)}, {number(known['max_nu_x'], 3)}] m/s and "
-        f"theta_dot within [{number(known['min_theta_dot'], 3)}, "
-        f"{number(known['max_theta_dot'], 3)}] rad/s.",
+        "The reference solution itself has nu_y up to {max_nu_y} m/s, nu_x within "
+        "[{min_nu_x}, {max_nu_x}] m/s and theta_dot within [{min_theta_dot}, {max_theta_dot}] "
+        "rad/s.".format(**known),
     )
 
 
@@ -427,17 +418,15 @@ def stays_in_the_range(factor: str = "1") -> Finding:
 def small_changes(tolerance: str = "0.1") -> Finding:
     """Perturbations of a tenth of the ranges change the inverting solution little."""
     known = reference()
-    checks = {}
+    parts = {}
     for contact, reading in CONTACTS.items():
         rows = starts("tenth", contact)
         for name, what in (("climb_A", "climbing time"), ("t_init_A", "initiation time")):
             # NaN, and so no small change, where a start has no such time
             change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
-            checks[f"{what}, {reading}"] = statement(
-                change <= float(tolerance), "not much", f"by up to {share(change)}"
-            )
+            parts[f"{what}, {reading}"] = change <= float(tolerance), f"by up to {share(change)}"
     return readings(
-        checks,
+        statements("not much", parts),
         f"{climbed(starts('tenth', 'through'))} starts invert. The initiation time has "
         "a sharp peak beside the reference start (SWP-05).",
     )
@@ -459,19 +448,20 @@ def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
     """With phi_dot(0) in [195, 200] oscillations are very small, and theta rises from 0.8 on."""
     rows = _smooth_rows(theta)
     known = reference()
-    checks: dict[str, Check] = {}
+    parts = {}
     for name in ("nu_x", "theta_dot"):
-        share = float((width(rows, name) / width(known, name)).max())
-        checks[f"range of {name}"] = statement(
-            share < 0.5, "very small", f"at most {number(share, 2)} of the reference's"
-        )
+        part = float((width(rows, name) / width(known, name)).max())
+        parts[f"range of {name}"] = part < 0.5, f"at most {number(part, 2)} of the reference's"
     turns = {phi_dot: last_turn(theta, phi_dot)[1] for phi_dot in ENDS}
     turn = max(turns.values())
     shown = ", ".join(f"{number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
-    checks["theta monotonous"] = statement(
+    monotonous = statement(
         turn <= float(monotonous_from), f"from {monotonous_from} rad", f"from {number(turn)} rad"
     )
-    return all_of(checks, f"The last turning points lie at {shown}.")
+    return all_of(
+        {**statements("very small", parts), "theta monotonous": monotonous},
+        f"The last turning points lie at {shown}.",
+    )
 
 
 @claim(
@@ -483,17 +473,16 @@ def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
 def even_smoother(theta: str = "0.01") -> Finding:
     """With theta(0) = 0.01 these solutions are smoother still."""
     rows, others = _smooth_rows(theta), _smooth_rows("0.1")
-    checks = {}
+    parts = {}
     for name in AMPLITUDES:
-        shares = width(rows, name).to_numpy() / width(others, name).to_numpy()
-        checks[f"range of {name}"] = statement(
-            bool((shares < 1).all()),
-            "smaller",
-            f"{number(shares.min(), 3)} to {number(shares.max(), 3)} of that at 0.1 rad",
-        )
+        shares = width(rows, name) / width(others, name)
+        shown = f"{number(shares.min(), 3)} to {number(shares.max(), 3)} of that at 0.1 rad"
+        parts[f"range of {name}"] = bool((shares < 1).all()), shown
     lost = starts(SMOOTH, "unilateral")
     lost = lost[lost["theta"] == float(theta)]
-    return all_of(checks, f"{counted(lost, 'contact_lost')} starts lose contact.")
+    return all_of(
+        statements("smaller", parts), f"{counted(lost, 'contact_lost')} starts lose contact."
+    )
 
 
 def _smooth_rows(theta: str) -> pandas.DataFrame:
@@ -511,15 +500,16 @@ def longest_where_energy_is_least(close: str = CLOSE) -> Finding:
     least = least_energy()
     peak = starts("phi_dot near the peak", "held")
     longest = float(greatest(peak, "t_init_A")["phi_dot"])
+    there = statement(
+        abs(least["phi_dot"] - longest) <= 5,
+        "related",
+        f"t_init is longest at {number(longest)} rad/s, the energy least at "
+        f"{number(least['phi_dot'])} rad/s",
+    )
     return readings(
         {
             "the energy is close to its minimum": closeness(close, least["E"]),
-            "the energy is least there": statement(
-                abs(least["phi_dot"] - longest) <= 5,
-                "related",
-                f"t_init is longest at {number(longest)} rad/s, the energy least at "
-                f"{number(least['phi_dot'])} rad/s",
-            ),
+            "the energy is least there": there,
         },
         f"At fixed lambda it is {number(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
         f"{number(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no synchronisation "
@@ -536,8 +526,6 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
     """lambda does not depend on theta_dot, nu_x and nu_y."""
     import sympy
 
-    from tt_precise.scene.body import Parameters
-
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
     state = EulerState(*sympy.symbols(" ".join(EulerState._fields), real=True))
     lambda_ = jellett(Motion(body, vectors_from_euler(body, state, sympy), sympy))
@@ -546,10 +534,9 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
         slope = sympy.simplify(sympy.diff(lambda_, getattr(state, name)))
         return statement(slope == 0, "0", str(slope))
 
-    return all_of(
+    return theorem(
         {f"d lambda/d {name}": check(name) for name in names},
         "Differentiated symbolically; it depends on theta, phi_dot and omega_3 only.",
-        proved=True,
     )
 
 
@@ -570,8 +557,6 @@ def reference_body() -> Parameters:
 
 
 def _motion(start: dict[str, float]) -> Motion:
-    import math
-
     known = variant("reference").start
     values = {name: float(getattr(known, name)) for name in EulerState._fields if name != "theta"}
     values |= {"theta": known.theta.radians(math, float), **start}

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import MANY, REFERENCE, Run, Span
+from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
     Check,
     Finding,
     all_of,
     decimal,
-    fraction_of,
     misprint,
     readings,
     rounds_to,
     statement,
+    statements,
     untestable,
 )
 from tt_precise.exact.arithmetic import rounding_to
@@ -31,7 +32,6 @@ from tt_precise.scene.body import Parameters
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 COMPONENTS = ("tau_x", "tau_y", "tau_z")
-WHICH_LAMBDA = "lambda is that of the reference start, or exactly 2 lambda_thres"
 PRINTED = {"D0": "9.381e-4", "D1": "-6.667e-4", "E0": "4.912e-2", "E1": "1.734e-2"}
 VECTORS = NewtonState._fields
 EXCESS = ("E", "E_tilde")
@@ -71,93 +71,50 @@ def torque_is_negative(sign: str = "negative", run: Run = REFERENCE) -> Finding:
     climb = {name: run.share_below_zero(name, run.climb) for name in COMPONENTS}
     if sign == "positive":
         shares = {name: 1 - share for name, share in shares.items()}
-    shown = ", ".join(f"{name} {100 * share:.2f} %" for name, share in shares.items())
-    in_climb = ", ".join(f"{name} {100 * share:.2f} %" for name, share in climb.items())
+
+    shown, in_climb = (
+        ", ".join(f"{name} {100 * share:.2f} %" for name, share in one.items())
+        for one in (shares, climb)
+    )
+    least, measured = min(shares.values()), f"{sign} for {shown} of the time"
     return readings(
         {
-            "almost all the time": statement(
-                min(shares.values()) > 0.95,
-                f"{sign} almost all the time",
-                f"{sign} for {shown} of the time",
-            ),
-            "predominantly": statement(
-                min(shares.values()) > 2 / 3,
-                f"predominantly {sign}",
-                f"{sign} for {shown} of the time",
-            ),
+            "almost all the time": statement(least > 0.95, f"{sign} almost all the time", measured),
+            "predominantly": statement(least > 2 / 3, f"predominantly {sign}", measured),
         },
         f"In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z "
         "have the sign of -nu_y.",
     )
 
 
-@claim(
-    "NUM-26",
-    quote="D0 approx lambda sqrt(d(1))/(R(1-alpha))=9.381*10^-4",
-    definition=WHICH_LAMBDA,
-    control={"printed": "7.239e-4"},
-)
-def D0(printed: str = "9.381e-4", run: Run = REFERENCE) -> Finding:
-    """Routh's function of the upright spin with the reference lambda is 9.381e-4 kg m^2/s."""
-    return _asymptotic("D0", printed, run, "D", "0", "kg m^2/s")
-
-
-@claim(
-    "NUM-27",
-    quote="D1 approx -lambda sqrt(d(-1))/(R(1+alpha))=-6.667*10^-4",
-    definition=WHICH_LAMBDA,
-    control={"printed": "-6.024e-4"},
-)
-def D1(printed: str = "-6.667e-4", run: Run = REFERENCE) -> Finding:
-    """Routh's function of the inverted spin with the reference lambda is -6.667e-4 kg m^2/s."""
-    return _asymptotic("D1", printed, run, "D", "8", "kg m^2/s")
-
-
-@claim(
-    "NUM-28",
-    quote="E~0 approx 4.912*10^-2",
-    definition=WHICH_LAMBDA,
-    control={"printed": "4.064e-2"},
-)
-def E0(printed: str = "4.912e-2", run: Run = REFERENCE) -> Finding:
-    """The modified energy of the upright spin with the reference lambda is 4.912e-2 J."""
-    return _asymptotic("E0", printed, run, "E_tilde", "0", "J")
-
-
-@claim(
-    "NUM-29",
-    quote="E~1 approx 1.734*10^-2",
-    definition=WHICH_LAMBDA,
-    control={"printed": "1.609e-2"},
-)
-def E1(printed: str = "1.734e-2", run: Run = REFERENCE) -> Finding:
-    """The modified energy of the inverted spin with the reference lambda is 1.734e-2 J."""
-    return _asymptotic("E1", printed, run, "E_tilde", "8", "J")
-
-
-def _asymptotic(name: str, printed: str, run: Run, quantity: str, time: str, unit: str) -> Finding:
+def _asymptotic(
+    name: str, quantity: str, time: str, unit: str, printed: str, run: Run = REFERENCE
+) -> Finding:
     known = run.thresholds
     found, fn = known.quantities, known.context
     body = run.loaded.body.numbers(rounding_to(fn))
-    formula = _of_lambda(name, body, fn)
-    double = formula(2 * found["lambda_thres"].value)
-    implied = _lambda_of(formula, fn.mpf(printed), found["lambda"].value, fn)
+    guess = found["lambda"].value
+    double = _formula(name, body, fn)(2 * found["lambda_thres"].value)
+    implied = {
+        one: _lambda_of(_formula(one, body, fn), fn.mpf(value), guess, fn)
+        for one, value in {**PRINTED, name: printed}.items()
+    }
+    every = ", ".join(decimal(implied[one], 3) for one in PRINTED)
     return readings(
         {
             "lambda of the reference start": rounds_to(printed, found[name].value, unit),
             "lambda = 2 lambda_thres": rounds_to(printed, double, unit),
             f"the value at {time} s itself": rounds_to(printed, run.at(quantity, time), unit),
         },
-        f"The printed value belongs to lambda = {decimal(implied, 4)}, not to the reference "
-        f"start's {decimal(found['lambda'].value, 4)} kg m^3/s. The four printed boundary values "
-        f"belong to {_all_implied(body, found['lambda'].value, fn)}: no one lambda has them all.",
+        f"The printed value belongs to lambda = {decimal(implied[name], 4)}, not to the reference "
+        f"start's {decimal(guess, 4)} kg m^3/s. The four printed boundary values "
+        f"belong to {every}: no one lambda has them all.",
     )
 
 
-def _of_lambda(name: str, body: Parameters, fn: Functions) -> Callable[[Scalar], Scalar]:
-    if name.startswith("D"):
-        return lambda lambda_: getattr(formulas, name)(body, lambda_, fn)
-    return lambda lambda_: getattr(formulas, name)(body, lambda_)
+def _formula(name: str, body: Parameters, fn: Functions) -> Callable[[Scalar], Scalar]:
+    more = (fn,) if name.startswith("D") else ()
+    return lambda lambda_: getattr(formulas, name)(body, lambda_, *more)
 
 
 def _lambda_of(
@@ -167,12 +124,24 @@ def _lambda_of(
     return fn.findroot(lambda ratio: formula(ratio * guess) / value - 1, 1) * guess
 
 
-def _all_implied(body: Parameters, guess: Scalar, fn: Functions) -> str:
-    implied = (
-        _lambda_of(_of_lambda(name, body, fn), fn.mpf(value), guess, fn)
-        for name, value in PRINTED.items()
-    )
-    return ", ".join(decimal(fraction_of(one), 3) for one in implied)
+# id, name, quote, a wrong number, subject of the statement, and the value of the solution itself
+for id, name, quote, wrong, subject, quantity, time, unit in (
+    ("NUM-26", "D0", "D0 approx lambda sqrt(d(1))/(R(1-alpha))=9.381*10^-4", "7.239e-4",
+     "Routh's function of the upright spin", "D", "0", "kg m^2/s"),
+    ("NUM-27", "D1", "D1 approx -lambda sqrt(d(-1))/(R(1+alpha))=-6.667*10^-4", "-6.024e-4",
+     "Routh's function of the inverted spin", "D", "8", "kg m^2/s"),
+    ("NUM-28", "E0", "E~0 approx 4.912*10^-2", "4.064e-2",
+     "The modified energy of the upright spin", "E_tilde", "0", "J"),
+    ("NUM-29", "E1", "E~1 approx 1.734*10^-2", "1.609e-2",
+     "The modified energy of the inverted spin", "E_tilde", "8", "J"),
+):  # fmt: skip
+    claim(
+        id,
+        statement=f"{subject} with the reference lambda is {PRINTED[name]} {unit}.",
+        quote=quote,
+        definition="lambda is that of the reference start, or exactly 2 lambda_thres",
+        control={"printed": wrong},
+    )(partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name]))
 
 
 @claim(
@@ -193,20 +162,20 @@ def ends_of_the_curve(
     own = [run.at(name, t) for t in ("0", "8") for name in ("D", "E_tilde")]
     known = run.thresholds.quantities
     limits = [known[name].value for name in ("D0", "E0", "D1", "E1")]
-    checks = {}
+    parts = {}
     for reading, found in (("the curve's own ends", own), ("the limits", limits)):
-        parts = [rounds_to(text, value) for text, value in zip(printed, found, strict=True)]
-        checks[reading] = statement(
-            all(part.holds for part in parts),
-            f"({printed[0]}, {printed[1]}) to ({printed[2]}, {printed[3]})",
-            "({}, {}) to ({}, {})".format(*(part.measured for part in parts)),
-        )
-    off = abs(own[0].value / limits[0] - 1), abs(own[1].value / limits[1] - 1)
+        checks = [rounds_to(text, value) for text, value in zip(printed, found, strict=True)]
+        shown = "({}, {}) to ({}, {})".format(*(check.measured for check in checks))
+        parts[reading] = all(check.holds for check in checks), shown
+    off = [
+        100 * float(abs(one.value / limit - 1))
+        for one, limit in zip(own[:2], limits[:2], strict=True)
+    ]
     return readings(
-        checks,
+        statements("({}, {}) to ({}, {})".format(*printed), parts),
         "The start at theta(0) = 0.1 is no limit t to -infinity: there D is "
-        f"{100 * float(off[0]):.1f} % and E~ {100 * float(off[1]):.1f} % off its limit. For the "
-        "printed limits see NUM-26 to NUM-29.",
+        f"{off[0]:.1f} % and E~ {off[1]:.1f} % off its limit. For the printed limits see NUM-26 to "
+        "NUM-29.",
     )
 
 
@@ -223,20 +192,17 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
     values = run.extrema(name)[1]
     fall = float(values[0] - values[-1])
     rises = [float(b - a) for a, b in pairwise(values) if b > a]
-    largest = max(rises, default=0.0)
+    largest, every = max(rises, default=0.0) / fall, sum(rises) / fall
+    parts = {
+        "no rise that a graph shows": (
+            largest < 0.01, f"largest rise {100 * largest:.2f} % of the fall"
+        ),
+        "all rises together": (
+            every < 0.01, f"{len(rises)} rises, in sum {100 * every:.1f} % of the fall"
+        ),
+    }  # fmt: skip
     return readings(
-        {
-            "no rise that a graph shows": statement(
-                largest < 0.01 * fall,
-                "almost monotonously decreasing",
-                f"largest rise {100 * largest / fall:.2f} % of the fall",
-            ),
-            "all rises together": statement(
-                sum(rises) < 0.01 * fall,
-                "almost monotonously decreasing",
-                f"{len(rises)} rises, in sum {100 * sum(rises) / fall:.1f} % of the fall",
-            ),
-        },
+        statements("almost monotonously decreasing", parts),
         "The reason given, D = I3 omega_3 sqrt(d(cos theta)), leaves the oscillation of "
         "d(cos theta), which is larger than that of omega_3.",
     )
@@ -288,27 +254,26 @@ def modified_energy_is_larger(
         run.extreme_of(lambda c: c[pair[0]] - c[pair[1]], EXCESS, largest=largest, span=climb)
         for largest in (False, True)
     )
-    spans = run.nutations(climb)
-    averages = [run.mean(pair[0], s) - run.mean(pair[1], s) for s in spans]
+    averages = [run.mean(pair[0], s) - run.mean(pair[1], s) for s in run.nutations(climb)]
     late = [t for t in changes if t < height[0]]
-    return readings(
-        {
-            "at every instant": statement(
-                below == 0,
-                f"{pair[0]} > {pair[1]}",
-                f"not for {100 * below / climb.length:.1f} % of the climb",
-            ),
-            "averaged over each nutation": statement(
-                min(averages) > 0,
-                f"{pair[0]} > {pair[1]}",
-                f"average difference from {decimal(min(averages), 2)} to "
-                f"{decimal(max(averages), 2)} J",
-            ),
-        },
-        f"The difference goes from {decimal(depth[1], 3)} to {decimal(height[1], 3)} J"
-        + (f"; it is positive at every instant from {decimal(late[-1], 4)} s until the end of the "
-           "climb comes near." if late else "."),
+    parts = {
+        "at every instant": (
+            below == 0, f"not for {100 * below / climb.length:.1f} % of the climb"
+        ),
+        "averaged over each nutation": (
+            min(averages) > 0,
+            f"average difference from {decimal(min(averages), 2)} to "
+            f"{decimal(max(averages), 2)} J",
+        ),
+    }  # fmt: skip
+    positive = (
+        f"; it is positive at every instant from {decimal(late[-1], 4)} s until the end of the "
+        "climb comes near." if late else "."
     )  # fmt: skip
+    return readings(
+        statements(f"{pair[0]} > {pair[1]}", parts),
+        f"The difference goes from {decimal(depth[1], 3)} to {decimal(height[1], 3)} J{positive}",
+    )
 
 
 @claim(
@@ -323,20 +288,15 @@ def largest_difference(angle: str = "", run: Run = REFERENCE) -> Finding:
     climb = run.climb
     when, value = run.extreme_of(lambda c: c["E_tilde"] - c["E"], EXCESS, largest=True)
     theta = run.value("theta", when)
-    wanted = float(angle or math.pi / 2)
-    third = climb.length / 3
+    near = abs(theta - float(angle or math.pi / 2)) < 0.2
+    middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
+    at = f"at {decimal(when, 5)} s"
     return all_of(
         {
             "angle": statement(
-                abs(theta - wanted) < 0.2,
-                f"theta about {angle or 'pi/2'}",
-                f"theta = {decimal(theta, 4)}",
+                near, f"theta about {angle or 'pi/2'}", f"theta = {decimal(theta, 4)}"
             ),
-            "time": statement(
-                climb.begin + third < when < climb.end - third,
-                "in the middle of inversion",
-                f"at {decimal(when, 5)} s",
-            ),
+            "time": statement(middle, "in the middle of inversion", at),
         },
         f"There E~ exceeds E by {decimal(value, 4)} J.",
     )
@@ -355,17 +315,12 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Finding:
     body = run.loaded.body.numbers(float)
 
     def along_y(columns: dict[str, Array]) -> Array:
-        import numpy
-
-        product = _omega_cross_a(body, columns)
-        horizontal = numpy.hypot(columns["kx"], columns["ky"])
-        return side * (product[1] * columns["kx"] - product[0] * columns["ky"]) / horizontal
+        return side * _along_y(_omega_cross_a(body, columns), columns)
 
     return _at_every_instant_or_on_average(
         along_y,
         run,
         "points behind the plane",
-        "m/s",
         "It is R alpha omega_z sin(theta) > 0 where omega is exactly vertical; near the pole the "
         "small horizontal part of omega decides.",
     )
@@ -383,18 +338,17 @@ def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
     """In the climb |a| grows, |omega| decreases, and sin(theta) grows until pi/2."""
     body = run.loaded.body.numbers(float)
     climb = run.climb
-    half = run.equator
-    ends = run.columns(VECTORS, [climb.begin, half, climb.end])
+    ends = run.columns(VECTORS, [climb.begin, run.equator, climb.end])
     arms = _length(newton.arm(body, _state(ends).k))
     spins = _length(newton.angular_velocity(body, _state(ends)))
     kz = ends["kz"]
     _, back = run.rises_and_falls("theta", climb)
+    changes = "decreases" if spin < 0 else "grows"
     return readings(
         {
             "from one end to the other": statement(
                 arms[2] > arms[0] and spin * (spins[2] - spins[0]) > 0 and kz[1] < kz[0],
-                f"|a| grows, |omega| {'decreases' if spin < 0 else 'grows'}, sin(theta) "
-                "grows until pi/2",
+                f"|a| grows, |omega| {changes}, sin(theta) grows until pi/2",
                 f"|a| from {decimal(arms[0], 3)} to {decimal(arms[2], 3)} m, |omega| from "
                 f"{decimal(spins[0], 4)} to {decimal(spins[2], 4)} rad/s, sin(theta) from "
                 f"{decimal(math.sqrt(1 - kz[0] ** 2), 2)} to 1",
@@ -422,22 +376,18 @@ def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Finding:
     body = run.loaded.body.numbers(float)
 
     def term(columns: dict[str, Array]) -> Array:
-        import numpy
-
-        nu_y = (columns["vy"] * columns["kx"] - columns["vx"] * columns["ky"]) / numpy.hypot(
-            columns["kx"], columns["ky"]
-        )
+        nu_y = _along_y((columns["vx"], columns["vy"]), columns)
         return factor * _length(_omega_cross_a(body, columns)) - nu_y
 
     return _at_every_instant_or_on_average(
-        term, run, "positive", "m/s", "The paper says no more than that this may be so."
+        term, run, "positive", "The paper says no more than that this may be so."
     )
 
 
 def _at_every_instant_or_on_average(
-    function: Callable[[dict[str, Array]], Array], run: Run, printed: str, unit: str, note: str
+    function: Callable[[dict[str, Array]], Array], run: Run, printed: str, note: str
 ) -> Finding:
-    """Readings of "is positive during the climb", for a function of the vector columns."""
+    """Readings of "is positive during the climb", for a velocity made of the vector columns."""
     import numpy
 
     climb = run.climb
@@ -448,26 +398,26 @@ def _at_every_instant_or_on_average(
         values = function(run.columns(VECTORS, list(times)))
         return float(numpy.trapezoid(values, times)) / span.length
 
-    averages = [average(span) for span in run.nutations(climb)]
-    over_all = average(climb)
-    return readings(
-        {
-            "at every instant": statement(
-                least > 0,
-                printed,
-                f"least value {decimal(least, 4)} {unit} at {decimal(when, 5)} s",
-            ),
-            "averaged over each nutation": statement(
-                min(averages) > 0,
-                printed,
-                f"averages from {decimal(min(averages), 2)} to {decimal(max(averages), 2)} {unit}",
-            ),
-            "averaged over the climb": statement(
-                over_all > 0, printed, f"average {decimal(over_all, 3)} {unit}"
-            ),
-        },
-        note,
-    )
+    averages, over_all = [average(span) for span in run.nutations(climb)], average(climb)
+    lowest, highest = min(averages), max(averages)
+    parts = {
+        "at every instant": (
+            least > 0, f"least value {decimal(least, 4)} m/s at {decimal(when, 5)} s"
+        ),
+        "averaged over each nutation": (
+            lowest > 0, f"averages from {decimal(lowest, 2)} to {decimal(highest, 2)} m/s"
+        ),
+        "averaged over the climb": (over_all > 0, f"average {decimal(over_all, 3)} m/s"),
+    }  # fmt: skip
+    return readings(statements(printed, parts), note)
+
+
+def _along_y(vector: Sequence[Array], columns: dict[str, Array]) -> Array:
+    """The component of a vector along y-hat, the horizontal direction across the axis."""
+    import numpy
+
+    kx, ky = columns["kx"], columns["ky"]
+    return (vector[1] * kx - vector[0] * ky) / numpy.hypot(kx, ky)
 
 
 def _difference(pair: Sequence[str], times: Sequence[float], run: Run) -> Array:
@@ -515,17 +465,15 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
     """The last two references to figures name the panels that show what is spoken about."""
 
     def says(named: Mapping[str, str]) -> Check:
+        shown = (f"Fig. {one} shows {', '.join(sorted(PANELS[one]))}" for one in named.values())
         return statement(
             all(NEEDED[what] <= PANELS[panel] for what, panel in named.items()),
             "; ".join(f"{what}: Fig. {panel}" for what, panel in named.items()),
-            "; ".join(
-                f"Fig. {panel} shows {', '.join(sorted(PANELS[panel]))}" for panel in named.values()
-            ),
+            "; ".join(shown),
         )
 
     return misprint(
-        says(references),
-        says(CORRECT_REFERENCE),
+        map(says, (references, CORRECT_REFERENCE)),
         "Fig. 3a and Fig. 7c",
         "Fig. 3b shows the spin and Fig. 3c the normal force.",
     )
@@ -535,7 +483,6 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
     "FIG-16",
     quote="(blue), (yellow), (grey), (green), (red); light blue line",
     where="captions of Figs 2 to 7; Sec. 2.3",
-    definition="",
     control=None,
 )
 def colours() -> Finding:

@@ -2,36 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.evidence import formulas as f
-from tt_precise.claims.evidence.proved import digits, proofs_of, settles
+from tt_precise.claims.evidence.proved import digits, enclosed, proofs_of, settles
+from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import (
+    EXACT,
     Check,
     Finding,
+    Proof,
     about,
     all_of,
     approximate,
     decimal,
-    measured_text,
     misprint,
     readings,
     rounds_to,
     statement,
+    statements,
+    theorem,
 )
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.arithmetic import Scalar
-
-if TYPE_CHECKING:
-    pass
 
 claim = claims_of(RAUCH_RUTSTAM, "2.3")
 START = "closed form in the start values"
@@ -79,20 +78,16 @@ def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENC
     )
 
 
-def _translational_share(run: Trajectory) -> object:
-    begin = run.frame("E_trans", "E_pot", times=["0"])
-    return begin["E_trans"].iloc[0] / begin["E_pot"].iloc[0]
+def _translational_share(run: Trajectory) -> Scalar:
+    begin = run.frame("E_trans", "E_pot", times=["0"]).iloc[0]
+    return begin["E_trans"] / begin["E_pot"]
 
 
 @claim("NUM-20", quote="0.005106", control={"printed": "0.005107"})
 def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> Finding:
     """E_pot of the reference solution at 8 s."""
-    return _energy(
-        printed,
-        "8",
-        "m g R (1 - alpha cos theta) at the state that double-double and extended agree on.",
-        run,
-    )
+    note = "m g R (1 - alpha cos theta) at the state that double-double and extended agree on."
+    return _energy(printed, "8", note, run)
 
 
 @claim("NUM-21", quote="0.002755", control={"printed": "0.002756"})
@@ -105,17 +100,12 @@ def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -
 def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -> Finding:
     """E_pot(8 s)/E_pot(0) of the reference solution."""
     check = rounds_to(printed, run.settled(_ratio))
-    proved = settles(check, lambda ratio: rounds_to(printed, ratio), _proved_ratio(run))
+    quotient = rounds_to(printed, Fraction(AT_8_S) / Fraction(AT_0_S))
     return readings(
-        {
-            "ratio of the energies": check,
-            "quotient of the two rounded numbers": rounds_to(
-                printed, Fraction(AT_8_S) / Fraction(AT_0_S)
-            ),
-        },
+        {"ratio of the energies": check, "quotient of the two rounded numbers": quotient},
         "The division of the printed, already rounded energies is right, but the fourth decimal "
-        "is theirs, not the solution's." + _told_ratio(proved, run),
-        proved=proved,
+        "is theirs, not the solution's.",
+        _proof_of_ratio(check, lambda ratio: rounds_to(printed, ratio), run),
     )
 
 
@@ -131,43 +121,34 @@ def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> Finding:
 @claim("NUM-24", quote="differs ... only by 0.2%", control={"printed": "0.1"})
 def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
     """The ratio of potential energies at 8 s and 0 differs by 0.2 % from the theoretical one."""
-    theory = Fraction(13, 7)
 
     def off(ratio: Scalar) -> Scalar:
         return 100 * (1 - ratio * 7 / 13)
 
     check = rounds_to(printed, run.settled(lambda solution: off(_ratio(solution))), "%")
-    proved = settles(check, lambda ratio: rounds_to(printed, off(ratio), "%"), _proved_ratio(run))
-    rounded = 100 * (1 - Fraction(AT_8_S) / Fraction(AT_0_S) / theory)
+    rounded = rounds_to(printed, off(Fraction(AT_8_S) / Fraction(AT_0_S)), "%")
     return readings(
-        {
-            "difference of the solution's ratio": check,
-            "difference of the printed ratio": rounds_to(printed, rounded, "%"),
-        },
+        {"difference of the solution's ratio": check, "difference of the printed ratio": rounded},
         "Relative to the theoretical ratio 13/7; what is missing is mostly the start at theta = "
-        "0.1 instead of 0." + _told_ratio(proved, run),
-        proved=proved,
+        "0.1 instead of 0.",
+        _proof_of_ratio(check, lambda ratio: rounds_to(printed, off(ratio), "%"), run),
     )
 
 
 def _energy(printed: str, t: str, note: str, run: Run) -> Finding:
-    def check(energy: Scalar) -> Check:
-        return rounds_to(printed, energy, "J")
-
-    found, known = check(run.at("E_pot", t)), proofs_of(run.scene)
-    proved = settles(found, check, known.potential_energy(t))
-    shown = known.sentence(proved, f"this energy {digits([known.potential_energy(t)])}")
-    return all_of(found, note + shown, proved=proved)
+    number = run.at("E_pot", t), proofs_of(run.scene).potential_energy(t)
+    checks, proof = enclosed(
+        run.scene, lambda energy: rounds_to(printed, energy, "J"), {"": number}, "this energy"
+    )
+    return all_of(checks, note, proof)
 
 
-def _proved_ratio(run: Run) -> Interval | None:
-    first, last = (proofs_of(run.scene).potential_energy(t) for t in ("0", "8"))
-    return Interval(last.low / first.high, last.high / first.low) if first and last else None
-
-
-def _told_ratio(proved: bool, run: Run) -> str:
-    theorem = f"the ratio of the solution's energies {digits([_proved_ratio(run)])}"
-    return proofs_of(run.scene).sentence(proved, theorem)
+def _proof_of_ratio(found: Check, check: Callable[[Scalar], Check], run: Run) -> Proof:
+    known = proofs_of(run.scene)
+    first, last = (known.potential_energy(t) for t in ("0", "8"))
+    ratio = Interval(last.low / first.high, last.high / first.low) if first and last else None
+    told = f"the ratio of the solution's energies {digits([ratio])}"
+    return known.says(settles(found, check, ratio), told)
 
 
 def _ratio(run: Trajectory) -> Scalar:
@@ -186,10 +167,9 @@ def energy_split(
 ) -> Finding:
     """The three parts of the energy in Euler angles."""
     printed = {"E_trans": translational, "E_rot": rotational, "E_pot": potential}
-    return all_of(
+    return theorem(
         {name: f.equal(text, f.quantity(name)) for name, text in printed.items()},
         "The bracket of E_trans holds the components of s_dot = v_A - omega x a along 1, y, 3.",
-        proved=True,
     )
 
 
@@ -203,13 +183,12 @@ def energy_split(
 def chain_for_the_energy(lines: tuple[str, ...] = CHAIN) -> Finding:
     """Every step of the derivation of E_dot = -mu g_n v_A^2 is right."""
     derived, known = f.rate_of("E"), _vectors()
-    return all_of(
+    return theorem(
         {
             f"step {n}": f.equal(f.read(line, known), derived, line)
             for n, line in enumerate(lines, start=1)
         },
         "Each expression of the chain equals E differentiated along the equations of motion.",
-        proved=True,
     )
 
 
@@ -226,18 +205,13 @@ def symmetry_of_inertia(factor: int = 1) -> Finding:
     # (omega.L)_dot = 2 (E_rot)_dot, so omega_dot.L is what L_dot leaves of it
     omega_dot_L = 2 * f.rate_of("E_rot") - dot(q.omega, L_dot)
     top = f.equal(factor * omega_dot_L, dot(q.omega, L_dot), "omega_dot.L = omega.L_dot")
-    needs_symmetry = top.holds and not _holds_for_any_body(factor)
+    needed = top.holds and not _holds_for_any_body(factor)
+    shown = "needs axial symmetry" if needed else "holds for every rigid body"
+    symmetry = statement(needed, "valid due to axial symmetry", shown)
     return readings(
-        {
-            "that the two are equal": top,
-            "that it takes axial symmetry": statement(
-                needs_symmetry,
-                "valid due to axial symmetry",
-                "needs axial symmetry" if needs_symmetry else "holds for every rigid body",
-            ),
-        },
+        {"that the two are equal": top, "that it takes axial symmetry": symmetry},
         "The inertia tensor is a symmetric matrix in every rigid body, which is all that is used.",
-        proved=True,
+        EXACT,
     )
 
 
@@ -265,19 +239,17 @@ def transfers(
     """m g s_dot.z passes from E_trans to E_pot, and omega.(a x F) between E_trans and E_rot."""
     known = _vectors()
     to_potential, to_rotation = f.read(weight, known), f.read(torque, known)
-    loss = f.read("dot(v_A, F_f)", known)
-    return all_of(
+    left = f.read("dot(v_A, F_f)", known) - to_potential - to_rotation
+    shown = f"dot(v_A, F_f) - {weight} - {torque}"
+    return theorem(
         {
             "E_pot gains": f.equal(to_potential, f.rate_of("E_pot"), weight),
             "E_rot gains": f.equal(to_rotation, f.rate_of("E_rot"), torque),
             "E_trans loses both, and what friction takes": f.equal(
-                loss - to_potential - to_rotation,
-                f.rate_of("E_trans"),
-                f"dot(v_A, F_f) - {weight} - {torque}",
+                left, f.rate_of("E_trans"), shown
             ),
         },
         "E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f, so both terms pass through it.",
-        proved=True,
     )
 
 
@@ -289,10 +261,9 @@ def transfers(
 def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
     """The components of the torque a x F in the frame (x, y, z)."""
     parts = zip("xyz", printed, f.motion().torque, strict=True)
-    return all_of(
+    return theorem(
         {f"tau_{axis}": f.equal(text, value) for axis, text, value in parts},
         "a x F with a = R(alpha 3 - z) and F = g_n(z - mu v_A).",
-        proved=True,
     )
 
 
@@ -303,14 +274,10 @@ def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
 )
 def modified_energy_from_energy(printed: str = DIFFERENCE) -> Finding:
     """E~ is E - m v_A^2/2 + m v_A.(omega x a)."""
-    return all_of(
-        f.equal(
-            f.read(printed, _vectors()),
-            f.quantity("E_tilde") - f.quantity("E"),
-            f"E~ - E = {printed}",
-        ),
+    difference = f.quantity("E_tilde") - f.quantity("E")
+    return theorem(
+        f.equal(f.read(printed, _vectors()), difference, f"E~ - E = {printed}"),
         "From m (v_A - omega x a)^2/2 with and without v_A.",
-        proved=True,
     )
 
 
@@ -361,12 +328,11 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
         return f.equal(factor**2 * times, truth, shown)
 
     return misprint(
-        squared(printed),
-        squared(correct),
+        map(squared, (printed, correct)),
         f"|omega| {correct}",
         "theta is the angle between z and 3, not between omega and a. With a = R(alpha 3 - z) the "
         "part along omega drops out; |a| is between R(1 - alpha) and R(1 + alpha).",
-        proved=True,
+        EXACT,
     )
 
 
@@ -378,34 +344,29 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
 )
 def signs_of_the_torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
     """tau_x, tau_z < 0 where nu_y > 0, and tau_y < 0 where nu_x is negative or small."""
-    factors = {
-        "tau_x per nu_y": ("-mu*R*g_n*(1 - alpha*cos(theta))", printed[0], "nu_y"),
-        "tau_z per nu_y": ("-mu*R*g_n*alpha*sin(theta)", printed[2], "nu_y"),
-    }
-    known = f.names()
-    checks = {
-        name: f.equal(f.read(f"({text})/{velocity}", known), f.read(negative, known), text)
-        for name, (negative, text, velocity) in factors.items()
-    }
+    known, (tau_x, tau_y, tau_z) = f.names(), map(f.read, printed)
     bound = "alpha*sin(theta)/(mu*(1 - alpha*cos(theta)))"
-    slope = f.read("R*mu*g_n*(1 - alpha*cos(theta))")
-    checks["tau_y < 0 below a bound on nu_x"] = f.equal(
-        f.read(printed[1]), slope * (f.read("nu_x") - f.read(bound)), printed[1]
-    )
-    return all_of(
-        checks,
+    slope = "R*mu*g_n*(1 - alpha*cos(theta))"
+    below = f.read(slope) * (f.read("nu_x") - f.read(bound))
+    return theorem(
+        {
+            "tau_x per nu_y": f.equal(tau_x / known["nu_y"], f.read(f"-{slope}"), printed[0]),
+            "tau_z per nu_y": f.equal(
+                tau_z / known["nu_y"], f.read("-mu*R*g_n*alpha*sin(theta)"), printed[2]
+            ),
+            "tau_y < 0 below a bound on nu_x": f.equal(tau_y, below, printed[1]),
+        },
         f"tau_y is a positive factor times nu_x - {bound}: negative for nu_x below that positive "
         "bound, which is what sufficiently small means.",
-        proved=True,
     )
 
 
 def _vectors() -> Mapping[str, Scalar]:
     q = f.motion()
     F = q.force
-    return dict(f.names()) | {
-        "dot": dot, "cross": cross, "s_dot": q.s_dot, "v_A": q.state.v, "omega": q.omega,
-        "a": q.a, "F": F, "F_f": (F[0], F[1], 0), "z_hat": (0, 0, 1),
+    return {
+        **f.names(), "dot": dot, "cross": cross, "s_dot": q.s_dot, "v_A": q.state.v,
+        "omega": q.omega, "a": q.a, "F": F, "F_f": (F[0], F[1], 0), "z_hat": (0, 0, 1),
     }  # fmt: skip
 
 
@@ -421,15 +382,13 @@ def _vectors() -> Mapping[str, Scalar]:
 def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> Finding:
     """The three parts add up to the energy, which decreases monotonously."""
     span = run.whole
-    first, last = (
-        sum(column)
-        for column in zip(*(run.columns([name], list(span))[name] for name in parts), strict=True)
-    )
-    whole = run.columns(["E"], list(span))["E"]
+    columns = run.columns(("E", *parts), list(span))
+    first, last = sum(columns[name] for name in parts)
+    energy = columns["E"][0]
     work = run.mean("E_dot", span) * span.length
-    off = abs(last - (whole[0] + work)) / whole[0] + abs(first / whole[0] - 1)
+    off = abs(last - (energy + work)) / energy + abs(first / energy - 1)
     rise, fall = run.rises_and_falls("E")
-    turns = len(run.zeros("E_dot"))
+    risen = f"rises by {decimal(rise, 3)} J" if rise else "never rises"
     return all_of(
         {
             "sum": statement(
@@ -438,15 +397,14 @@ def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) ->
                 f"off by {decimal(off, 1)} E(0) from E(0) minus the work of friction",
             ),
             "monotony": statement(
-                rise == 0 and turns == 0,
+                rise == 0 and not run.zeros("E_dot"),
                 "monotonically decreasing",
-                f"falls by {decimal(fall, 12)} J, and "
-                + (f"rises by {decimal(rise, 3)} J" if rise else "never rises"),
+                f"falls by {decimal(fall, 12)} J, and {risen}",
             ),
         },
         "The work of friction comes from the contact force alone, so that it does not know the "
         "parts.",
-    )  # fmt: skip
+    )
 
 
 @claim(
@@ -458,27 +416,20 @@ def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) ->
 )
 def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Finding:
     """E_pot increases."""
-    span, climb = run.whole, run.climb
-    first, last = (float(x) for x in run.columns([name], list(span))[name])
+    first, last = run.columns([name], list(run.whole))[name]
     _, fall = run.rises_and_falls(name)
-    averages = [run.mean(name, one) for one in run.nutations(climb)]
+    averages = [run.mean(name, one) for one in run.nutations(run.climb)]
     falling = sum(b < a for a, b in pairwise(averages))
-    return readings(
-        {
-            "from start to end": statement(
-                last > first, "increases", f"from {decimal(first, 6)} to {decimal(last, 6)} J"
-            ),
-            "in the climb, averaged over each nutation": statement(
-                falling == 0 and len(averages) > 1,
-                "increases",
-                f"falls {falling} of {len(averages) - 1} times",
-            ),
-            "at every instant": statement(
-                fall == 0, "increases", f"all falls sum up to {decimal(fall, 4)} J"
-            ),
-        },
-        "It oscillates with theta.",
-    )
+    parts = {
+        "from start to end": (
+            last > first, f"from {decimal(first, 6)} to {decimal(last, 6)} J"
+        ),
+        "in the climb, averaged over each nutation": (
+            falling == 0 and len(averages) > 1, f"falls {falling} of {len(averages) - 1} times"
+        ),
+        "at every instant": (fall == 0, f"all falls sum up to {decimal(fall, 4)} J"),
+    }  # fmt: skip
+    return readings(statements("increases", parts), "It oscillates with theta.")
 
 
 @claim(
@@ -492,17 +443,12 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Fin
 def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
     """The oscillations of the parts are too small to be seen in the main graph."""
     height = run.value("E", 0.0)
-    checks = {}
+    parts = {}
     for part in (name,) if name else PARTS:
-        values = run.extrema(part)[1]
-        swings = [abs(b - a) for a, b in pairwise(values)]
-        largest = max(min(a, b) for a, b in pairwise(swings))
-        checks[part] = statement(
-            largest < 0.01 * height,
-            "not seen",
-            f"swings of at most {100 * largest / height:.2f} % of the height",
-        )
-    return all_of(checks, "They are largest in the middle of the climb.")
+        swings = [abs(b - a) for a, b in pairwise(run.extrema(part)[1])]
+        share = max(min(a, b) for a, b in pairwise(swings)) / height
+        parts[part] = share < 0.01, f"swings of at most {100 * share:.2f} % of the height"
+    return all_of(statements("not seen", parts), "They are largest in the middle of the climb.")
 
 
 @claim(
@@ -513,17 +459,13 @@ def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
 )
 def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -> Finding:
     """E_trans tends to zero as the top inverts."""
-    found = run.at(name, "8")
-    first = run.at(name, "0")
-    share = float(found.value / first.value)
+    last = run.at(name, "8")
+    share = float(last.value / run.at(name, "0").value)
+    shown = f"{last} J at 8 s, {decimal(share, 2)} of its first value"
     return all_of(
-        statement(
-            share < 0.01,
-            "goes to zero",
-            f"{measured_text(found)} J at 8 s, {decimal(share, 2)} of its first value",
-        ),
+        statement(share < 0.01, "goes to zero", shown),
         "It does not fall all the way: in the climb it oscillates up to "
-        f"{decimal(float(run.extrema(name, run.climb)[1].max()), 3)} J.",
+        f"{decimal(run.extrema(name, run.climb)[1].max(), 3)} J.",
     )
 
 
@@ -536,20 +478,18 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
 )
 def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE) -> Finding:
     """Most of the energy is rotational all the time."""
-    others = [part for part in PARTS if part != name]
     least = run.extreme(name, largest=False)
-    largest = [run.extreme(part, largest=True) for part in others]
-    lost = 1 - float(least.value) / run.value(name, 0.0)
+    largest = {part: run.extreme(part, largest=True) for part in PARTS if part != name}
+    shown = ", ".join(f"{part} {one} J" for part, one in largest.items())
+    lost = 1 - float(least) / run.value(name, 0.0)
     return all_of(
         statement(
-            float(least.value) > sum(float(one.value) for one in largest),
+            float(least) > sum(map(float, largest.values())),
             f"{name} is the greatest part",
-            f"least {name} {measured_text(least)} J; largest "
-            + ", ".join(f"{part} {measured_text(one)} J"
-                        for part, one in zip(others, largest, strict=True)),
+            f"least {name} {least} J; largest {shown}",
         ),
         f"Until then it has lost {100 * lost:.0f} % of its first value.",
-    )  # fmt: skip
+    )
 
 
 @claim(
@@ -566,29 +506,27 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Finding:
     centre = float(moment) if moment else run.climb.begin
     span = Span(centre - 0.2, centre + 0.2)
     times, rates = run.extrema("E_dot", span)
-    best = int(rates.argmax())
-    there = run.columns(["nu_x", "nu_y", "gliding_speed"], [times[best]])
-    fastest = float(run.extrema("gliding_speed", span)[1].max())
-    speed = float(there["gliding_speed"][0])
-    peak = float(rates.min())
+    best, peak = int(rates.argmax()), rates.min()
+    names = ("nu_x", "nu_y", "gliding_speed")
+    nu_x, nu_y, speed = (run.value(name, times[best]) for name in names)
+    fastest = run.extrema("gliding_speed", span)[1].max()
     return all_of(
         {
             "E_dot": statement(
                 abs(rates[best]) < 0.01 * abs(peak),
                 "close to zero",
-                f"{decimal(float(rates[best]), 3)} W at {decimal(float(times[best]), 5)} "
-                f"s, against peaks of {decimal(peak, 3)} W",
+                f"{decimal(rates[best], 3)} W at {decimal(times[best], 5)} s, against peaks of "
+                f"{decimal(peak, 3)} W",
             ),
             "gliding velocity": statement(
                 speed < 0.01 * fastest,
                 "both close to zero",
-                f"nu_x = {decimal(float(there['nu_x'][0]), 2)}, "
-                f"nu_y = {decimal(float(there['nu_y'][0]), 2)} m/s there, against speeds up to "
-                f"{decimal(fastest, 3)} m/s",
+                f"nu_x = {decimal(nu_x, 2)}, nu_y = {decimal(nu_y, 2)} m/s there, against speeds "
+                f"up to {decimal(fastest, 3)} m/s",
             ),
         },
         "|v_A| has a minimum in each nutation; the deepest of them comes "
-        f"{decimal(float(times[best]) - centre, 2)} s after t_init.",
+        f"{decimal(times[best] - centre, 2)} s after t_init.",
     )
 
 
@@ -635,14 +573,14 @@ def where_the_energy_comes_from(
 ) -> Finding:
     """The energy lost to friction comes mostly from rotation and translation."""
     ends = run.columns(("E", *PARTS), list(run.whole))
-    loss = float(ends["E"][0] - ends["E"][1])
-    share = {name: float(ends[name][0] - ends[name][1]) / loss for name in PARTS}
+    lost = {name: float(first - last) for name, (first, last) in ends.items()}
+    share = {name: lost[name] / lost["E"] for name in PARTS}
     shown = ", ".join(f"{name} {100 * value:.1f} %" for name, value in share.items())
     return all_of(
         statement(
             sum(share[name] for name in from_) > 0.5,
             f"most of it from {' and '.join(from_)}",
-            f"of {decimal(loss, 5)} J lost: {shown}",
+            f"of {decimal(lost['E'], 5)} J lost: {shown}",
         ),
         "Nearly all of it is rotational; E_pot gains.",
     )
@@ -666,17 +604,15 @@ def _correlation(name: str, run: Run) -> float:
 )
 def rates_oscillate(run: Run = REFERENCE) -> Finding:
     """E_dot, E_pot_dot and E_trans_dot oscillate."""
-    checks: dict[str, Check] = {}
+    parts = {}
     for name in ("E_dot", "E_pot_dot", "E_trans_dot"):
         values = run.extrema(name)[1]
         extrema = len(values) - 2
         changes = int((values[1:] * values[:-1] < 0).sum())
-        checks[name] = statement(
-            extrema > MANY and (changes > MANY or name == "E_dot"),
-            "oscillates",
-            f"{extrema} extrema, {changes} changes of sign",
-        )
+        oscillates = extrema > MANY and (changes > MANY or name == "E_dot")
+        parts[name] = oscillates, f"{extrema} extrema, {changes} changes of sign"
     highest = float(run.extrema("E_dot")[1].max())
     return all_of(
-        checks, f"E_dot is at most {decimal(highest, 3)} W, so it oscillates without changing sign."
+        statements("oscillates", parts),
+        f"E_dot is at most {decimal(highest, 3)} W, so it oscillates without changing sign.",
     )

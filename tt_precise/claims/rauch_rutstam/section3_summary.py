@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import REFERENCE, Run, variant
 from tt_precise.claims.evidence import formulas as f
+from tt_precise.claims.evidence.run import REFERENCE, Run, rows_of, variant
 from tt_precise.claims.evidence.sweeps import (
     AMPLITUDES,
     CONTACTS,
@@ -34,14 +34,15 @@ from tt_precise.claims.rauch_rutstam.section22_sweeps import (
     reference_lambda,
 )
 from tt_precise.claims.verdicts import (
+    EXACT,
     Check,
     Finding,
     all_of,
     decimal,
-    measured_text,
     readings,
     rounds_to,
     statement,
+    statements,
 )
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.vectors import cross, dot
@@ -96,10 +97,9 @@ def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) 
     usual = float(abs(tops["phi_dot"]).max())
     return all_of(
         statement(
-            float(lowest.value) < -FACTOR * usual,
+            float(lowest) < -FACTOR * usual,
             "large negative values",
-            f"{measured_text(lowest)} rad/s, against {decimal(usual, 3)} rad/s at the "
-            "maxima of theta",
+            f"{lowest} rad/s, against {decimal(usual, 3)} rad/s at the maxima of theta",
         ),
         "How deep it goes hangs on how near the axis happens to pass the pole, and with it on the "
         "last digits of the parameters: no value to aim at.",
@@ -160,21 +160,20 @@ def needed_up_to(limit: str = "83") -> Finding:
 def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
     """Every climb ends with a reversal of phi_dot, at which nu_y falls below nu_x."""
 
-    def check(rows: pandas.DataFrame) -> Check:
+    def close(rows: pandas.DataFrame) -> tuple[int, pandas.Series]:
         apart = (rows["nu_crossing_end"] - rows["t_end_A"]).abs()
-        count = int((apart <= float(tolerance)).sum())
-        return statement(
-            0 < count == len(rows),
-            "for all tested IC",
-            f"{count} of {len(rows)}, at most {number(apart.max(), 2)} s apart",
-        )
+        return int((apart <= float(tolerance)).sum()), apart
+
+    def check(rows: pandas.DataFrame) -> Check:
+        count, apart = close(rows)
+        shown = f"{count} of {len(rows)}, at most {number(apart.max(), 2)} s apart"
+        return statement(0 < count == len(rows), "for all tested IC", shown)
 
     held = starts(("phi_dot", *EVERY), "held")
     held = held[held["t_end_A"].notna()]
-    near = int(((held["nu_crossing_end"] - held["t_end_A"]).abs() <= float(tolerance)).sum())
     return readings(
         both_ways(("phi_dot", *EVERY), check),
-        f"Of the starts that invert and keep contact, {near} of {len(held)} have both "
+        f"Of the starts that invert and keep contact, {close(held)[0]} of {len(held)} have both "
         "within that time.",
     )
 
@@ -187,28 +186,21 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
 )  # fmt: skip
 def amplitudes_increase(usually: str = "0.5") -> Finding:
     """Starts that glide or nod usually oscillate more than the reference solution."""
-    known = reference()
+
+    def wider(rows: pandas.DataFrame, name: str) -> float:
+        return float((width(rows, name) > width(reference(), name)).mean())
+
     ahead = starts("nu_y", "through")
-    ahead = ahead[ahead["nu_y"] > 0]
-    calm = float((width(ahead, "theta_dot") > width(known, "theta_dot")).mean())
-
-    def check(series: str, contact: str) -> Check:
-        rows = starts(series, contact)
-        larger = {
-            name: float((width(rows, name) > width(known, name)).mean()) for name in AMPLITUDES
-        }
-        shown = ", ".join(f"{name} {share(part)}" for name, part in larger.items())
-        return statement(
-            all(part > float(usually) for part in larger.values()), "usually increase", shown
-        )
-
+    parts = {}
+    for series in EVERY:
+        for contact, reading in CONTACTS.items():
+            larger = {name: wider(starts(series, contact), name) for name in AMPLITUDES}
+            shown = ", ".join(f"{name} {share(part)}" for name, part in larger.items())
+            parts[f"{series}, {reading}"] = min(larger.values()) > float(usually), shown
     return readings(
-        {
-            f"{series}, {reading}": check(series, contact)
-            for series in EVERY
-            for contact, reading in CONTACTS.items()
-        },
-        f"With nu_y(0) > 0 alone, theta_dot ranges wider for {share(calm)} of the starts.",
+        statements("usually increase", parts),
+        "With nu_y(0) > 0 alone, theta_dot ranges wider for "
+        f"{share(wider(ahead[ahead['nu_y'] > 0], 'theta_dot'))} of the starts.",
     )
 
 
@@ -239,25 +231,21 @@ def energy_close_toleast_energy(close: str = CLOSE) -> Finding:
 def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
     """The torque changes omega and transfers the energy between the three modes."""
     q = f.motion()
-    known = dict(f.names()) | {
-        "omega": q.omega, "a": q.a, "F": q.force, "dot": dot, "cross": cross,
-    }  # fmt: skip
-    power = f.read(torque, known)
+    known = {"omega": q.omega, "a": q.a, "F": q.force, "dot": dot, "cross": cross}
+    power = f.read(torque, {**f.names(), **known})
     rotation = f.equal(power, f.rate_of("E_rot"), "E_rot_dot = omega.(a x F)")
     potential = f.equal("0", f.rate_of("E_pot"), "E_pot_dot without a torque = 0")
     work = "" if potential.holds else ": m g s_dot.z is the work of the weight"
+    every = statement(
+        rotation.holds and potential.holds,
+        "due to the torque",
+        f"E_pot changes without a torque{work}",
+    )
     return readings(
-        {
-            "between translation and rotation": rotation,
-            "between all three modes": statement(
-                rotation.holds and potential.holds,
-                "due to the torque",
-                f"E_pot changes without a torque{work}",
-            ),
-        },
+        {"between translation and rotation": rotation, "between all three modes": every},
         "E_trans and E_rot exchange omega.(a x F), E_trans and E_pot exchange m g s_dot.z, in "
         "which the torque has no part (EQ-34).",
-        proved=True,
+        EXACT,
     )
 
 
@@ -274,20 +262,19 @@ def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = START
     peaks = [_peak(phi_dot, around) for phi_dot in starts]
     found = [peak for peak in peaks if peak is not None]
     smooth = _peak("195", around) or (0.0, 0.0)
-    solutions = f"; {len(found)} of {len(starts)} solutions"
-
-    def visible(ratios: list[float], limit: int) -> Check:
-        return statement(
-            min(ratios) >= limit,
-            "well visible in all graphs",
-            f"at least {decimal(min(ratios), 3)} times{solutions}",
+    largest, usual = (min(ratios) for ratios in zip(*found, strict=True))
+    parts = {
+        name: (
+            ratio >= limit,
+            f"at least {decimal(ratio, 3)} times; {len(found)} of {len(starts)} solutions",
         )
-
+        for name, ratio, limit in (
+            ("twice as high as anything before", largest, 2),
+            ("ten times as high as usual (median)", usual, 10),
+        )
+    }
     return readings(
-        {
-            "twice as high as anything before": visible([largest for largest, _ in found], 2),
-            "ten times as high as usual (median)": visible([usual for _, usual in found], 10),
-        },
+        statements("well visible in all graphs", parts),
         "The peaks are taken at events, so none is missed. For the start of Fig. 8, called "
         f"exceptionally smooth, the peak is {decimal(smooth[0], 3)} times as high.",
     )
@@ -299,7 +286,7 @@ def _peak(phi_dot: str, around: float) -> tuple[float, float] | None:
     end = run.inversion.A.t_end
     if end is None:
         return None
-    turns = run.events[run.events["name"].isin(["theta_min", "theta_max"])]
+    turns = rows_of(run, "theta_min", "theta_max")
     speed = turns["phi_dot"].astype(float).abs()
     before = speed[(turns["t"] > run.inversion.equator) & (turns["t"] < end - 0.3)]
     near = speed[abs(turns["t"] - end) < around]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from tt_precise.claims.evidence import REFERENCE, Run, SceneLike
 from tt_precise.claims.evidence.motions import minima
+from tt_precise.claims.evidence.run import REFERENCE, Run, SceneLike
 from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report.document import Figure
 from tt_precise.report.evidence import precision_runs
