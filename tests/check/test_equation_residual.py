@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from math import factorial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,7 +17,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.check import equations
 from tt_precise.check.columns import COLUMN_SETS
-from tt_precise.check.equations import EquationResidual, SummedResidual
+from tt_precise.check.equations import EPS, EquationResidual, SummedResidual, integral
 from tt_precise.check.samples import CheckSetup
 from tt_precise.check.sources import open_source
 from tt_precise.engines.adapters import COLUMNS
@@ -208,3 +209,23 @@ def test_what_was_summed_so_far_goes_on_in_the_next_block() -> None:
         )  # fmt: skip
         residual.balance = lambda _, found=found: found
         assert total(samples).tolist() == pytest.approx([0, expected])
+
+
+def test_hermites_rule_is_exact_up_to_its_degree_and_not_beyond() -> None:
+    for terms in (1, 2, 3, 5, 8, 13):
+        for degree, exact in ((2 * terms - 1, True), (2 * terms, False)):
+            # h^degree about 0 and about 1, over [0, 1]; its integral is 1/(degree + 1)
+            left = numpy.zeros((1, 2 * terms + 1, 1))
+            left[0, degree] = 1
+            right = numpy.array(
+                [
+                    [
+                        [factorial(degree) / factorial(j) / factorial(degree - j)]
+                        for j in range(degree + 1)
+                    ]
+                ]
+            )
+            found = integral(left[:, :terms], right[:, :terms], numpy.ones(1), terms)[0, 0]
+            error = abs(found * (degree + 1) - 1)
+            # the weights alternate: their sum loses up to 2^terms eps
+            assert (error < 2 ** (2 * terms) * EPS) == exact, (terms, degree, error)

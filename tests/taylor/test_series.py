@@ -13,6 +13,8 @@ from tt_precise.taylor.series import (
     SeriesFunctions,
     Sized,
     SizedFunctions,
+    Truncated,
+    coefficients,
     constant,
     rate,
     solution,
@@ -88,6 +90,44 @@ def test_a_size_bounds_what_errors_of_the_summands_make(name: str) -> None:
 
 
 def test_series_take_arrays_on_either_side() -> None:
-    found = numpy.array([1.0, 2.0]) * constant(numpy.array([3.0, 4.0]))
-    assert isinstance(found, Series)
-    assert found[0].tolist() == [3.0, 8.0]
+    array = numpy.array([2.0, 3.0])
+    for h in (Truncated(numpy.ones((2, 2))), Series(lambda c, k: 1.0 + 0 * array)):
+        for found in (array * h, h * array):
+            assert isinstance(found, Series)
+            assert [found[k].tolist() for k in (0, 1)] == [[2, 3], [2, 3]]
+        assert [(array + h)[k].tolist() for k in (0, 1)] == [[3, 4], [1, 1]]
+        assert [(array - h)[k].tolist() for k in (0, 1)] == [[1, 2], [-1, -1]]
+        assert [(h / array)[k].tolist() for k in (0, 1)] == [[1 / 2, 1 / 3], [1 / 2, 1 / 3]]
+
+
+def test_a_truncated_series_is_the_series() -> None:
+    """1/(1 - h) = 1 + h + h^2 + ..., its square has the coefficients 1, 2, 3, ..."""
+    h = Truncated(numpy.array([[0.0], [1.0], [0.0], [0.0], [0.0]]))
+    geometric = Truncated(numpy.array((1 / (1 - h)).upto(4)))
+    square = geometric * geometric
+    assert isinstance(square, Truncated)
+    assert square.c[:, 0].tolist() == [1, 2, 3, 4, 5]
+    assert square.rate[:, 0].tolist() == [2, 6, 12, 20]
+    assert [(square / geometric)[k][0] for k in range(5)] == [1] * 5
+    assert [(square + 1 / (1 - h))[k][0] for k in range(5)] == [2, 3, 4, 5, 6]
+    random = numpy.random.default_rng(1).uniform(0.1, 1, (8, 6, 4))
+    fn = SeriesFunctions(numpy)
+    for function in (
+        lambda x, y: (1 + x) * (y - 3) * (3 - x) - 2 * x / 3 + -y,
+        lambda x, y: fn.sqrt(1 + x * x) * y / (1 + x),
+    ):
+        whole = function(*map(Truncated, random[:2])).upto(5)
+        lazy = function(*(Series(lambda c, k: 0.0, c) for c in random[:2])).upto(5)
+        assert numpy.array(whole) == pytest.approx(numpy.array(lazy), rel=1e-12)
+
+
+def test_the_coefficients_of_an_oscillator(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tt_precise.taylor.series.ROWS", 3)
+    t = numpy.linspace(0, 3, 7)
+    x, v = coefficients(lambda s: (s[1], -s[0]), [numpy.sin(t), numpy.cos(t)], 12)
+    derivatives = (numpy.sin(t), numpy.cos(t), -numpy.sin(t), -numpy.cos(t))
+    eps = numpy.finfo(float).eps
+    for k in range(13):
+        bound = 4 * eps / math.factorial(k)
+        assert x[k] == pytest.approx(derivatives[k % 4] / math.factorial(k), rel=0, abs=bound)
+    assert (v[0] == numpy.cos(t)).all()

@@ -31,15 +31,16 @@ from tt_precise.mechanics.formulations import Formulation, elastic_in_time, form
 from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries, integral, solution
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
+from tt_precise.taylor.series import Series, SeriesFunctions, Truncated, coefficients
 
 ON_TABLE = 1e-9  # of R: below this a rigid table is touched
 POINTS = 9  # of an interval, at which a solution is looked at
 State = NewtonState | LiftedState
+SERIES = SeriesFunctions(numpy)
 
 
 class RowsUnder(NamedTuple):
@@ -86,7 +87,7 @@ def rates_of(
     form: Formulation, body: Parameters
 ) -> Callable[[tuple[Scalar, ...]], Sequence[Scalar]]:
     """The equations of ``form`` for series."""
-    return lambda entries: form.rates(body, form.State(*entries), SeriesFunctions)
+    return lambda entries: form.rates(body, form.State(*entries), SERIES)
 
 
 class SolvedRows:
@@ -102,24 +103,28 @@ class SolvedRows:
             self.state = type(state)(*map(self._together, zip(*solved, strict=True)))
 
     def _solved(self, state: State, part: RowsUnder) -> State:
-        start = [entry[part.rows] for entry in state]
+        start = numpy.array([entry[part.rows] for entry in state])
         width = len(part.form.columns)
-        series = [*solution(rates_of(part.form, self._body), start[:width], self._order)]
-        for constant in start[width:]:
-            series.append(TaylorSeries(numpy.zeros_like(series[0].c)))
-            series[-1].c[0] = constant
-        return type(state)(*series)
+        series = numpy.zeros((len(start), self._order + 1, len(start[0])))
+        series[:width] = coefficients(
+            rates_of(part.form, self._body), list(start[:width]), self._order
+        )
+        series[width:, 0] = start[width:]
+        return type(state)(*map(Truncated, series))
 
-    def _together(self, series: Sequence[TaylorSeries]) -> TaylorSeries:
+    def _together(self, series: Sequence[Truncated]) -> Truncated:
         whole = numpy.empty((self._order + 1, self._count))
         for part, found in zip(self.parts, series, strict=True):
             whole[:, part.rows] = found.c
-        return TaylorSeries(whole)
+        return Truncated(whole)
+
+    def _terms(self, series: Series) -> Array:
+        return numpy.array(series.upto(self._order))
 
     def _motions(self) -> Iterator[tuple[RowsUnder, Motion]]:
         for part in self.parts:
-            state = type(self.state)(*(TaylorSeries(x.c[:, part.rows]) for x in self.state))
-            yield part, Motion(self._body, state, SeriesFunctions, part.form.model)
+            state = type(self.state)(*(Truncated(x.c[:, part.rows]) for x in self.state))
+            yield part, Motion(self._body, state, SERIES, part.form.model)
 
     @property
     def power(self) -> Array:
@@ -127,7 +132,7 @@ class SolvedRows:
         found = numpy.zeros((self._order + 1, self._count))
         for part, q in self._motions():
             if part.form.model not in ("rolling", "flight"):
-                found[:, part.rows] = quantities.E_dot(q).c
+                found[:, part.rows] = self._terms(quantities.E_dot(q))
         return found
 
     def stays(self, steps: Array) -> Array:
@@ -142,7 +147,7 @@ class SolvedRows:
             margin = q.state.height if flies else q.force[2]
             if part.form.model == "rolling":
                 margin = cone_margin(self._body, q.state)
-            margins[:, part.rows] = margin.c
+            margins[:, part.rows] = self._terms(margin)
             which[part.rows] = flies
         # just behind a loss of contact a row is still at the table, which would have to pull it
         held = margins[0] >= 0
@@ -195,8 +200,7 @@ def follow(
     open_ = numpy.arange(len(spans))
     for count in range(1, MOST_STEPS + 1):
         both = here[:, open_].reshape(len(start), -1)
-        c = numpy.array([entry.c for entry in solution(rates, list(both), TERMS)])
-        c = c.reshape(len(start), TERMS + 1, len(open_), 2)
+        c = coefficients(rates, list(both), TERMS).reshape(len(start), TERMS + 1, len(open_), 2)
         h = numpy.minimum(_step(abs(c[:, :, :, 0]) / sizes[:, None, None]), spans[open_] - t[open_])
         ahead = _at(c, h)
         growth = (abs(ahead[:, :, 1] - ahead[:, :, 0]) / size).max(axis=0) / NUDGE
@@ -258,6 +262,24 @@ class Residuals:
     energy_bound: numpy.ndarray
     ends: numpy.ndarray
     within: numpy.ndarray
+
+
+def integral(left: Array, right: Array, steps: Array, terms: int) -> Array:
+    """Integrals over intervals of functions with these Taylor coefficients at both ends.
+
+    Hermite's two-point rule with ``terms`` coefficients at either end, exact for polynomials of
+    degree 2 ``terms`` - 1. ``left`` and ``right`` have shape (functions, terms or more,
+    intervals); the result has shape (functions, intervals).
+    """
+    total = numpy.zeros((len(left), len(steps)))
+    power = numpy.array(steps)
+    f, m = math.factorial, terms
+    for j in range(m):
+        weight = f(m) * f(2 * m - j - 1) / (f(2 * m) * f(m - j - 1) * (j + 1))
+        other = right[:, j] if j % 2 == 0 else -right[:, j]
+        total += weight * power * (left[:, j] + other)
+        power = power * steps
+    return total
 
 
 class EquationResidual:

@@ -21,9 +21,9 @@ from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.taylor import SeriesFunctions, solution
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Scene
+from tt_precise.taylor.series import SeriesFunctions, coefficients
 
 EPS = float(numpy.finfo(float).eps)
 TINY = float(numpy.finfo(float).tiny)
@@ -322,14 +322,14 @@ class Carrier:
 
         def rates(entries: tuple[Scalar, ...]) -> Sequence[Scalar]:
             found: Sequence[Scalar] = self._form.rates(
-                self._body, self._form.State(*entries), SeriesFunctions
+                self._body, self._form.State(*entries), SeriesFunctions(numpy)
             )
             return found
 
         width = len(self._form.columns)
         with numpy.errstate(all="ignore"):
-            series = solution(rates, self._start[:width], ORDER)
-        return numpy.ascontiguousarray(numpy.array([s.c for s in series]).transpose(2, 1, 0))
+            found = coefficients(rates, self._start[:width], ORDER)
+        return numpy.ascontiguousarray(found.transpose(2, 1, 0))
 
     @cached_property
     def _scales(self) -> numpy.ndarray:

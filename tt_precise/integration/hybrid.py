@@ -20,6 +20,7 @@ from tt_precise.integration.dense_output import DenseOutput, SampleTimes, Stored
 from tt_precise.integration.equations import SLOW_SPEED, motion
 from tt_precise.integration.events import existing
 from tt_precise.integration.heyoka_backend import propagate, repeating
+from tt_precise.integration.onset import direction_on_the_cone, directions_from_rest, onset
 from tt_precise.integration.own_time import OnsetOutput, OwnTimeOutput, terms_for
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, refused_in_doubles
@@ -27,7 +28,6 @@ from tt_precise.mechanics import compliant, friction, rolling
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, STICKING, Formulation, raised
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.mechanics.onset import direction_on_the_cone, directions_from_rest, onset
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.errors import InputError

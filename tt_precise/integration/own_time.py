@@ -14,11 +14,11 @@ from tt_precise.integration.columns import Row
 from tt_precise.integration.dense_output import DenseOutput, Propagation, Times
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integration.events import EXTREMUM, Hit, event_named
+from tt_precise.integration.onset import OnsetSeries
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.conversion import euler_from_vectors
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.onset import OnsetSeries
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.progress import Progress

@@ -22,11 +22,11 @@ from tt_precise.integration.events import MOST_EVENTS
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.taylor import SeriesFunctions, TaylorSeries
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.startup import import_heyoka
 from tt_precise.sweeps.columns import Detector
+from tt_precise.taylor.series import SeriesFunctions, Truncated
 
 heyoka = import_heyoka()
 
@@ -252,16 +252,16 @@ class Zeros:
     def _series(self, one: Detector, steps: Steps, step: Array, lane: Array) -> Array:
         """Taylor coefficients of the function in some steps, shape (order + 1, positions)."""
         if one.turning:  # theta turns where the rate of kz = cos theta vanishes
-            return TaylorSeries(steps.columns(step, lane, self._height)[0]).rate
+            return Truncated(steps.columns(step, lane, self._height)[0]).rate
         body = self._form.body(self._bodies[:, steps.row[step, lane]])
         if one.event.gliding:
-            state = self._form.State(*map(TaylorSeries, steps.columns(step, lane)))
-            q = self._form.motion(body, state, SeriesFunctions)
+            state = self._form.State(*map(Truncated, steps.columns(step, lane)))
+            q = self._form.motion(body, state, SeriesFunctions(numpy))
         else:  # a function of axis and momentum, the first six entries
-            kx, ky, kz, Lx, Ly, Lz = map(TaylorSeries, steps.columns(step, lane, *range(6)))
-            q = Motion(body, NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), SeriesFunctions)
-        found: TaylorSeries = one.event.function(q)
-        return found.c
+            kx, ky, kz, Lx, Ly, Lz = map(Truncated, steps.columns(step, lane, *range(6)))
+            q = Motion(body, NewtonState(kx, ky, kz, Lx, Ly, Lz, 0, 0), SeriesFunctions(numpy))
+        order = steps.series.shape[2] - 1
+        return numpy.array(one.event.function(q).upto(order))
 
 
 # ---- polynomials ---------------------------------------------------------------------------

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy
 
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 
 
 def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
@@ -26,16 +27,21 @@ class Series:
 
     __slots__ = ("c", "step")
     __array_ufunc__ = None  # so that array * Series is left to Series
+    c: Any
 
-    def __init__(self, step: Callable[[list[Scalar], int], Scalar], first: Sequence[Scalar] = ()):
+    def __init__(self, step: Callable[[Any, int], Scalar], first: Sequence[Scalar] = ()):
         self.step, self.c = step, list(first)
+
+    def made(self, step: Callable[[Any, int], Scalar]) -> Series:
+        """The series of an operation with this one."""
+        return Series(step)
 
     def __getitem__(self, k: int) -> Scalar:
         while len(self.c) <= k:
             self.c.append(self.step(self.c, len(self.c)))
         return self.c[k]
 
-    def upto(self, k: int) -> list[Scalar]:
+    def upto(self, k: int) -> Any:
         """Coefficients 0 to ``k``, and those behind them that are known."""
         if len(self.c) <= k:
             _ = self[k]
@@ -43,26 +49,26 @@ class Series:
 
     def __add__(self, other: Scalar) -> Series:
         if isinstance(other, Series):
-            return Series(lambda c, k: self[k] + other[k])
-        return Series(lambda c, k: self[k] if k else self[0] + other)
+            return self.made(lambda c, k: self[k] + other[k])
+        return self.made(lambda c, k: self[k] if k else self[0] + other)
 
     __radd__ = __add__
 
     def __neg__(self) -> Series:
-        return Series(lambda c, k: -self[k])
+        return self.made(lambda c, k: -self[k])
 
     def __sub__(self, other: Scalar) -> Series:
         if isinstance(other, Series):
-            return Series(lambda c, k: self[k] - other[k])
-        return Series(lambda c, k: self[k] if k else self[0] - other)
+            return self.made(lambda c, k: self[k] - other[k])
+        return self.made(lambda c, k: self[k] if k else self[0] - other)
 
     def __rsub__(self, other: Scalar) -> Series:
-        return Series(lambda c, k: -self[k] if k else other - self[0])
+        return self.made(lambda c, k: -self[k] if k else other - self[0])
 
     def __mul__(self, other: Scalar) -> Series:
         if isinstance(other, Series):
-            return Series(lambda c, k: _dot(self.upto(k)[: k + 1], other.upto(k)[k::-1]))
-        return Series(lambda c, k: self[k] * other)
+            return self.made(lambda c, k: _dot(self.upto(k)[: k + 1], other.upto(k)[k::-1]))
+        return self.made(lambda c, k: self[k] * other)
 
     __rmul__ = __mul__
 
@@ -74,13 +80,62 @@ class Series:
 
     def __truediv__(self, other: Scalar) -> Series:
         if not isinstance(other, Series):
-            return Series(lambda c, k: self[k] / other)
-        return Series(
+            return self.made(lambda c, k: self[k] / other)
+        return self.made(
             lambda c, k: (self[k] - _dot(c, other.upto(k)[k:0:-1]) if k else self[0]) / other[0]
         )
 
     def __rtruediv__(self, other: Scalar) -> Series:
-        return Series(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
+        return self.made(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
+
+
+class Truncated(Series):
+    """A series cut off behind its last coefficient, of arrays: ``c`` has shape (terms, rows).
+
+    Sums and products are those of whole arrays: a polynomial of few rows takes a quarter of the
+    time.
+    """
+
+    __slots__ = ()
+
+    def __init__(self, c: Array):
+        self.c = c
+
+    @property
+    def rate(self) -> Array:
+        """Coefficients of the rate, one fewer."""
+        found: Array = self.c[1:] * numpy.arange(1, len(self.c))[:, None]
+        return found
+
+    def __add__(self, other: Scalar) -> Series:
+        if isinstance(other, Truncated):
+            return Truncated(self.c + other.c)
+        if isinstance(other, Series):
+            return super().__add__(other)
+        c = self.c.copy()
+        c[0] += other
+        return Truncated(c)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Series:
+        return Truncated(-self.c)
+
+    def __sub__(self, other: Scalar) -> Series:
+        return self + -other
+
+    def __rsub__(self, other: Scalar) -> Series:
+        return -self + other
+
+    def __mul__(self, other: Scalar) -> Series:
+        if isinstance(other, Truncated):
+            product = self.c[0] * other.c
+            for k in range(1, len(product)):
+                product[k:] += self.c[k] * other.c[:-k]
+            return Truncated(product)
+        return super().__mul__(other) if isinstance(other, Series) else Truncated(self.c * other)
+
+    __rmul__ = __mul__
 
 
 class SeriesFunctions:
@@ -100,7 +155,7 @@ class SeriesFunctions:
             left = value[k] - _dot(c[1:], c[:0:-1]) if k > 1 else value[k]
             return left / (2 * c[0])
 
-        return Series(step)
+        return value.made(step)
 
     def exp(self, value: Scalar) -> Scalar:
         """The exponential: e' = value' e."""
@@ -112,7 +167,7 @@ class SeriesFunctions:
                 return self.fn.exp(value[0])
             return _dot(_rate(value.upto(k)[: k + 1]), c[::-1]) / k
 
-        return Series(step)
+        return value.made(step)
 
     def sin(self, angle: Scalar) -> Scalar:
         """The sine of an angle."""
@@ -181,6 +236,24 @@ def solution(
     entries = tuple(entry(i, first) for i, first in enumerate(start))
     slopes += rates(entries)
     return entries
+
+
+ROWS = 2048  # at a time, so that all series between stay in the cache
+
+
+def coefficients(
+    rates: Callable[[tuple[Series, ...]], Sequence[Scalar]], start: Sequence[Array], terms: int
+) -> Array:
+    """Those of the solutions through many rows: shape (entries, ``terms`` + 1, rows).
+
+    ``start`` holds an array for each entry; ``rates`` hold for every row alike.
+    """
+    found = numpy.empty((len(start), terms + 1, len(start[0])))
+    for first in range(0, found.shape[2], ROWS):
+        rows = slice(first, first + ROWS)
+        for c, series in zip(found, solution(rates, [x[rows] for x in start]), strict=True):
+            c[:, rows] = series.upto(terms)
+    return found
 
 
 class Sized:

@@ -2,35 +2,39 @@
 
 from typing import Any
 
+import mpmath
 import pytest
 
-from tt_precise.mechanics import friction, onset, rolling
+from tt_precise.integration import onset
+from tt_precise.integration.onset import OnsetSeries
+from tt_precise.mechanics import friction, rolling
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.onset import OnsetSeries
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.laws import COULOMB
 
 TERMS = 16
+mp = mpmath.MPContext()
+mp.dps = 60
 
 
-def body(mp: Any, mu: Any) -> Parameters:
+def body(mu: Any) -> Parameters:
     given = [mp.mpf(x) for x in (1, 1, "0.3", "0.375", "0.4", 1)]
     m, R, alpha, I1, I3, g = given
     return Parameters(m, R, alpha, I1, I3, g, mu, friction=COULOMB)
 
 
-def state(mp: Any) -> NewtonState:
+def state() -> NewtonState:
     k = (mp.mpf("0.6"), mp.mpf("0.0"), mp.mpf("0.8"))
     return NewtonState(*(*k, *map(mp.mpf, ("0.1", "-0.05", "0.8")), mp.mpf(0), mp.mpf(0)))
 
 
-def ratio(mp: Any) -> Any:
+def ratio() -> Any:
     """mu for which the force of rolling is on the cone."""
-    x, y, z = rolling.constraint_force(body(mp, mp.mpf(1)), state(mp))
+    x, y, z = rolling.constraint_force(body(mp.mpf(1)), state())
     return mp.hypot(x, y) / z
 
 
-def residual(mp: Any, top: Parameters, series: OnsetSeries, t: Any) -> Any:
+def residual(top: Parameters, series: OnsetSeries, t: Any) -> Any:
     """How far the series is from v_A_dot = the acceleration, at one time."""
 
     def velocity(time: Any) -> tuple[Any, Any]:
@@ -43,41 +47,41 @@ def residual(mp: Any, top: Parameters, series: OnsetSeries, t: Any) -> Any:
     return max(abs(slopes[0] - rate.vx), abs(slopes[1] - rate.vy))
 
 
-def test_on_the_cone_speed_begins_with_the_square_of_time(mp: Any) -> None:
-    top = body(mp, ratio(mp))
-    assert abs(friction.cone_margin(top, state(mp))) < mp.mpf("1e-40")
-    e = onset.direction_on_the_cone(top, state(mp), mp)
+def test_on_the_cone_speed_begins_with_the_square_of_time() -> None:
+    top = body(ratio())
+    assert abs(friction.cone_margin(top, state())) < mp.mpf("1e-40")
+    e = onset.direction_on_the_cone(top, state(), mp)
     eps = mp.mpf("1e-16")
-    series = onset.onset(top, state(mp), e, TERMS, eps, mp, on_the_cone=True)
+    series = onset.onset(top, state(), e, TERMS, eps, mp, on_the_cone=True)
     v = series.coefficients[6]
     assert v[0] == v[1] == 0 != v[2]
     # relative to v, which is v_2 t^2; the last terms bound what is left out, 100 for the many parts
     t = series.until / 2
-    assert residual(mp, top, series, t) < 100 * eps * abs(v[2]) * t
+    assert residual(top, series, t) < 100 * eps * abs(v[2]) * t
     # negative control: one coefficient of the direction off by 1e-6
     series.coefficients[7][1] *= 1 + mp.mpf("1e-6")
-    assert residual(mp, top, series, t) > 1000 * eps * abs(v[2]) * t
+    assert residual(top, series, t) > 1000 * eps * abs(v[2]) * t
 
 
-def test_outside_the_cone_gliding_begins_at_once(mp: Any) -> None:
-    top = body(mp, ratio(mp) / 2)
-    (e,) = onset.directions_from_rest(top, state(mp), mp)
+def test_outside_the_cone_gliding_begins_at_once() -> None:
+    top = body(ratio() / 2)
+    (e,) = onset.directions_from_rest(top, state(), mp)
     eps = mp.mpf("1e-16")
-    series = onset.onset(top, state(mp), e, TERMS, eps, mp, on_the_cone=False)
+    series = onset.onset(top, state(), e, TERMS, eps, mp, on_the_cone=False)
     assert series.coefficients[6][1] > 0
-    assert residual(mp, top, series, series.until / 2) < 100 * eps
+    assert residual(top, series, series.until / 2) < 100 * eps
 
 
-def test_within_the_cone_nothing_begins(mp: Any) -> None:
-    assert onset.directions_from_rest(body(mp, 2 * ratio(mp)), state(mp), mp) == []
+def test_within_the_cone_nothing_begins() -> None:
+    assert onset.directions_from_rest(body(2 * ratio()), state(), mp) == []
 
 
 @pytest.mark.parametrize("terms", [8, 12])
-def test_more_terms_reach_further(mp: Any, terms: int) -> None:
-    top, eps = body(mp, ratio(mp) / 2), mp.mpf("1e-16")
-    (e,) = onset.directions_from_rest(top, state(mp), mp)
+def test_more_terms_reach_further(terms: int) -> None:
+    top, eps = body(ratio() / 2), mp.mpf("1e-16")
+    (e,) = onset.directions_from_rest(top, state(), mp)
     short, long = (
-        onset.onset(top, state(mp), e, n, eps, mp, on_the_cone=False) for n in (terms, 2 * terms)
+        onset.onset(top, state(), e, n, eps, mp, on_the_cone=False) for n in (terms, 2 * terms)
     )
     assert long.until > short.until
     t = short.until / 2

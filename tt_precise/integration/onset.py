@@ -11,17 +11,35 @@ outside the cone from the first v_1 > 0, and the series converges.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy
 
 from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.taylor import Growing, SeriesTape
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
+from tt_precise.taylor.series import Series
 
 DIRECTIONS = 64  # in which gliding may begin, looked at for changes of sign
+
+
+class _Registered(Series):
+    """A series that is listed in ``all``, as are those that are made of it."""
+
+    __slots__ = ("all",)
+
+    def __init__(
+        self, every: list[Series], step: Callable[[Any, int], Scalar], first: Sequence[Scalar] = ()
+    ):
+        super().__init__(step, first)
+        self.all = every
+
+    def made(self, step: Callable[[Any, int], Scalar]) -> Series:
+        self.all.append(_Registered(self.all, step))
+        return self.all[-1]
 
 
 @dataclass(frozen=True)
@@ -93,46 +111,43 @@ def onset(
 
     ``state`` is at rest, of mpmath numbers of the context ``fn``; e is its first direction.
     """
-    tape = SeriesTape(terms, 1, fn.fdot)
-    entries = [Growing(tape, lambda c, k: c[k]) for _ in range(8)]
+    operations: list[Series] = []
+    # the next coefficients are known before they are asked for
+    entries = [_Registered(operations, lambda c, k: None, [x]) for x in (*state[:6], *e)]
     rate = friction.along_direction(body, NewtonState(*entries))
     ex, ey = entries[6:]
     along = ex * rate.vx + ey * rate.vy
     across = ex * rate.vy - ey * rate.vx
-    operations = tape.nodes[8:]
-    v = [fn.mpf(0)] * (terms + 1)
+    v = [fn.mpf(0)]
     turning: list[Scalar] = []  # coefficients of the rate of e's angle
 
-    def computed(k: int) -> tuple[Scalar, Scalar]:
-        for node in operations:
-            node.c[k] = node.step(node.c, k)
-        return along.c[k][0], across.c[k][0]
+    def turned(k: int, known: tuple[Scalar, Scalar], angle: Scalar) -> Scalar:
+        """across_k where coefficient k of e is the known part turned by an angle."""
+        for operation in operations:
+            del operation.c[k:]
+        ex.c[k:], ey.c[k:] = [known[0] - angle * e[1]], [known[1] + angle * e[0]]
+        return across[k]
 
-    for entry, value in zip(entries, (*state[:6], *e), strict=True):
-        entry.c[0] = value
     slope = None
     for k in range(terms):
         if k:
             # e' = w n: the part of e_k that former coefficients of w give, then the newest one's
-            known = [
-                sum((turning[j] * m[k - 1 - j][0] for j in range(k - 1)), fn.mpf(0)) / k
-                for m in (-ey.c, ex.c)
-            ]
-            ex.c[k], ey.c[k] = known
-            _, rest = computed(k)
+            x, y = (
+                sum((turning[j] * m.c[k - 1 - j] for j in range(k - 1)), fn.mpf(0)) / k
+                for m in (ey, ex)
+            )
+            known = -x, y
+            rest = turned(k, known, 0)
             if slope is None:
-                ex.c[k], ey.c[k] = known[0] - e[1], known[1] + e[0]
-                slope = computed(k)[1] - rest
+                slope = turned(k, known, 1) - rest
             former = sum((v[j] * turning[k - j] for j in range(2, k + 1)), fn.mpf(0))
-            newest = (rest - former) / (v[1] - slope / k)
-            turning.append(newest)
-            ex.c[k], ey.c[k] = known[0] - newest * e[1] / k, known[1] + newest * e[0] / k
-        size, _ = computed(k)
+            turning.append((rest - former) / (v[1] - slope / k))
+            turned(k, known, turning[-1] / k)
         # on the cone v_A_dot vanishes but for rounding
-        v[k + 1] = fn.mpf(0) if not k and on_the_cone else size / (k + 1)
+        v.append(fn.mpf(0) if not k and on_the_cone else along[k] / (k + 1))
         for entry, part in zip(entries[:6], rate[:6], strict=True):
-            entry.c[k + 1] = part.c[k] / (k + 1)
-    columns = [[x[0] for x in entry.c[:terms]] for entry in entries]
+            entry.c.append(part[k] / (k + 1))
+    columns = [entry.c[:terms] for entry in entries]
     found = [*columns[:6], v[:terms], *columns[6:]]
     return OnsetSeries(numpy.array(found, dtype=object), _valid_until(found, eps, fn))
 
