@@ -14,8 +14,13 @@ DOCUMENTS = {
     "claims": "tt_precise.claims.committed:Claims",
     "extremes": "tt_precise.extremes.case:Extremes",
     "results": "tt_precise.report.build:Results",
+    "golden-manifest": "tt_precise.golden.documents:Manifest",
+    "golden-proof": "tt_precise.golden.documents:Proof",
+    "index": "tt_precise.vectors.documents:Index",
     "run": "tt_precise.commands.run:RunRecord",
     "tradeoff": "tt_precise.commands.tradeoff:Measured",
+    "vectors-states": "tt_precise.vectors.documents:States",
+    "vectors-steps": "tt_precise.vectors.documents:Steps",
 }
 
 

@@ -26,7 +26,6 @@ from tt_precise.golden.store import (
     EVENTS,
     FILES,
     MANIFEST,
-    NEEDED,
     SCENE,
     TRAJECTORY,
     Stored,
@@ -58,7 +57,7 @@ def stored(scene: tt.Scene) -> Stored:
         scene.text,
         Table(trajectory.columns, tuple(rows)),
         _printed(run.events),
-        {},
+        store.read("reference").manifest,  # whose hashes are those of other tables
     )
 
 
@@ -227,7 +226,7 @@ def _write(stored: Stored, folder: Path) -> None:
         SCENE: stored.scene_text,
         TRAJECTORY: stored.trajectory.csv(),
         EVENTS: stored.events.csv(),
-        MANIFEST: store.manifest_text(dict.fromkeys(NEEDED, "") | stored.manifest),
+        MANIFEST: store.manifest_text(stored.manifest),
     }
     (folder / NAME).mkdir(exist_ok=True)
     for file in FILES:
@@ -322,11 +321,11 @@ def test_what_no_build_wrote_is_neither_proved_nor_sealed(
     else:  # edited, so that its own hash no longer fits
         manifest.write_text(json.dumps(json.loads(manifest.read_text()) | json.loads(text)))
     before = manifest.read_text()
-    message = "got no digits, evidence" if text == "{}" else "has changed since it was built"
-    with pytest.raises(InputError, match=f"manifest.json {message}"):
+    message = ": got schema" if text == "{}" else " has changed since it was built"
+    with pytest.raises(InputError, match=f"manifest.json{message}"):
         record_proof(tmp_path / NAME)
     monkeypatch.setattr("tt_precise.certify.golden_proof.prove", None)
-    with pytest.raises(InputError, match=f"manifest.json {message}"):
+    with pytest.raises(InputError, match=f"manifest.json{message}"):
         certify(NAME, folder=tmp_path)
     assert manifest.read_text() == before
     assert not (tmp_path / NAME / PROOF).exists()

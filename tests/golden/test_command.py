@@ -114,7 +114,7 @@ def test_a_manifest_that_lacks_what_is_listed_is_one_line(
     (small.folder / "reference" / MANIFEST).write_text("{}")
     assert main(["golden", "list", "--folder", str(small.folder)]) == 2
     captured = capsys.readouterr()
-    assert "manifest.json: not of its form (KeyError: 'files')" in captured.err
+    assert "manifest.json: got schema 'None'" in captured.err
     assert captured.err.count("\n") == 1
 
 

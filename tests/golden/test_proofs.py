@@ -214,7 +214,6 @@ EDITS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "rounded ones": (lambda c: c[EVENTS]["columns"]["t"].update(rounded=-1), "other entries of t"),
     "wrong ones": (lambda c: c[EVENTS]["columns"]["t"].update(wrong=1), "1 entries of t are"),
     "rounded": (lambda c: c.update(rounded=7), "rounded is not the sum"),
-    "nonsense": (lambda c: c.update(inversion=7), "cannot be checked"),
 }
 
 
@@ -260,7 +259,9 @@ def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
     assert "golden certify" in why
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"schema": "tt_precise.proof/4"}', '{"schema": 7}'])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"schema": "tt_precise.proof/4"}', '{"schema": 7}']
+)
 def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) -> None:
     (folder / NAME / PROOF).write_text(text)
     with pytest.raises(InputError):
@@ -287,11 +288,11 @@ def test_a_truncated_proof_says_nothing_of_the_climb(folder: Path) -> None:
     assert problems(folder) == [f"{PROOF}: no climb, by a proof that ends early"]
 
 
-@pytest.mark.parametrize("version", [0, 10**6, "1", None])
+@pytest.mark.parametrize("version", [0, 10**6, "1", None, 1.5])
 def test_a_proof_by_another_prover_is_refused(folder: Path, scene: Scene, version: object) -> None:
     """One older than the last change that mattered to soundness, or one that nobody knows."""
     edit_proof(folder, lambda content: content["prover"].update(version=version), seal=True)
-    with pytest.raises(InputError, match=f"version {version} of the prover"):
+    with pytest.raises(InputError, match="version"):
         proofs.read(NAME, folder)
     assert established(scene, folder)[0] is None
     assert verify_scene(NAME, folder).verdict == "fail"

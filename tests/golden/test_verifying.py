@@ -117,9 +117,9 @@ def test_swapped_columns_are_found_and_named(small: Small) -> None:
         ),
         (lambda m: m["files"][EVENTS].update(rows=1), "events.csv: rows is '1'"),
         (lambda m: m.update(scene="other"), "manifest.json: scene is 'other'"),
-        (lambda m: m.update(schema="tt_precise.golden/0"), "schema is 'tt_precise.golden/0'"),
-        (lambda m: m.pop("evidence"), "manifest.json: evidence missing"),
-        (lambda m: m["files"].update({"scene.toml": {}}), "scene.toml: says something else"),
+        (lambda m: m.update(schema="tt_precise.golden/0"), "got schema 'tt_precise.golden/0'"),
+        (lambda m: m.pop("evidence"), "missing required field `evidence`"),
+        (lambda m: m["files"].update({"scene.toml": {}}), "missing required field `sha256`"),
     ],
 )
 def test_an_edited_manifest_is_found_and_named(

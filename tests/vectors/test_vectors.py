@@ -394,11 +394,13 @@ def test_an_index_that_was_sealed_again_is_noticed(
     (tmp_path / "rolling" / "notes.csv").unlink()
     entry = json.loads(whole)["files"][0]
     for changed in (
-        {"schema": "tt_precise.index/2"}, {"licence": "none"}, {"units": "cgs"}, {"more": 1},
+        {"licence": "none"}, {"units": "cgs"}, {"more": 1},
         {"files": [{**entry, "sha256": 64 * "0"}, *json.loads(whole)["files"]]},
     ):  # fmt: skip
         file.write_text(json.dumps({**json.loads(whole), **changed}, indent=1) + "\n")
         assert found() == ["index.json: differs from a fresh index, except in its files"], changed
+    file.write_text(whole.replace("tt_precise.index/1", "tt_precise.index/2"))
+    assert "index.json: no index" in found()[0]
     for name in entry:
         files = [{**entry, name: "other"}, *json.loads(whole)["files"][1:]]
         file.write_text(json.dumps({**json.loads(whole), "files": files}))

@@ -15,6 +15,7 @@ from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
     from tt_precise.golden import Built, Verification
+    from tt_precise.golden.store import Stored
 
 SCHEMA = "tt_precise.golden.{}/1"
 CHECK_FAILED = 1
@@ -100,17 +101,13 @@ def verify_command(
 def list_command(folder: Path | None, as_json: bool) -> int:
     """List the scenes that have golden data, and shipped ones that lack them."""
     from tt_precise.golden import proofs, store
-    from tt_precise.runtime import records
     from tt_precise.scene.scene import shipped
 
     present = store.scenes(folder)
     entries = []
     for name in present:
         stored = store.read(name, folder)
-        place = stored.folder / name / store.MANIFEST
-        with records.of_its_form(place, "the manifest of golden data"):
-            entries.append(_listed(stored.manifest))
-        entries[-1] |= {"scene": name, "proof": proofs.summary(stored, folder)}
+        entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
     missing = [name for name in shipped() if name not in present]
     if as_json:
         listed = {"schema": SCHEMA.format("list"), "scenes": entries, "missing": missing}
@@ -253,10 +250,11 @@ def vectors_command(build: bool, index_only: bool, folder: Path | None, as_json:
     return 1 if problems else 0
 
 
-def _listed(manifest: dict[str, Json]) -> dict[str, Json]:
+def _listed(stored: Stored) -> dict[str, Json]:
+    manifest = stored.manifest
     return {
-        "scene": "",
-        **{key: manifest.get(key) for key in ("title", "status", "t_end", "digits")},
+        "scene": stored.name,
+        **{key: manifest[key] for key in ("title", "status", "t_end", "digits")},
         "rows": manifest["files"]["trajectory.csv"]["rows"],
         "events": manifest["files"]["events.csv"]["rows"],
         "agreement": manifest["evidence"]["agreement"],

@@ -23,6 +23,7 @@ from tt_precise.exact.jellett import jellett_along
 from tt_precise.golden import store
 from tt_precise.golden.closed_form import closed_form
 from tt_precise.golden.digits import DIGITS, RULE, column_digits, scale_of
+from tt_precise.golden.documents import Manifest
 from tt_precise.golden.runs import LADDER, Consensus, Run, Task, perform, reconcile, tasks
 from tt_precise.golden.store import EVENTS, MANIFEST, OWN, SCENE, TRAJECTORY, Folder, Stored
 from tt_precise.golden.table import Table
@@ -44,7 +45,7 @@ from tt_precise.runtime.workers import Call, Failure, local_pool
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene, parse_scene, shipped
 
-SCHEMA = "tt_precise.golden/2"
+SCHEMA = Manifest.__struct_config__.tag
 NEW, UNCHANGED, RENEWED = "new", "unchanged", "evidence renewed"
 REPLACED, REFUSED, FAILED = "replaced", "refused", "failed"
 
@@ -215,11 +216,11 @@ def _settle(
 ) -> tuple[str, str, int]:
     """Write the data of a scene, or leave them; outcome, note and digits claimed."""
     old, change = _compared(scene.name, place, consensus)
-    history: list[dict[str, str]] = list(old.manifest.get("history", [])) if old else []
+    history: list[dict[str, str]] = list(old.manifest["history"]) if old else []
     if change:
         if not reason:
             note = f'{change}; expected the same digits, or --replace "reason"'
-            return REFUSED, note, int(old.manifest.get("digits", 0)) if old else 0
+            return REFUSED, note, int(old.manifest["digits"]) if old else 0
         history.append({"reason": reason, "first_change": change})
     constant = constancies(scene, consensus.trajectory)
     content = compose(scene, consensus, runs, constant, history)

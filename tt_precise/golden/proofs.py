@@ -25,6 +25,7 @@ from typing import NamedTuple
 
 from tt_precise.golden import store
 from tt_precise.golden.digits import DIGITS, ZERO, column_digits, misprinted
+from tt_precise.golden.documents import Proof
 from tt_precise.golden.store import EVENTS, PROOF, PROOF_HASH, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import catalogue
@@ -37,7 +38,7 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene
 
-SCHEMA = "tt_precise.proof/4"
+SCHEMA = Proof.__struct_config__.tag
 # The version of the prover counts up with each change that matters to soundness; a proof by one
 # older than ``SOUND_SINCE`` is refused.
 PROVER = SOUND_SINCE = 1
@@ -50,12 +51,6 @@ FEW = 3  # of many equal complaints so many are listed
 FLOAT_SLACK = 1e-9  # of g_n/(m g) in double
 NO_TURNS = Turns((), (), ())
 _WIDE = Context(prec=400)
-_NEEDED = {
-    "bits", "conserved_within", "contact", "digits", "entries", "failure", "forever", "inversion",
-    "mismatches", "proved_events", "proved_until_s", "prover", "rounded", "scene", "scene_sha256",
-    "steps", "undecided_events", "unproved", ENCLOSURE, EVENTS_ENCLOSURE, EVENTS, TRAJECTORY,
-    PROOF_HASH,
-}  # fmt: skip
 
 
 def _digits_of(text: str) -> tuple[int, int]:
@@ -270,23 +265,14 @@ def read(name: str, folder: Path | None = None) -> Record | None:
         return None
     again = f"run `tt-precise golden certify {name}`"
     try:
-        content = records.parse_strictly((place / PROOF).read_bytes())
+        content = records.read_as_record(place / PROOF, Proof, "a proof")
         enclosure, events = (Table.parse((place / file).read_text("utf-8")) for file in files[1:])
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
+    except (InputError, OSError, ValueError) as error:
+        raise InputError(f"{name}: the proof cannot be used ({error}); {again}") from None
+    version = content["prover"]["version"]
+    if not SOUND_SINCE <= version <= PROVER:
         raise InputError(
-            f"{name}: {', '.join(files[:-1])} and {files[-1]} cannot be used ({reason}); {again}"
-        ) from None
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        raise InputError(f"{place / PROOF}: got another schema, expected {SCHEMA}; {again}")
-    missing = sorted(_NEEDED - content.keys())
-    if missing:
-        raise InputError(f"{place / PROOF}: {', '.join(missing)} missing; {again}")
-    prover = content["prover"]
-    version = prover.get("version") if isinstance(prover, dict) else None
-    if not isinstance(version, int) or not SOUND_SINCE <= version <= PROVER:
-        raise InputError(
-            f"{place / PROOF}: got a proof by version {str(version)[:20]} of the prover, expected "
+            f"{place / PROOF}: got a proof by version {version} of the prover, expected "
             f"{SOUND_SINCE} to {PROVER}; {again}"
         )
     return Record(content, enclosure, events)
@@ -315,7 +301,7 @@ def complaints(stored: Stored, record: Record, *, rows: bool = True) -> list[str
             if not found:
                 found += _times(stored, record)
                 found += _contact(stored, record)
-    except (ArithmeticError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+    except (ArithmeticError, ValueError, KeyError, IndexError) as error:
         found.append(f"{PROOF}: cannot be checked ({type(error).__name__}: {error})")
     return found
 

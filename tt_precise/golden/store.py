@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.golden.digits import scale_of
+from tt_precise.golden.documents import Manifest, Proof
 from tt_precise.golden.table import Table
 from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
@@ -33,7 +34,6 @@ SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
 MANIFEST, PROOF = "manifest.json", "proof.json"
 FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
 MANIFEST_HASH, PROOF_HASH = "sha256_of_manifest", "sha256_of_proof"
-NEEDED = {"schema", "scene", "model", "status", "digits", "files", "evidence", MANIFEST_HASH}
 
 PACKAGE = Path(__file__).resolve().parents[1]
 OWN = Path("golden")  # in the working directory, unless a folder is named
@@ -196,7 +196,7 @@ def read(scene: str | Path, folder: Folder = None) -> Stored:
     """
     name, parent = require(scene, folder)
     place = parent / name
-    manifest = records.read(place / MANIFEST, "the manifest of golden data")
+    manifest = records.read_as_record(place / MANIFEST, Manifest, "the manifest of golden data")
     trajectory, events = (_table(place / file) for file in (TRAJECTORY, EVENTS))
     return Stored(name, _text(place / SCENE), trajectory, events, manifest, parent)
 
@@ -310,28 +310,17 @@ def _json_hash(content: Json) -> str:
 def changed_files(stored: Stored) -> list[str]:
     """Which files are not those that were built, by their hashes; in one line, or []."""
     manifest = stored.manifest
-    recorded = {file: stated(manifest, file).get("sha256") for file in FILES[:-1]}
     found = {
         SCENE: scene_sha256(stored.scene_text),
         TRAJECTORY: stored.trajectory.sha256,
         EVENTS: stored.events.sha256,
     }
-    changed = [file for file, sha256 in found.items() if sha256 != recorded[file]]
-    if self_hash(manifest) != manifest.get(MANIFEST_HASH):
+    changed = [
+        file for file, sha256 in found.items() if sha256 != manifest["files"][file]["sha256"]
+    ]
+    if self_hash(manifest) != manifest[MANIFEST_HASH]:
         changed.append(MANIFEST)
     return [f"{', '.join(changed)} changed since it was built"] if changed else []
-
-
-def stated(manifest: dict[str, Json], file: str) -> dict[str, Json]:
-    """What a manifest says of a file; {} where it says nothing."""
-    files = manifest.get("files")
-    entry = files.get(file) if isinstance(files, dict) else None
-    return entry if isinstance(entry, dict) else {}
-
-
-def missing_keys(manifest: dict[str, Json]) -> list[str]:
-    """What a manifest of golden data has to have, and this one lacks."""
-    return sorted(NEEDED - manifest.keys())
 
 
 def require_manifest(stored: Stored) -> None:
@@ -340,15 +329,9 @@ def require_manifest(stored: Stored) -> None:
     Raises
     ------
     InputError
-        The manifest lacks keys, or is not the one that its own hash is of.
+        The manifest is not the one that its own hash is of.
     """
     manifest, name = stored.manifest, stored.name
-    missing = missing_keys(manifest)
-    if missing:
-        raise InputError(
-            f"{name}: {MANIFEST} got no {', '.join(missing)}, expected what "
-            f"`tt-precise golden build {name}` writes"
-        )
     if self_hash(manifest) != manifest[MANIFEST_HASH]:
         raise InputError(
             f"{name}: {MANIFEST} has changed since it was built; "
@@ -375,11 +358,11 @@ def proof_hash(place: Path) -> str | None:
     if not path.is_file():
         return None
     try:
-        content = records.read(path, "a proof")
-        found = self_hash(content, PROOF_HASH)
-        return found if found == content[PROOF_HASH] else ""
-    except (InputError, KeyError):
+        content = records.read_as_record(path, Proof, "a proof")
+    except InputError:
         return ""
+    found = self_hash(content, PROOF_HASH)
+    return found if found == content[PROOF_HASH] else ""
 
 
 def missing_proof(stored: Stored) -> list[str]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tt_precise.golden import proofs, store
-from tt_precise.golden.building import CONSTANT_TO, SCHEMA, constancies, derive
+from tt_precise.golden.building import CONSTANT_TO, constancies, derive
 from tt_precise.golden.digits import EXACT, as_decimal, correct_digits, misprinted
 from tt_precise.golden.runs import (
     LADDER,
@@ -190,7 +190,7 @@ def judge(
     """
     finer, double, telling = runs[0], runs[-1], runs[-2]
     found = list(problems)
-    status = stored.manifest.get("status")
+    status = stored.manifest["status"]
     if finer.status != status:
         found.append(f"status: {finer.label} ends {finer.status}, the manifest says {status}")
     worst = list(_compared(stored, TRAJECTORY, finer.trajectory, found))
@@ -213,10 +213,9 @@ def judge(
                 f"{rough}: double agrees to {rough.digits:.1f} digits, expected {expected:.1f}, "
                 f"as {telling.label} lost {lost:.1f}"
             )
-    claimed = stored.manifest.get("digits")
     return Verification(
         stored.name,
-        claimed if isinstance(claimed, int) else None,
+        stored.manifest["digits"],
         digits,
         finer.label,
         rough.digits if rough else None,
@@ -314,7 +313,7 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     except InputError as error:
         return None, [str(error)]
     problems = _problems_of_manifest(stored)
-    if store.scene_sha256(stored.scene_text) != store.stated(stored.manifest, SCENE).get("sha256"):
+    if store.scene_sha256(stored.scene_text) != stored.manifest["files"][SCENE]["sha256"]:
         problems.append(f"{SCENE}: says something else than when the data were built")
     problems += _another_scene(stored)
     expected = columns(scene)
@@ -356,10 +355,7 @@ def _problems_of_proof(stored: Stored) -> list[str]:
 
 def _problems_of_manifest(stored: Stored) -> list[str]:
     manifest = stored.manifest
-    missing = store.missing_keys(manifest)
-    if missing:
-        return [f"{MANIFEST}: {', '.join(missing)} missing, expected to be there"]
-    stated = {"schema": SCHEMA, "scene": stored.name, "model": stored.scene.model}
+    stated = {"scene": stored.name, "model": stored.scene.model}
     return [
         f"{MANIFEST}: {key} is {manifest[key]!r}, expected {value!r}"
         for key, value in stated.items()
@@ -376,8 +372,8 @@ def _problems_of_table(
     bad = misprinted(file, table)
     yield from bad[:FEW]
     if file == TRAJECTORY and not bad:
-        yield from _missing_times(scene, table, stored.manifest.get("status"))
-    if table.sha256 != store.stated(stored.manifest, file).get("sha256"):
+        yield from _missing_times(scene, table, stored.manifest["status"])
+    if table.sha256 != stored.manifest["files"][file]["sha256"]:
         yield f"{file}: changed since it was built; `git diff` shows where, if git has it"
 
 

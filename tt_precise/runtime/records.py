@@ -68,6 +68,19 @@ def load(path: Path, kind: type[Document], what: str) -> Document:
     return record_of(read(path, what), kind, shown(path), what)
 
 
+def read_as_record(path: Path, kind: type[Document], what: str) -> dict[str, Json]:
+    """The JSON object in a file, as it stands there, in the form of a record.
+
+    Raises
+    ------
+    InputError
+        As ``load``.
+    """
+    content = read(path, what)
+    record_of(content, kind, shown(path), what)
+    return content
+
+
 def record_of(content: Json, kind: type[Document], origin: str, what: str) -> Document:
     """The record that plain JSON values stand for; ``origin`` is where they are from.
 

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 from tt_precise.golden import store
+from tt_precise.golden.documents import Manifest
 from tt_precise.golden.store import VECTORS
 from tt_precise.runtime import records
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import atomic_write
 from tt_precise.runtime.progress import Progress, silent
-from tt_precise.runtime.untyped import Json
 from tt_precise.vectors import states, steps
+from tt_precise.vectors.documents import Index, Listed, States, Steps, Vectors
 
 LICENCE = "MIT"
 INDEX = "index.json"
-SCHEMAS = {
-    "index.json": "tt_precise.index/1",
-    "states.json": "tt_precise.vectors.states/3",
-    "steps.json": "tt_precise.vectors.steps/2",
-}
+FILES: dict[str, type[Vectors]] = {"states.json": States, "steps.json": Steps}
 UNITS = {
     "m": "kg", "R": "m", "alpha": "1", "I1": "kg m^2", "I3": "kg m^2", "g": "m/s^2",
     "mu": "s/m for viscous, else 1", "epsilon": "m/s", "k": "1", "omega": "rad/s",
@@ -71,7 +67,7 @@ def build(folder: Path, progress: Progress = silent) -> list[Path]:
     for name, text in vector_texts(progress).items():
         atomic_write(place / name, text)
     atomic_write(folder / INDEX, index_text(folder))
-    return [*(place / name for name in ("states.json", "steps.json")), folder / INDEX]
+    return [*(place / name for name in FILES), folder / INDEX]
 
 
 def verify(folder: Path, progress: Progress = silent) -> list[str]:
@@ -100,11 +96,11 @@ def stale(folder: Path) -> Iterator[str]:
         yield f"{INDEX}: missing; tt-precise golden vectors --build makes it"
         return
     try:
-        listed = records.read_as(file, "the index", _listed)
+        listed = {one.path: one for one in records.load(file, Index, "the index").files}
     except InputError:
         yield f"{INDEX}: no index; tt-precise golden vectors --build makes it"
         return
-    present = {entry["path"]: entry for entry in entries(folder)}
+    present = {one.path: one for one in entries(folder)}
     for path in sorted(listed.keys() - present.keys()):
         yield f"{path}: listed in {INDEX}, and missing"
     for path in sorted(present.keys() - listed.keys()):
@@ -124,10 +120,6 @@ def _files(folder: Path) -> set[str]:
     return {path.as_posix() for path in found if not any(part[0] == "." for part in path.parts)}
 
 
-def _listed(index: dict[str, Json]) -> dict[str, dict[str, Json]]:
-    return {entry["path"]: entry for entry in index["files"]}
-
-
 def vector_texts(progress: Progress = silent) -> dict[str, str]:
     """Name to content of the two vector files."""
     first = {
@@ -141,34 +133,27 @@ def vector_texts(progress: Progress = silent) -> dict[str, str]:
         "meaning": "the states of states.json after one step of the given length",
         "cases": steps.step_file(progress),
     }
-    both = {"states.json": first, "steps.json": second}
-    return {name: _text(name, content) for name, content in both.items()}
-
-
-def _text(name: str, content: dict[str, Json]) -> str:
     head = {
-        "schema": SCHEMAS[name],
         "licence": LICENCE,
         "digits": states.DIGITS,
         "units": UNITS,
         "forces": FORCES,
         "frame": "inertial, z up, the table at z = 0",
     }
-    return json.dumps(head | content, indent=1) + "\n"
+    texts = {}
+    for (name, kind), own in zip(FILES.items(), (first, second), strict=True):
+        content = {"schema": kind.__struct_config__.tag, **head, **own}
+        texts[name] = records.encode(records.record_of(content, kind, name, "test vectors"))
+    return texts
 
 
 def index_text(folder: Path) -> str:
     """The index as JSON: every file of the reference data."""
-    content = {
-        "schema": SCHEMAS[INDEX],
-        "licence": LICENCE,
-        "units": "SI; of every column in the scene's manifest.json, of vectors in the files",
-        "files": list(entries(folder)),
-    }
-    return json.dumps(content, indent=1) + "\n"
+    units = "SI; of every column in the scene's manifest.json, of vectors in the files"
+    return records.encode(Index(licence=LICENCE, units=units, files=list(entries(folder))))
 
 
-def entries(folder: Path) -> Iterator[dict[str, Json]]:
+def entries(folder: Path) -> Iterator[Listed]:
     """One entry a file, in order.
 
     Raises
@@ -177,22 +162,17 @@ def entries(folder: Path) -> Iterator[dict[str, Json]]:
         There is no golden data in ``folder``, or a file lacks what it should say of itself.
     """
     for name in _scenes(folder):
-        manifest = folder / name / store.MANIFEST
-        digits = records.read_as(manifest, "the manifest of golden data", _digits)
-        for file in sorted((folder / name).iterdir()):
+        place = folder / name
+        manifest = records.load(place / store.MANIFEST, Manifest, "the manifest of golden data")
+        for file in sorted(place.iterdir()):
             if file.name in KINDS:
                 kind, content = KINDS[file.name]
-                yield _entry(folder, file) | {
-                    "kind": kind, "content": content, "scene": name,
-                    "schema": _schema(file, kind), "digits": digits,
-                }  # fmt: skip
-    for name in ("states.json", "steps.json"):
+                yield _entry(folder, file, kind, content, name, manifest.digits)
+    for name in FILES:
         file = folder / VECTORS / name
         if file.is_file():
-            yield _entry(folder, file) | {
-                "kind": "vectors", "content": "inputs and expected values, decimal strings",
-                "scene": None, "schema": SCHEMAS[name], "digits": states.DIGITS,
-            }  # fmt: skip
+            content = "inputs and expected values, decimal strings"
+            yield _entry(folder, file, "vectors", content, None, states.DIGITS)
 
 
 def _scenes(folder: Path) -> list[str]:
@@ -202,20 +182,13 @@ def _scenes(folder: Path) -> list[str]:
     return names
 
 
-def _digits(manifest: dict[str, Json]) -> Json:
-    return manifest["digits"]
-
-
-def _schema(file: Path, kind: str) -> str:
-    """The schema that a JSON file names; a table has none in it."""
-    if file.suffix != ".json":
-        return f"tt_precise.{kind}/1"
-    return records.read_as(file, "a file of the reference data", lambda one: str(one["schema"]))
-
-
-def _entry(folder: Path, file: Path) -> dict[str, Json]:
-    return {
-        "path": file.relative_to(folder).as_posix(),
-        "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
-        "licence": LICENCE,
-    }
+def _entry(
+    folder: Path, file: Path, kind: str, content: str, scene: str | None, digits: int
+) -> Listed:
+    # a table names no schema
+    schema = f"tt_precise.{kind}/1"
+    if file.suffix == ".json":
+        schema = records.read_as(file, "a file of the reference data", lambda one: one["schema"])
+    sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
+    path = file.relative_to(folder).as_posix()
+    return Listed(path, sha256, LICENCE, kind, content, scene, schema, digits)
