@@ -49,7 +49,7 @@ def scene() -> tt.Scene:
 def stored(scene: tt.Scene) -> Stored:
     """Tables as golden data have them, printed from heyoka's own numbers at 200 bits."""
     run = tt.integrate(scene, precision="mp", bits=200, events=catalogue("gliding"))
-    trajectory = _printed(run.frame(numbers="native"))
+    trajectory = _printed(run.frame(numbers="exact"))
     times = map(exact_decimal, scene.sample_times)
     rows = [(str(t), *row[1:]) for t, row in zip(times, trajectory.rows, strict=True)]
     return Stored(

@@ -212,7 +212,7 @@ def test_what_a_person_reads(capsys: pytest.CaptureFixture[str]) -> None:
     )
     told = ["inverted:", "contact:", "motion:"]
     assert [line.split()[0] for line in lines[1:18]] == [*told, *STATE]
-    assert re.search(r"^ +theta 9\.\d+e-2 +\+- \d\.\d+e-1\d$", out, re.MULTILINE)
+    assert re.search(r"^ +theta 0\.09\d+ \+- \d\.\d+e-1\d$", out, re.MULTILINE)
     assert re.search(r"^  digits of the worst entry: 1\d\.\d$", out, re.MULTILINE)
     assert re.search(r"^  drift of jellett: \d\.\d+e-1\d$", out, re.MULTILINE)
     assert re.search(r"^  \d x theta_min$", out, re.MULTILINE)

@@ -52,14 +52,14 @@ def test_text_is_as_published(small: Small) -> None:
 
 
 def test_mpmath_numbers_keep_all_digits(small: Small) -> None:
-    numbers = tt.golden.load("reference", "native", folder=small.folder)
+    numbers = tt.golden.load("reference", "exact", folder=small.folder)
     text = tt.golden.load("reference", "text", folder=small.folder)
     context = numbers["kx"].iloc[0].context
     for value, cell in zip(numbers["kx"], text["kx"], strict=True):
         assert Decimal(context.nstr(value, 34)) == Decimal(cell)
 
 
-@pytest.mark.parametrize("numbers", ["float", "native"])
+@pytest.mark.parametrize("numbers", ["float", "exact"])
 def test_undefined_entries_are_missing(numbers: Numbers) -> None:
     frame = tt.golden.load("upright", numbers)
     assert frame["phi_dot"].isna().all()
@@ -69,7 +69,7 @@ def test_undefined_entries_are_missing(numbers: Numbers) -> None:
 def test_unknown_scenes_and_kinds_are_refused(small: Small) -> None:
     with pytest.raises(InputError, match="expected one of: reference"):
         tt.golden.load("nowhere", folder=small.folder)
-    with pytest.raises(InputError, match="expected one of: native, float, text"):
+    with pytest.raises(InputError, match="expected one of: exact, float, text"):
         tt.golden.load("reference", "decimal", folder=small.folder)  # type: ignore[arg-type]
 
 

@@ -35,7 +35,7 @@ def test_it_turns_as_fast_as_the_angular_velocity_says(half_quad: Trajectory) ->
     """2 q' = (0, omega) q, by differences of fourth order, in quad: phi and psi count as well."""
     h = 2.0**-18
     around = [0.25 + n * h for n in (-2, -1, 0, 1, 2)]
-    table = half_quad.frame(pose=True, times=around)
+    table = half_quad.frame(pose=True, times=around, numbers="exact")
     q = [np.array([row[name] for name in ("qw", "qx", "qy", "qz")]) for row in rows(table)]
     rate = (q[0] - 8 * q[1] + 8 * q[3] - q[4]) / (12 * h)
     w, x, y, z = q[2]
@@ -62,7 +62,7 @@ def rows(table: Any) -> list[Any]:
 
 def test_in_double_and_in_quad_alike(half: Scene, half_quad: Trajectory) -> None:
     coarse = integrate(half).frame(pose=True, times=["0.5"])
-    fine = half_quad.frame(pose=True, times=["0.5"])
+    fine = half_quad.frame(pose=True, times=["0.5"], numbers="exact")
     for name in Pose._fields:
         assert abs(float(fine[name][0]) - coarse[name][0]) < 1e-12
 
@@ -76,7 +76,7 @@ def test_what_was_recorded_is_used_and_else_integrated_once(half: Scene) -> None
 
 
 def test_euler_form_too(half: Scene, half_quad: Trajectory) -> None:
-    table = integrate(half, formulation="euler").frame(pose=True, times=["0.5"])
+    table = integrate(half, formulation="euler").frame(pose=True, times=["0.5"], numbers="exact")
     other = half_quad.frame(pose=True, times=["0.5"], numbers="float")
     assert np.abs(table.to_numpy() - other.to_numpy()).max() < 1e-11
 

@@ -152,7 +152,7 @@ def test_both_ways_of_reading_doubles_agree(double: Trajectory) -> None:
     """All times at once in NumPy, or one by one in mpmath."""
     times = [Fraction(k, 7) for k in range(0, 56, 5)]
     names = [*VECTOR_COLUMNS, *EULER_COLUMNS, "E", "g_n", "lambda"]
-    at_once, text = (double.frame(*names, times=times, numbers=form) for form in ("native", "text"))
+    at_once, text = (double.frame(*names, times=times, numbers=form) for form in ("exact", "text"))
     for name in names:
         one_by_one = text[name].astype(float).to_numpy()
         assert text[name].map(len).max() <= 24
@@ -165,7 +165,7 @@ def test_both_ways_of_reading_doubles_agree(double: Trajectory) -> None:
 def test_forms_of_numbers(half_quad: Trajectory) -> None:
     native, floats, text = (
         half_quad.frame("theta", times=["0.1", "0.3"], numbers=form)
-        for form in ("native", "float", "text")
+        for form in ("exact", "float", "text")
     )
     assert native["theta"].dtype == object
     assert floats["theta"].dtype == numpy.float64

@@ -128,7 +128,7 @@ def right_digits(run: Trajectory) -> float:
     names = [column for column in run.state.values if column in known.columns]
     number = run.precision.context.mpf
     inner = known[[number(t) < number(run.t_end) for t in known["t"]]]
-    rows = run.table(*names, times=inner["t"])
+    rows = run.table(*names, times=inner["t"], numbers="exact")
     errors = {
         column: floats(
             [

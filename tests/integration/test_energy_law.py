@@ -90,24 +90,26 @@ def imbalance(run: Trajectory, scene: Scene) -> float:
     Of a piece, of a joint between two, and of the whole motion.
     """
     lifted = ("height", "rise") if scene.lifts else ()
-    unit = float(run.frame("E", times=[Fraction(0)])["E"].iloc[0])
+    unit = float(run.frame("E", times=[Fraction(0)], numbers="exact")["E"].iloc[0])
     found, explained, before = [], 0.0, unit
     for piece in run.pieces:
         law = Law(scene, piece.model)
 
         def power(times: Any, law: Law = law) -> Any:
             exact = [Fraction(t) for t in times.tolist()]
-            return law.power(run.frame("vx", "vy", "g_n", *lifted, times=exact))
+            return law.power(run.frame("vx", "vy", "g_n", *lifted, times=exact, numbers="exact"))
 
         # a row at a bound is of the earlier piece
         after = Fraction(piece.begin) + (Fraction(1, 10**15) if piece.begin else 0)
-        ends = run.frame("E", *lifted, times=[after, Fraction(piece.end)]).to_dict("records")
+        ends = run.frame("E", *lifted, times=[after, Fraction(piece.end)], numbers="exact").to_dict(
+            "records"
+        )
         first, last = (float(row["E"]) for row in ends)
         held, left = (law.stored(float(row.get("height", 0))) for row in ends)
         work = integral(power, float(piece.begin), float(piece.end), 1e-16 * unit) + held - left
         found += [abs(last - first - work) / unit, abs(first - before) / unit]
         before, explained = last, explained + work
-    end = float(run.frame("E", times=[Fraction(run.t_end)])["E"].iloc[0])
+    end = float(run.frame("E", times=[Fraction(run.t_end)], numbers="exact")["E"].iloc[0])
     return max(*found, abs(end - unit - explained) / unit)
 
 

@@ -155,7 +155,9 @@ def test_digits_all_along_are_those_beside_the_truth(precision: str, tolerance: 
     by_column = [
         max(
             abs(ours - theirs)
-            for ours, theirs in zip(run.frame(n)[n], truth.frame(n)[n], strict=True)
+            for ours, theirs in zip(
+                run.frame(n, numbers="exact")[n], truth.frame(n, numbers="exact")[n], strict=True
+            )
         )
         for n in ("kx", "Lx", "vx")
     ]

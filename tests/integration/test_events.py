@@ -74,7 +74,7 @@ def test_every_event_lies_where_its_meaning_says(quad: Trajectory) -> None:
 
 def test_the_state_is_that_of_the_event_and_not_of_the_step(quad: Trajectory) -> None:
     events = quad.events.iloc[::40]
-    dense = quad.frame(times=events["t"])
+    dense = quad.frame(times=events["t"], numbers="exact")
     for name in ("kx", "ky", "kz", "theta_dot", "omega_3", "nu_x", "nu_y"):
         scale = max(abs(value) for value in events[name])
         apart = max(abs(a - b) for a, b in zip(events[name], dense[name], strict=True))

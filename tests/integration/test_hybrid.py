@@ -69,7 +69,9 @@ def test_a_top_that_lost_contact_flies_until_it_lands(flown: Trajectory) -> None
 def test_flight_is_its_closed_form(flown: Trajectory) -> None:
     begin = Fraction(flown.pieces[1].begin)
     times = [begin + Fraction(k, 1000) for k in (1, 5, 10)]
-    rows = flown.frame(*POSE, "z", times=[begin + Fraction(1, 10**12), *times]).to_dict("records")
+    rows = flown.frame(
+        *POSE, "z", times=[begin + Fraction(1, 10**12), *times], numbers="exact"
+    ).to_dict("records")
     body = flown.scene.body.numbers(float)
     first = RigidBodyState(*(rows[0][name] for name in POSE))
     for row in rows[1:]:
@@ -350,10 +352,12 @@ def test_the_speed_is_zero_while_it_sticks_and_continuous(quad: Trajectory) -> N
     glide, roll = ("gliding_speed", "g_n")
     inside = Fraction(1, 10**9)
     times = [Fraction(float(stick)) + inside, Fraction(float(slip)) - inside]
-    frame = quad.frame(glide, roll, times=times)
+    frame = quad.frame(glide, roll, times=times, numbers="exact")
     assert all(v == 0 for v in frame[glide])
     # at the joints force and state are one: v within 1 ns times the acceleration, some 10 m/s^2
-    around = quad.frame(glide, roll, times=[times[0] - 2 * inside, times[1] + 2 * inside])
+    around = quad.frame(
+        glide, roll, times=[times[0] - 2 * inside, times[1] + 2 * inside], numbers="exact"
+    )
     assert 0 < around[glide][0] < 1e-7
     assert 0 < around[glide][1] < 1e-15  # v begins with t^2
     assert abs(around[roll][1] / frame[roll][1] - 1) < 1e-6
@@ -364,8 +368,12 @@ def test_energy_falls_as_the_law_says(trajectory: Trajectory) -> None:
     end, parts = 0.03, 10
     nodes, weights = numpy.polynomial.legendre.leggauss(16)
     places = [(part + (x + 1) / 2) * end / parts for part in range(parts) for x in nodes]
-    rates = trajectory.frame("E_dot", times=places)["E_dot"].to_numpy().reshape(parts, -1)
-    first, last = trajectory.frame("E", times=[0, end])["E"]
+    rates = (
+        trajectory.frame("E_dot", times=places, numbers="exact")["E_dot"]
+        .to_numpy()
+        .reshape(parts, -1)
+    )
+    first, last = trajectory.frame("E", times=[0, end], numbers="exact")["E"]
     assert first > last
     assert last - first == pytest.approx(
         (rates @ weights).sum() * end / parts / 2, abs=1e-13 * first

@@ -44,7 +44,7 @@ def assert_never_nan(trajectory: Trajectory) -> None:
     """Nothing that leaves it is NaN or infinite, and nothing lies beyond its end."""
     assert math.isfinite(trajectory.t_end)
     assert all(value is None or abs(value) < math.inf for value in trajectory.state.values.values())
-    for numbers in ("native", "float", "text"):
+    for numbers in ("exact", "float", "text"):
         frame = trajectory.frame("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy", numbers=numbers)
         assert numpy.isfinite(frame.astype(float).to_numpy()).all()
         assert float(frame["t"].iloc[-1]) <= float(trajectory.t_end)

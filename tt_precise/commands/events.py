@@ -101,7 +101,7 @@ def _lines(run: Trajectory) -> list[str]:
 
     quantities = {
         name: QUANTITIES[name.removeprefix(EXTREMUM)]
-        for name in run.setup.events
+        for name in run.setup.watched
         if name.startswith(EXTREMUM)
     }
     columns = dict.fromkeys(["theta", *(one.name for one in quantities.values())])

@@ -340,19 +340,17 @@ def lines(trajectory: Trajectory) -> list[str]:
     def short(value: Scalar) -> str:
         return str(context.nstr(context.mpf(value), 2))
 
-    state = trajectory.state.as_text()
-    errors = trajectory.error_estimate
+    digits, state = trajectory.digits, trajectory.state  # in this order: it then knows its errors
+    end = f"{float(trajectory.t_end)!r}"
+    if "t" in state.errors:
+        end = trajectory.precision.with_error(trajectory.t_end, state.errors["t"])
     shown = [
-        f"{trajectory.scene.name}: {trajectory.status} at t = {float(trajectory.t_end)!r} s "
+        f"{trajectory.scene.name}: {trajectory.status} at t = {end} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
         *_told(answers(trajectory)),
-        *(
-            f"  {name:>9} {value or 'undefined':<{trajectory.precision.decimals + 8}}"
-            + (f"  +- {short(errors[name])}" if name in errors else "")
-            for name, value in state.items()
-        ),
-        f"  digits of the worst entry: {trajectory.digits:.1f}",
+        *(f"  {line}" for line in str(state).splitlines()[1:]),  # without its time
+        f"  digits of the worst entry: {digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
     ]
     shown += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]

@@ -113,7 +113,7 @@ def start_off_the_table(what: str, harmless: bool = False) -> Observation:
 def bilateral(what: str, contact: str = "bilateral") -> Observation:
     """The paper's equations beyond their meaning, on request."""
     run = integrate(varied(**_off_the_table(what)), contact=contact)
-    table = run.frame("g_n", "E")
+    table = run.frame("g_n", "E", numbers="exact")
     energy = finite(table["E"], "E")
     found = "g_n = 0" if abs(table["g_n"][0]) < 1e-14 else "g_n < 0"
     drift = (max(energy) - min(energy)) / abs(energy[0]) / 2.0**-52

@@ -514,7 +514,7 @@ def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observatio
 def frictionless(until: str, precision: str, mu: str = "0") -> Observation:
     """All integrals of the frictionless scene."""
     run = integrate(varied(mu=mu, until=until, sample_every="0.1"), precision)
-    table = run.frame(*CONSERVED)
+    table = run.frame(*CONSERVED, numbers="exact")
     rim = abs(table["omega_3"][0]) * float(run.scene.body.R)
     drifts = []
     for name in CONSERVED:

@@ -72,8 +72,8 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
     """Largest error of any entry at each time, relative to the largest entry of the state."""
     import numpy
 
-    golden = load(scene, "native")
-    frame = run.frame(*how.columns, times=list(golden["t"][: len(how.times)]))
+    golden = load(scene, "exact")
+    frame = run.frame(*how.columns, times=list(golden["t"][: len(how.times)]), numbers="exact")
     found = numpy.zeros(len(how.times))
     for name in how.columns:
         unit = run.start.units.of_dimension(STATE_DIMENSIONS[name])

@@ -23,7 +23,7 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import RECORDABLE, Scene
 
-Numbers = Literal["native", "float", "text"]  # as of a trajectory's tables
+Numbers = Literal["exact", "float", "text"]  # as of a trajectory's tables
 TEXT_COLUMNS = ("name",)
 BITS = 200  # 60 digits, of which the motion costs some 10
 IN_DOUBLE = 17  # digits that a correctly rounded double needs, with a margin
@@ -54,7 +54,7 @@ def load(
     numbers
         "float": float64, correctly rounded from the decimals, NaN where undefined;
         "text": the decimals as published, "" where undefined;
-        "native": mpmath numbers with all their digits, None where undefined.
+        "exact": mpmath numbers with all their digits, None where undefined.
     folder
         Folder of golden data; by default that of the package, then ``golden``.
     pose
@@ -67,7 +67,7 @@ def load(
         The data do not exist or differ from their manifest.
     """
     if numbers not in get_args(Numbers):
-        raise InputError(f"numbers: got {numbers!r}, expected one of: native, float, text")
+        raise InputError(f"numbers: got {numbers!r}, expected one of: exact, float, text")
     stored = read_whole(scene, folder)
     frame = GoldenFrame(_columns(stored.trajectory, numbers))
     if pose:
@@ -97,7 +97,7 @@ def pose_columns(scene: Scene, table: Table, *, in_full: bool) -> dict[str, tupl
     precision, bits = ("mp", BITS) if in_full else ("quad", None)
     run = integrate(scene, precision, bits=bits, events=(), record=RECORDABLE)
     times = [Fraction(cell) for cell in table.column("t")]
-    found = run.frame(*VECTOR_COLUMNS, "pose", times=times)
+    found = run.frame(*VECTOR_COLUMNS, "pose", times=times, numbers="exact")
     context = run.precision.context
     for name in VECTOR_COLUMNS:
         published = [context.mpf(cell) for cell in table.column(name)]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from tt_precise.integration.digits import Rung, integrate_to_digits
-from tt_precise.integration.events import asked_for
+from tt_precise.integration.events import Events, asked_for
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.trajectory import Trajectory
 from tt_precise.runtime.errors import InputError
@@ -22,7 +22,7 @@ def integrate(
     *,
     digits: int | None = None,
     formulation: str | None = None,
-    events: str | Iterable[str] | None = None,
+    events: Events | None = None,
     record: Iterable[str] | None = None,
     bits: int | None = None,
     contact: str = "unilateral",
@@ -50,8 +50,9 @@ def integrate(
         ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
         pole).
     events, record
-        Names from the event catalogue (also one, several by commas, or "all"), and of quadratures
-        (phi, psi, x, y); by default those that the scene names.
+        Names from the event catalogue (also one, several by commas, or "all"), or functions of the
+        ``Motion``, whose changes of sign are events; and names of quadratures (phi, psi, x, y).
+        By default those that the scene names.
     contact
         ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it goes on, and
         may start, with g_n < 0, where the equations hold and no table does; its status then is
@@ -79,12 +80,12 @@ def integrate(
     if sample_every is not None:
         loaded = replace(loaded, sample_every=exact(sample_every, "sample_every"))
     record = None if record is None else tuple(record)
-    events = None if events is None else asked_for(events, loaded.model)
+    watched = None if events is None else asked_for(events, loaded.model)
 
     def run(rung: Rung) -> Trajectory:
         setup = Setup.of(
             loaded, rung.precision, bits=rung.bits, tolerance=rung.tolerance,
-            formulation=formulation, events=events, record=record, contact=contact,
+            formulation=formulation, events=watched, record=record, contact=contact,
         )  # fmt: skip
         return Trajectory.of(loaded, setup, progress)
 

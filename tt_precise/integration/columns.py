@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, motion
 from tt_precise.integration.precision import Precision
@@ -14,7 +15,7 @@ from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.pose import Pose, pose
-from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion
+from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
@@ -36,6 +37,9 @@ _DIMENSIONS = {"q": Dimension(), "w": RATE, "v": SPEED}
 _LENGTH = Dimension(0, 1, 0)
 MOST_MISSED = 0.1  # rad between a quadrature's phi and the state's; a lost passage makes pi
 
+Name = str | Quantity
+"""What a column is called by: its name, or the quantity itself where it is one's own."""
+
 Row = tuple[Scalar, ...]
 """The state in the order of its formulation's columns, and the quadratures (scaled) behind it."""
 
@@ -45,12 +49,14 @@ class State:
     """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
 
     Names are those of the trajectory file: kx ... vy, theta ... nu_y, and what was recorded. For
-    several times each entry is an array.
+    several times each entry is an array. ``errors`` are those that are known, that of a time
+    "t" which was found among them; printed, a state shows the digits that they leave.
     """
 
     t: Scalar
     values: dict[str, Scalar]
     precision: Precision
+    errors: Mapping[str, Scalar] = field(default_factory=dict, compare=False)
 
     @classmethod
     def joined(cls, states: Sequence[State], precision: Precision) -> State:
@@ -75,6 +81,15 @@ class State:
             return self.__dict__["values"][name]
         except KeyError:
             raise AttributeError(name) from None
+
+    def __str__(self) -> str:
+        shown = {"t": self.t, **self.values}
+        if hasattr(self.t, "__len__"):
+            return "\n".join(f"{name:>9} {value}" for name, value in shown.items())
+        text = self.precision.with_error
+        return "\n".join(
+            f"{name:>9} {text(value, self.errors.get(name))}" for name, value in shown.items()
+        )
 
     def as_text(self) -> dict[str, Json]:
         """Every value in decimals, enough to recover the working precision; lists of arrays."""
@@ -110,8 +125,10 @@ class Columns:
         """Whether the direction in which the axis is tilted is known, and not only Euler rates."""
         return self.form.coordinates == "newton" or "phi" in self.record
 
-    def dimension(self, name: str) -> Dimension:
+    def dimension(self, name: Name) -> Dimension:
         """The dimension of a column; refuses unknown names."""
+        if isinstance(name, Quantity):
+            return name.dimension
         if name in QUANTITIES:
             return QUANTITIES[name].dimension
         if name in self.names:
@@ -127,7 +144,7 @@ class Columns:
         """The ``Motion`` of a row."""
         return motion(self.form, self.record, self.start.body, row, self.precision.context)
 
-    def of_rows(self, names: Sequence[str], rows: Sequence[Row]) -> dict[str, list[Scalar | None]]:
+    def of_rows(self, names: Sequence[Name], rows: Sequence[Row]) -> dict[Any, list[Scalar | None]]:
         """Named columns (SI) of ``rows``; None where a quantity is undefined."""
         if not rows:
             return {name: [] for name in names}
@@ -144,11 +161,11 @@ class Columns:
 
     def of_arrays(
         self,
-        names: Sequence[str],
+        names: Sequence[Name],
         entries: tuple[Array, ...],
         number: Callable[[Scalar], Scalar] = float,
         fn: Functions = None,
-    ) -> dict[str, Array]:
+    ) -> dict[Any, Array]:
         """The same from an array for each entry, an array for each column; NaN where undefined.
 
         ``number`` makes the arrays' numbers of guarded ones: ``float``, ``long_double``, or that of
@@ -201,7 +218,9 @@ class Columns:
         """A number as users get it: a float in double, else the guarded mpmath number."""
         return float(value) if self.precision.name == "double" and value is not None else value
 
-    def _entry(self, name: str, row: tuple[Scalar, ...], q: Motion) -> Scalar:
+    def _entry(self, name: Name, row: tuple[Scalar, ...], q: Motion) -> Scalar:
+        if isinstance(name, Quantity):
+            return name.evaluate(q)
         if name in self.record:
             return self._recorded(row)[name]
         if name in LIFTED_COLUMNS:
@@ -227,10 +246,19 @@ class Columns:
         }
 
 
-def expanded(names: Iterable[str]) -> tuple[str, ...]:
-    """``names`` with the pose's own columns in the place of what stands for them."""
-    columns = (column for name in names for column in POSE_COLUMNS.get(name, (name,)))
-    return tuple(dict.fromkeys(columns))
+def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
+    """What a table is asked for, flat, functions as quantities, the pose as its own columns."""
+    found: list[Name] = []
+    for name in names:
+        if callable(name):
+            found.append(Quantity.of(name))
+        elif isinstance(name, (str, Quantity)):
+            found += POSE_COLUMNS.get(name, (name,)) if isinstance(name, str) else (name,)
+        elif isinstance(name, Iterable):
+            found += expanded(name)
+        else:
+            raise InputError(f"column: got {name!r:.60}, expected names or functions of the motion")
+    return tuple(dict.fromkeys(found))
 
 
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:

@@ -48,8 +48,8 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
     weight = numerator / denominator
     raise InputError(
         f"{name}: g_n is {fn.nstr(weight, 6)} m g at t = 0, expected above 0: "
-        "the top is not on the table; lower the start's rates, or run the equations beyond "
-        "their meaning with contact bilateral"
+        'the top is not on the table; lower the start\'s rates, or use contact="bilateral" to '
+        "continue past loss of contact"
     )
 
 

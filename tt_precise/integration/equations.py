@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tt_precise.integration.events import EXTREMUM, Event
+from tt_precise.integration.events import Event
 from tt_precise.integration.precision import Precision
 from tt_precise.mechanics import compliant, friction, newton
 from tt_precise.mechanics.formulations import Formulation
@@ -169,7 +169,7 @@ def along(expression: Scalar, equations: Equations) -> Scalar:
 
 def event_expression(event: Event, equations: Equations) -> Scalar:
     """The heyoka expression whose zeros are the event, or a number where it is constant."""
-    if not event.name.startswith(EXTREMUM) or event.slope:
+    if not event.of_rate:
         return event.function(equations.motion)
     value = event.function(equations.moving())
     return value[1] if isinstance(value, Series) else 0

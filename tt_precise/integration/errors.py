@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from tt_precise.integration.columns import (
     POSE_NAMES,
+    Name,
     digits_of_time,
     digits_over_rows,
     worst_digits,
@@ -91,11 +92,19 @@ class Errors:
         return error_estimate(run.end, (one.end for one in self.references), run.precision.context)
 
     @property
+    def known_at_end(self) -> Mapping[str, Scalar]:
+        """Of the state, and of "t" where the end was found; empty until references are made."""
+        if "references" not in self.__dict__:
+            return {}
+        found = self._run.status not in ARRIVED
+        return self.at_end | ({"t": self.at_end["t_end"]} if found else {})
+
+    @property
     def digits_at_end(self) -> float:
         """Significant digits of the worst entry of the state at the end."""
         return worst_digits(self._run.state, self.at_end, self._run.start)
 
-    def over_time(self, names: Sequence[str] = ()) -> dict[str, Array]:
+    def over_time(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
         """Float64 columns at the samples: t, the errors of ``names`` (SI), "digits".
 
         These are those of the state's worst entry. An error is the largest of the distances from
@@ -150,10 +159,10 @@ class Errors:
     def _distances(
         self,
         reference: Reference,
-        names: Sequence[str],
+        names: Sequence[Name],
         times: Sequence[Fraction],
         own: States | None,
-    ) -> dict[str, Array]:
+    ) -> dict[Name, Array]:
         """How far the columns are from those of a reference; NaN where a value is undefined."""
         import numpy
 
@@ -169,7 +178,7 @@ class Errors:
             apart = numpy.full(len(times), math.inf)
             apart[: len(inner)] = found[name]
             if reference.ends_alike:
-                rest = math.nan if arrived else self.at_end.get(name, math.nan)
+                rest = math.nan if arrived else self.at_end.get(str(name), math.nan)
                 apart[len(inner) :] = float(rest)
             found[name] = apart
         return found
@@ -196,10 +205,10 @@ def error_estimate(end: End, references: Iterable[End], fn: Functions) -> dict[s
 def compared(
     run: Reader,
     reference: Reader,
-    names: Sequence[str],
+    names: Sequence[Name],
     times: Sequence[Fraction],
     states: States | None = None,
-) -> dict[str, Array]:
+) -> dict[Name, Array]:
     """Absolute distances (SI) of the columns ``names`` of two runs, as float64 arrays.
 
     By first order from the exact differences of their ``states``, where both integrate the same
@@ -210,7 +219,7 @@ def compared(
     one, other = run.run.alone, reference.run.alone
     kinds = [(r.run.setup.formulation, r.run.setup.record) for r in (run, reference)]
     if not (one and other and kinds[0] == kinds[1]) or POSE_NAMES & {*names}:
-        own, others = (r.columns(names, times, "native") for r in (run, reference))
+        own, others = (r.columns(names, times, "exact") for r in (run, reference))
         context = reference.precision.context
         return {name: distance(own[name], others[name], context) for name in names}
     if not len(times):

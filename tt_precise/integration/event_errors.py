@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from tt_precise.integration.columns import Columns, digits_of_time, digits_over_rows
 from tt_precise.integration.dense_output import Times, has_long_double, long_double
-from tt_precise.integration.events import EXTREMUM, Event, Hit, event_named
+from tt_precise.integration.events import Event, Hit
 from tt_precise.integration.reading import Reference, distance, floats
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.runtime.arithmetic import Array, Scalar
@@ -86,7 +86,7 @@ def _errors_within(
             at = max(bisect.bisect_left(begins, times[place]) - 1, 0)
             alike.setdefault((hit.name, at), []).append(place)
         for (name, at), places in alike.items():
-            event = event_named(name, of.form.model, of.form.friction)
+            event = part.one.output.setup.watched[name]
             there = [hits[place] for place in places]
             late, right = _beside(part, there, event, parts[at], float(reference.end) / unit)
             errors[places] = numpy.maximum(errors[places], late)
@@ -179,7 +179,7 @@ def _zeros(one: Segment, times: Sequence[Scalar], event: Event) -> tuple[Array, 
         return (last - 2 * centre + first) / (apart * apart)
 
     value, rate = slope(early, later), curvature(early, now, later)
-    if not event.name.startswith(EXTREMUM) or event.slope:
+    if not event.of_rate:
         value, rate = now + off * (value + off * rate / 2), value + off * rate
     with numpy.errstate(all="ignore"):
         delay = -value / rate

@@ -37,8 +37,8 @@ class Event:
     """A named zero of ``function`` (dimensionless, along a motion).
 
     ``direction`` keeps only zeros where the function rises (+1) or falls (-1), 0 keeps both;
-    ``gliding`` marks events that exist only where the contact point can glide; ``slope`` marks
-    extrema whose function already is a multiple of the quantity's rate.
+    ``gliding`` marks events that exist only where the contact point can glide; ``of_rate`` marks
+    zeros of the function's rate along the motion.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Event:
     meaning: str
     direction: int = 0
     gliding: bool = False
-    slope: bool = False
+    of_rate: bool = False
 
 
 def axis_fall(q: Motion) -> Scalar:
@@ -165,8 +165,15 @@ def catalogue(model: str) -> tuple[str, ...]:
     return tuple(name for name, event in EVENTS.items() if model == "gliding" or not event.gliding)
 
 
-def asked_for(events: str | Iterable[str], model: str) -> tuple[str, ...]:
-    """The names in ``events``: an iterable of them, one, several by commas, or "all" of a model.
+Asked = str | Event
+"""An event of the catalogue by name, or one's own."""
+Events = str | Callable[[Motion], Scalar] | Iterable[Asked | Callable[[Motion], Scalar]]
+
+
+def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
+    """What ``events`` asks for: names, by commas or in an iterable, "all" of a model, functions.
+
+    A function of the motion has an event, of its own name, wherever it changes sign.
 
     Raises
     ------
@@ -174,16 +181,22 @@ def asked_for(events: str | Iterable[str], model: str) -> tuple[str, ...]:
         It is something else.
     """
     if isinstance(events, str):
-        events = [one.strip() for one in events.split(",") if one.strip()]
-        if "all" in events:
-            return tuple(dict.fromkeys([*catalogue(model), *(set(events) - {"all"})]))
-    if not isinstance(events, Iterable):
-        raise InputError(f"events: got {events!r:.60}, expected names, such as theta_max, or all")
-    names = tuple(events)
-    for name in names:
-        if not isinstance(name, str):
-            raise InputError(f"events: got {name!r:.60}, expected names, such as theta_max")
-    return tuple(dict.fromkeys(names))
+        names = [one.strip() for one in events.split(",") if one.strip()]
+        if "all" in names:
+            return tuple(dict.fromkeys([*catalogue(model), *(set(names) - {"all"})]))
+        events = names
+    found: list[Asked] = []
+    for one in events if isinstance(events, Iterable) else [events]:
+        if isinstance(one, (str, Event)):
+            found.append(one)
+        elif callable(one):
+            found.append(Event(one.__name__, one, "one's own"))
+        else:
+            raise InputError(
+                f"events: got {one!r:.60}, expected names, such as theta_max or all, or functions "
+                "of the motion"
+            )
+    return tuple(dict.fromkeys(found))
 
 
 def change(name: str, direction: int) -> str:
@@ -196,20 +209,22 @@ def change(name: str, direction: int) -> str:
     return known.get(name, "up" if direction > 0 else "down")
 
 
-def existing(names: Iterable[str], model: str) -> tuple[str, ...]:
+def existing(names: Iterable[Asked], model: str) -> tuple[Asked, ...]:
     """Those events of ``names`` that ``model`` can have."""
     gliding = {name for name, event in EVENTS.items() if event.gliding}
     return tuple(name for name in names if model == "gliding" or name not in gliding)
 
 
-def event_named(name: str, model: str, law: Law = VISCOUS) -> Event:
-    """The event called ``name``, or the extremum or zero of a quantity.
+def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
+    """The event called ``name``, or the extremum or zero of a quantity; one's own as it is.
 
     Raises
     ------
     InputError
         There is no such event, or not in this model.
     """
+    if isinstance(name, Event):
+        return name
     if name in JOINING:
         raise InputError(
             f"event: got {name}, expected no such name: it is recorded wherever it happens"
@@ -226,8 +241,8 @@ def event_named(name: str, model: str, law: Law = VISCOUS) -> Event:
         meaning = f"extremum of {quantity.name} (rising: minimum)"
         if quantity.name == "g_n" and model == "gliding" and law.constant:
             # five times smaller than what differentiating g_n by every state entry gives
-            return Event(name, force_slope, meaning, slope=True)
-        return Event(name, SMOOTH.get(name, quantity.evaluate), meaning)
+            return Event(name, force_slope, meaning)
+        return Event(name, SMOOTH.get(name, quantity.evaluate), meaning, of_rate=True)
     raise InputError(
         f"event: got {name[:60]!r}, expected one of: {', '.join(EVENTS)}, "
         f"or {EXTREMUM}QUANTITY or {ZERO}QUANTITY such as {EXTREMUM}g_n"

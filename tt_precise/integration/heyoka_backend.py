@@ -29,12 +29,9 @@ from tt_precise.integration.equations import (
 )
 from tt_precise.integration.events import (
     EVENTS,
-    EXTREMUM,
     MOST_EVENTS,
-    ZERO,
     Event,
     Hit,
-    event_named,
 )
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run, Segment
@@ -161,7 +158,7 @@ def propagate(
         if last_good == number(zero):
             made.begin(setup, start)
             return _propagation_of(setup, start, made, status, 0)
-    partial = [name for name in setup.events if name not in EVENTS]
+    partial = [name for name in setup.watched if name not in EVENTS]
     if partial and propagate(setup.but(events=()), start, until=until).status != "failed":
         t = float(setup.precision.guarded(last_good) * start.units.time)
         raise InputError(
@@ -353,7 +350,7 @@ def build(setup: Setup) -> Integrator:
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)
     terminal = terminal_functions(form, equations.motion, equations.variables[0])
-    events = {name: event_named(name, form.model, form.friction) for name in setup.events}
+    events = setup.watched
     if form.own_time:
         terminal |= _ends_in_own_time(setup, equations, heyoka.par[len(form.parameters)])
     hits: list[Hit] = []
@@ -418,7 +415,7 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     number = setup.precision.number
     # compact_mode compiles wide types in under a second instead of 26 s, and runs as fast; double
     # then takes twice as long, but the slopes of some quantities compile for minutes without
-    slopes = any(name.startswith((EXTREMUM, ZERO)) for name in setup.events)
+    slopes = any(name not in EVENTS for name in setup.events)
     # and what is integrated for short
     form = setup.formulation
     sticks = form.model == "rolling" and not form.friction.smooth_at_rest

@@ -26,7 +26,7 @@ from tt_precise.integration.equations import (
     motion,
     terminal_functions,
 )
-from tt_precise.integration.events import EXTREMUM, MOST_EVENTS, Hit, event_named
+from tt_precise.integration.events import MOST_EVENTS, Hit
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
@@ -60,9 +60,7 @@ def _compiled(setup: Setup) -> _Compiled:
         q = motion(form, record, body, entries, fn)
         terminal.update(terminal_functions(form, q, entries[0]))
         outputs = [(function, False) for function in terminal.values()]
-        for name in setup.events:
-            event = event_named(name, form.model, form.friction)
-            outputs.append((event.function(q), name.startswith(EXTREMUM) and not event.slope))
+        outputs += [(event.function(q), event.of_rate) for event in setup.watched.values()]
         return extended_rates(form, record, body, entries, fn), outputs
 
     entries = len(form.columns) + len(record)
@@ -199,11 +197,10 @@ class _Run:
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start, self.fn = setup, start, setup.precision.context
         self.system, self.terminal = _compiled(setup.but(tolerance=0.0, contact="", options=()))
-        form = setup.formulation
-        self.events = {name: event_named(name, form.model, form.friction) for name in setup.events}
-        self.names = (*self.terminal, *self.events)
+        self.names = (*self.terminal, *setup.watched)
         self.size = len(setup.formulation.columns) + len(setup.record)
-        directions = (*(-1 for _ in self.terminal), *(e.direction for e in self.events.values()))
+        own = (event.direction for event in setup.watched.values())
+        directions = (*(-1 for _ in self.terminal), *own)
         self.watch = Watch(len(self.system.graph.entries), directions, self.fn)
         self.hits: list[Hit] = []
         self.left = False  # the table, in a run that goes on then

@@ -13,7 +13,7 @@ from typing import Any
 from tt_precise.integration.columns import Row
 from tt_precise.integration.dense_output import DenseOutput, Propagation, Times
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES, motion
-from tt_precise.integration.events import EXTREMUM, Hit, event_named
+from tt_precise.integration.events import Event, Hit
 from tt_precise.integration.onset import OnsetSeries
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.conversion import euler_from_vectors
@@ -22,7 +22,6 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.progress import Progress
-from tt_precise.scene.laws import COULOMB
 
 NEWTON_STEPS = 60  # at most; from a knot of the series 3 to 10 are taken
 
@@ -209,9 +208,8 @@ class OnsetOutput(RowwiseOutput):
         )
         motions = dict(zip(times, map(self._motion, times), strict=True))
         found = []
-        for name in self.setup.events:
-            event = event_named(name, "gliding", COULOMB)
-            value = partial(self._value, name, event.function, motions)
+        for name, event in self.setup.watched.items():
+            value = partial(self._value, event, motions)
             values = [value(t) for t in times]
             for before, after, low, high in zip(values, values[1:], times, times[1:], strict=False):
                 direction = 1 if after > before else -1
@@ -222,13 +220,7 @@ class OnsetOutput(RowwiseOutput):
                     found.append(Hit(name, number(time), direction, state))
         return sorted(found, key=lambda hit: hit.time)
 
-    def _value(
-        self,
-        name: str,
-        function: Callable[[Motion], Scalar],
-        motions: Mapping[Scalar, Motion],
-        t: Scalar,
-    ) -> Scalar:
-        if name.startswith(EXTREMUM):
-            return self.precision.context.diff(lambda s: function(self._motion(s)), t)
-        return function(motions[t] if t in motions else self._motion(t))
+    def _value(self, event: Event, motions: Mapping[Scalar, Motion], t: Scalar) -> Scalar:
+        if event.of_rate:
+            return self.precision.context.diff(lambda s: event.function(self._motion(s)), t)
+        return event.function(motions[t] if t in motions else self._motion(t))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mpmath
 
@@ -158,6 +158,37 @@ class Precision:
     def text(self, value: Scalar) -> str:
         """A guarded mpmath number in decimals, enough to recover this precision."""
         return str(self.context.nstr(value, self.decimals, min_fixed=0, max_fixed=0))
+
+    def with_error(self, value: Scalar, error: Scalar | None) -> str:
+        """A number in the decimals that its error leaves, with "+-" where that is known."""
+        context = self.context
+        if value is None or value != value:
+            return "undefined"
+        value = context.mpf(value)
+        if error is None:
+            return self.text(value)
+        places = self.decimals
+        if value and error and context.isfinite(error):
+            above = context.floor(context.log10(abs(value))) - context.floor(context.log10(error))
+            places = min(places, max(1, 1 + int(above)))
+        shown = context.nstr(value, places, strip_zeros=False)
+        return f"{shown} +- {context.nstr(context.mpf(error), 2)}"
+
+    def carrying(self, value: Scalar, error: Scalar | None) -> Scalar:
+        """A guarded number that prints as ``with_error`` has it; what follows from it does not."""
+        if not hasattr(value, "_mpf_"):
+            return value
+        carried: Any = object.__new__(_printed(self, self.context))
+        carried._mpf_, carried.error = value._mpf_, error
+        return carried
+
+
+@lru_cache(maxsize=64)
+def _printed(precision: Precision, context: Functions) -> type:
+    def text(number: Any) -> str:
+        return precision.with_error(number, number.error)
+
+    return type("mpf", (context.mpf,), {"__str__": text, "__repr__": text})
 
 
 def precision_named(name: str, bits: int | None = None) -> Precision:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from tt_precise.integration.columns import Name
 from tt_precise.integration.dense_output import ARRIVED, has_long_double, long_double
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.mechanics.conserved import Integral, drift
@@ -24,7 +25,7 @@ from tt_precise.scene.numerals import as_fraction, shortest_texts
 if TYPE_CHECKING:
     import pandas
 
-Numbers = Literal["native", "float", "text"]
+Numbers = Literal["float", "exact", "text"]
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
 FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
 
@@ -48,11 +49,11 @@ class Reader:
 
     def columns(
         self,
-        names: Sequence[str],
+        names: Sequence[Name],
         times: Sequence[Fraction],
         numbers: Numbers,
         progress: Progress | None = None,
-    ) -> dict[str, Array]:
+    ) -> dict[Any, Array]:
         """``t`` and the named columns at exact ``times`` in s.
 
         Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
@@ -68,7 +69,7 @@ class Reader:
             parts.append(self._of_segment(one, names, local, numbers))
             order += places
         back = numpy.argsort(order).tolist()
-        found: dict[str, Any] = {}
+        found: dict[Any, Any] = {}
         for name in ("t", *names):
             values = [x for part in parts for x in part[name]] if parts else []
             found[name] = [values[i] for i in back]
@@ -81,11 +82,11 @@ class Reader:
     def _of_segment(
         self,
         one: Segment,
-        names: Sequence[str],
+        names: Sequence[Name],
         times: Sequence[Fraction],
         numbers: Numbers,
         progress: Progress | None = None,
-    ) -> dict[str, Array]:
+    ) -> dict[Any, Array]:
         """The columns of one segment, over its own time."""
         if self.in_arrays:
             return _array_columns(one, names, times, numbers, progress)
@@ -231,11 +232,11 @@ def _local(one: Segment, time: Fraction) -> Fraction:
 
 def _array_columns(
     one: Segment,
-    names: Sequence[str],
+    names: Sequence[Name],
     exact: Sequence[Fraction],
     numbers: Numbers,
     progress: Progress | None,
-) -> dict[str, Array]:
+) -> dict[Any, Array]:
     """Columns of a run in double: text is the shortest that recovers the number."""
     import numpy
 

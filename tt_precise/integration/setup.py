@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tt_precise.integration.contact import CONTACTS
-from tt_precise.integration.events import asked_for, event_named
+from tt_precise.integration.events import Asked, Event, Events, asked_for, event_named
 from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.mechanics.formulations import Formulation, elastic, integrated
 from tt_precise.runtime.arithmetic import Scalar
@@ -28,7 +28,7 @@ class Setup:
 
     formulation: Formulation
     precision: Precision
-    events: tuple[str, ...] = ()
+    events: tuple[Asked, ...] = ()
     record: tuple[str, ...] = ()
     tolerance: float = 0.0
     options: tuple[tuple[str, Any], ...] = ()
@@ -43,7 +43,7 @@ class Setup:
         *,
         bits: int | None = None,
         formulation: str | None = None,
-        events: str | Iterable[str] | None = None,
+        events: Events | None = None,
         record: Iterable[str] | None = None,
         contact: str = "unilateral",
         tolerance: float = 0.0,
@@ -83,6 +83,13 @@ class Setup:
             contact=contact,
             lifts=scene.lifts,
         )
+
+    @property
+    def watched(self) -> dict[str, Event]:
+        """The events by name."""
+        form = self.formulation
+        found = (event_named(name, form.model, form.friction) for name in self.events)
+        return {event.name: event for event in found}
 
     def but(self, **changes: Any) -> Setup:
         """The same setup with some of its fields replaced."""
@@ -126,7 +133,7 @@ def _require_euler_angles(scene: Scene, precision: Precision) -> None:
         )
 
 
-def _checked_events(scene: Scene, events: str | Iterable[str] | None) -> tuple[str, ...]:
+def _checked_events(scene: Scene, events: Events | None) -> tuple[Asked, ...]:
     names = asked_for(scene.events if events is None else events, scene.model)
     for name in names:
         event_named(name, scene.model, scene.body.friction)

@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
-from tt_precise.integration.columns import POSE, POSE_NAMES, State, expanded
+from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
 from tt_precise.integration.dense_output import ARRIVED, Status
 from tt_precise.integration.errors import End, Errors
 from tt_precise.integration.events import not_alternating
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def is_estimate(name: str) -> bool:
+def is_estimate(name: Name) -> bool:
     """Whether a column of ``frame`` is one of estimated errors."""
-    return name == DIGITS or name.startswith(ERROR)
+    return isinstance(name, str) and (name == DIGITS or name.startswith(ERROR))
 
 
 class Trajectory:
@@ -129,15 +129,22 @@ class Trajectory:
         """Where the solution ends, in s: a float in double, else an mpmath number."""
         return self.run.columns.leaving(self.run.end)
 
-    @cached_property
+    @property
     def state(self) -> State:
-        """The state at ``t_end``."""
+        """The state at ``t_end``; numbers wider than double print with their error, once known."""
+        state, errors = self._end_state, self.errors.known_at_end
+        carrying = self.precision.carrying
+        values = {name: carrying(value, errors.get(name)) for name, value in state.values.items()}
+        return State(state.t, values, state.precision, errors)
+
+    @cached_property
+    def _end_state(self) -> State:
         return self.run.states([self.run.end_time])[0]
 
     @property
     def end(self) -> End:
         """How and where the solution ends."""
-        return End(self.status, self.t_end, self.state.values)
+        return End(self.status, self.t_end, self._end_state.values)
 
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
@@ -174,9 +181,9 @@ class Trajectory:
 
     def frame(
         self,
-        *names: str,
+        *names: Any,
         times: Iterable[Scalar] | None = None,
-        numbers: Numbers = "native",
+        numbers: Numbers = "float",
         pose: bool = False,
         progress: Progress | None = None,
     ) -> pandas.DataFrame:
@@ -187,15 +194,15 @@ class Trajectory:
         Parameters
         ----------
         names
-            State entries (kx, theta, ...), recorded quadratures, or any quantity; by default
-            all vector and Euler columns and what was recorded. "pose" stands for the columns of
-            the pose, "pose:xyzw" for them with the scalar of the quaternion last. "error:" before
-            a name stands for its estimated error, "digits" for those of the state's worst entry
-            (``error_over_time``).
+            State entries (kx, theta, ...), recorded quadratures, any quantity, or a function of
+            the ``Motion`` (``Quantity.of``), also in a list; by default all vector and Euler
+            columns and what was recorded. "pose" stands for the columns of the pose, "pose:xyzw"
+            for them with the scalar of the quaternion last. "error:" before a name stands for its
+            estimated error, "digits" for those of the state's worst entry (``error_over_time``).
         times
             In s; by default the scene's samples.
         numbers
-            "native" (float64 for double, mpmath numbers otherwise), "float" or "text".
+            "float"; "exact" (mpmath numbers in arithmetics wider than double); or "text".
         pose
             Give the pose, behind ``names`` if there are any: quaternion, position and velocity of
             the centre of mass, angular velocity in the inertial and in the body's frame. Where
@@ -209,34 +216,44 @@ class Trajectory:
         if pose:
             names = (*names, POSE)
         columns = self.table(*names, times=times, numbers=numbers, progress=progress)
-        if numbers == "text" or not self._reader.in_arrays:
+        if numbers == "text" or not (numbers == "float" or self._reader.in_arrays):
             return pandas.DataFrame(columns)
         # pandas takes one array much faster than many
         return pandas.DataFrame(numpy.array(list(columns.values())).T, columns=list(columns))
 
     def table(
         self,
-        *names: str,
+        *names: Any,
         times: Iterable[Scalar] | None = None,
-        numbers: Numbers = "native",
+        numbers: Numbers = "float",
         progress: Progress | None = None,
     ) -> dict[str, Array]:
         """The columns of ``frame`` by name, without pandas.
 
-        Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
-        text, are lists with None there. Text of double is the shortest that recovers the number.
+        Floats are arrays with NaN where a value is undefined; wider numbers, and text, are lists
+        with None there. Text of double is the shortest that recovers the number.
         """
         if numbers not in get_args(Numbers):
             raise InputError(
                 f"numbers: got {numbers!r}, expected one of: {', '.join(get_args(Numbers))}"
             )
-        exact = self.sample_times if times is None else tuple(map(as_fraction, times))
         wanted = expanded(names or self.run.columns.names)
+        found = self._columns(wanted, times, numbers, progress)
+        return {getattr(name, "name", name): column for name, column in found.items()}
+
+    def _columns(
+        self,
+        wanted: Sequence[Name],
+        times: Iterable[Scalar] | None,
+        numbers: Numbers,
+        progress: Progress | None,
+    ) -> dict[Any, Array]:
+        exact = self.sample_times if times is None else tuple(map(as_fraction, times))
         if any(map(is_estimate, wanted)):
             if times is not None:
                 raise InputError("times: got some beside estimated errors, expected the samples'")
             plain = [name for name in wanted if not is_estimate(name)]
-            found = self.table(*plain or ["theta"], numbers=numbers, progress=progress)
+            found = self._columns(plain or ["theta"], None, numbers, progress)
             return self._with_errors(found, wanted, numbers)
         missing = [name for name in wanted if name in POSE_NAMES and name not in self.setup.record]
         if not missing:
@@ -248,14 +265,14 @@ class Trajectory:
         return {name: found[name] for name in ("t", *wanted)}
 
     def _with_errors(
-        self, table: dict[str, Array], wanted: Sequence[str], numbers: Numbers
-    ) -> dict[str, Array]:
-        named = [name.removeprefix(ERROR) for name in wanted if name.startswith(ERROR)]
-        errors = self.errors.over_time(named)
-        found = {"t": table["t"]}
+        self, table: dict[Any, Array], wanted: Sequence[Name], numbers: Numbers
+    ) -> dict[Any, Array]:
+        estimates = {name: str(name).removeprefix(ERROR) for name in wanted if is_estimate(name)}
+        errors = self.errors.over_time([name for name in estimates.values() if name != DIGITS])
+        found: dict[Any, Array] = {"t": table["t"]}
         for name in wanted:
-            if is_estimate(name):
-                values = errors[name.removeprefix(ERROR)]
+            if name in estimates:
+                values = errors[estimates[name]]
                 found[name] = shortest_texts(values) if numbers == "text" else values
             else:
                 found[name] = table[name]
@@ -281,7 +298,7 @@ class Trajectory:
         """Significant digits that hold at every sample, in every event, and in ``t_end``."""
         return self.errors.digits_throughout
 
-    def error_over_time(self, *names: str, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
+    def error_over_time(self, *names: Any, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated absolute errors (SI) at ``sample_times``: columns t, names, and "digits".
 
         ``names`` are columns of ``frame``, by default all entries of the state. "digits" are the
@@ -291,7 +308,8 @@ class Trajectory:
         import pandas
 
         errors = Errors(self, beside) if beside else self.errors
-        return pandas.DataFrame(errors.over_time(names or self.run.columns.names))
+        found = errors.over_time(expanded(names) or self.run.columns.names)
+        return pandas.DataFrame({getattr(name, "name", name): one for name, one in found.items()})
 
     def event_errors(self, *, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
@@ -365,7 +383,7 @@ class Trajectory:
         single root breaks the pattern. Minima and maxima of theta are looked at together.
         """
         found = zip(self.events["name"], self.events["direction"], strict=True)
-        return not_alternating(found, self.setup.events)
+        return not_alternating(found, self.setup.watched)
 
     @cached_property
     def drift(self) -> dict[str, Scalar]:
@@ -390,15 +408,15 @@ class Trajectory:
         ]
         return self._reader.drift(integrals, self.sample_times)
 
-    def plot(self, *names: str) -> Figure:
-        """A matplotlib ``Figure`` over time: a panel for each of ``names``.
+    def plot(self, *names: Any) -> Figure:
+        """A matplotlib ``Figure`` over time: a panel for each of ``names``, as of ``frame``.
 
         Without names: theta, energies, normal force, relative drift of what is conserved; recorded
         events are marked. ``tt_precise.runtime.plotting.save`` writes it.
         """
         from tt_precise.integration.views import figure
 
-        return figure(self, names)
+        return figure(self, expanded(names))
 
     def animate(
         self,
@@ -437,7 +455,7 @@ class Trajectory:
 
         Integrates again, in the same set-up, if it lacks the events.
         """
-        complete = set(NEEDED) <= set(self.setup.events)
+        complete = set(NEEDED) <= set(self.setup.watched)
         run = self if complete else self.again(events=NEEDED, record=())
         double = self.precision.name == "double"
         return from_events(

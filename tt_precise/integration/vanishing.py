@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from tt_precise.integration.equations import moving
-from tt_precise.integration.events import EXTREMUM, Event, Hit, event_named
+from tt_precise.integration.events import Event, Hit
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
@@ -53,9 +53,10 @@ def functions_along(
     found = {}
     for name, event in events.items():
         value = event.function(q)
-        slope = name.startswith(EXTREMUM) and not event.slope
-        constant = 0 if slope else value
-        found[name] = (rate(value) if slope else value) if isinstance(value, Series) else constant
+        if event.of_rate:
+            found[name] = rate(value) if isinstance(value, Series) else 0
+        else:
+            found[name] = value
     return entries, found
 
 
@@ -75,7 +76,7 @@ def _at_start(setup: Setup, start: InitialState) -> AtStart:
     import numpy
 
     form = setup.formulation
-    events = {name: event_named(name, form.model, form.friction) for name in setup.events}
+    events = setup.watched
     row = [numpy.float64(float(x)) for x in start.first_row(form, setup.record)]
     sizes = _sizes(setup, start, [numpy.array([x]) for x in row])
     sized = [Sized(x, size[0]) for x, size in zip(row, sizes, strict=True)]
@@ -235,7 +236,7 @@ def _crossing(hits: Sequence[Hit], setup: Setup, start: InitialState) -> list[bo
     for i, hit in enumerate(hits):
         places.setdefault(hit.name, []).append(i)
     body = form.body([float(x) for x in start.parameters(form)])
-    events = {name: event_named(name, form.model, form.friction) for name in places}
+    events = {name: setup.watched[name] for name in places}
     sized = [Sized(x, size) for x, size in zip(rows, sizes, strict=True)]
     with numpy.errstate(all="ignore"):
         _, found = functions_along(setup, events, body, sized, SizedFunctions())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+from tt_precise.integration.columns import Name
 from tt_precise.integration.reading import DIGITS, ERROR
 from tt_precise.runtime import plotting
 from tt_precise.runtime.arithmetic import Array
@@ -39,6 +40,7 @@ LABELS = {
 
 def notebook_table(trajectory: Trajectory) -> str:
     """How it ended, in HTML; nothing that would cost another integration."""
+    state, shown = trajectory.state, trajectory.precision.with_error
     return table(
         f"Trajectory of {trajectory.scene.name}",
         [
@@ -47,15 +49,15 @@ def notebook_table(trajectory: Trajectory) -> str:
             ("precision", f"{trajectory.precision.name}, {trajectory.precision.bits} bits"),
             ("formulation", trajectory.formulation),
             ("steps", trajectory.steps),
-            *((name, text or "undefined") for name, text in trajectory.state.as_text().items()),
+            *((name, shown(value, state.errors.get(name))) for name, value in state.values.items()),
             *((f"event {name}", f"{n} times") for name, n in trajectory.event_counts.most_common()),
         ],
     )
 
 
-def figure(trajectory: Trajectory, names: tuple[str, ...] = ()) -> Figure:
+def figure(trajectory: Trajectory, names: tuple[Name, ...] = ()) -> Figure:
     """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named."""
-    panels: tuple[tuple[str, ...], ...] = tuple((name,) for name in names)
+    panels: tuple[tuple[Name, ...], ...] = tuple((name,) for name in names)
     if not names:
         panels = (("theta",), ENERGIES, ("g_n",))
     wanted = [name for panel in panels for name in panel]
@@ -77,22 +79,25 @@ def figure(trajectory: Trajectory, names: tuple[str, ...] = ()) -> Figure:
 
 
 def _panel(
-    axes: Axes, trajectory: Trajectory, samples: pandas.DataFrame, names: tuple[str, ...]
+    axes: Axes, trajectory: Trajectory, samples: pandas.DataFrame, columns: tuple[Name, ...]
 ) -> None:
     from tt_precise.mechanics.quantities import described
 
+    names = [str(getattr(one, "name", one)) for one in columns]
     for name in names:
         at = plotting.thinned(samples["t"].to_numpy(), samples[name].to_numpy())
         axes.plot(samples["t"].to_numpy()[at], samples[name].to_numpy()[at], label=_label(name))
     first = names[0].removeprefix(ERROR)
-    unit = "1" if first == DIGITS else described(first).unit
+    unit = "1"
+    if first != DIGITS:
+        unit = getattr(columns[0], "unit", None) or described(first).unit
     unit = SHORT_UNITS.get(unit, unit)
     if names[0].startswith(ERROR):
         axes.set_yscale("log")
     axes.set_ylabel((f"{_label(names[0])} / " if len(names) == 1 else "") + unit)
     if len(names) > 1:
         axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
-    if names == ("g_n",):
+    if names == ["g_n"]:
         axes.axhline(0, color=plotting.GREY, linewidth=0.8)
 
 

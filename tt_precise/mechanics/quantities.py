@@ -158,8 +158,19 @@ class Quantity:
     evaluate: Callable[[Motion], Scalar]
     dimension: Dimension
     meaning: str
-    pole: bool
-    radians: bool
+    pole: bool = True
+    radians: bool = False
+
+    @classmethod
+    def of(cls, function: Callable[[Motion], Scalar]) -> Quantity:
+        """One's own: a function of the motion, generic in its arithmetic, called by its name.
+
+        It is given, and gives, numbers in units of m, R and sqrt(R/g); with an attribute
+        ``dimension`` its columns are in SI.
+        """
+        dimension = getattr(function, "dimension", Dimension())
+        meaning = str(function.__doc__ or "one's own").partition("\n")[0]
+        return cls(function.__name__, function, dimension, meaning)
 
     @property
     def unit(self) -> str:

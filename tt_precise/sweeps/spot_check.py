@@ -58,7 +58,9 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
     found |= {"t_stop": run.t_end, "t_equator": times.equator}
     for part in parts(record):
         asked = f"{part.part}_{part.quantity}"
-        ends = run.frame(part.quantity, times=[0, run.t_end])[part.quantity].tolist()
+        ends = run.frame(part.quantity, times=[0, run.t_end], numbers="exact")[
+            part.quantity
+        ].tolist()
         chosen = dict(zip(("start", "end"), ends, strict=True))
         if part.extreme:
             inner = run.event_table((part.quantity,), at=turning_events(part.quantity))

@@ -78,7 +78,7 @@ def test_small_swings_take_half_a_period_of_the_harmonic_oscillator() -> None:
 def test_a_swing_is_what_a_rolling_top_does() -> None:
     run = integrate("rolling", events=("theta_min", "theta_max"))
     turns = [float(t) for t in run.events["t"][:3]]
-    first = run.frame("D", "E_tilde", "lambda", times=[0]).iloc[0]
+    first = run.frame("D", "E_tilde", "lambda", times=[0], numbers="exact").iloc[0]
     body = run.scene.body.numbers(float)
     found = swing(body, float(first["D"]), float(first["E_tilde"]), float(first["lambda"]))
     assert found is not None

@@ -102,7 +102,7 @@ class Run:
 
     def at(self, name: str, t: str) -> Settled:
         """A quantity or state entry by name at time ``t`` (exact, s), in SI, with its digits."""
-        return self.settled(lambda run: run.frame(name, times=[t])[name].iloc[0])
+        return self.settled(lambda run: run.frame(name, times=[t], numbers="exact")[name].iloc[0])
 
     def moment(self, definition: str, which: str) -> Settled:
         """``t_init``, ``t_end`` or ``duration`` of the inversion, in s."""
@@ -110,7 +110,7 @@ class Run:
 
     def columns(self, names: Iterable[str], times: Sequence[float]) -> dict[str, Array]:
         """Named columns at ``times`` as float arrays, from the dense output in double."""
-        frame = self.trajectory().frame(*names, times=times)
+        frame = self.trajectory().frame(*names, times=times, numbers="exact")
         return {str(name): frame[name].to_numpy(dtype=float) for name in frame}
 
     def value(self, name: str, t: float) -> float:
@@ -269,7 +269,9 @@ class Run:
         times, values = self.extrema(name, span)
         at = int(values.argmax() if largest else values.argmin())
         if at in (0, len(values) - 1):
-            return self.settled(lambda run: run.frame(name, times=[times[at]])[name].iloc[0])
+            return self.settled(
+                lambda run: run.frame(name, times=[times[at]], numbers="exact")[name].iloc[0]
+            )
         return self.settled(lambda run: _vertex(run, name, times[at]))
 
     def least(self, name: str) -> Settled:
@@ -361,7 +363,9 @@ def _extrema(scene: SceneLike, name: str, precision: str) -> pandas.DataFrame:
 
     run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
     times = [0, *run.events["t"], run.t_end]
-    return pandas.DataFrame({"t": times, "value": list(run.frame(name, times=times)[name])})
+    return pandas.DataFrame(
+        {"t": times, "value": list(run.frame(name, times=times, numbers="exact")[name])}
+    )
 
 
 @cache
@@ -393,7 +397,9 @@ def _vertex(run: Trajectory, name: str, t: float) -> Scalar:
     context = run.precision.context
     h = context.mpf(2) ** -30  # 1 ns: the third derivative no longer matters
     middle = context.mpf(t)
-    before, here, after = run.frame(name, times=[middle - h, middle, middle + h])[name]
+    before, here, after = run.frame(name, times=[middle - h, middle, middle + h], numbers="exact")[
+        name
+    ]
     slope, curvature = (after - before) / 2, after - 2 * here + before
     return here - slope * slope / (2 * curvature)
 

@@ -229,7 +229,7 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
     run = Run(variant(phi_dot=phi_dot, until="2"))
     solution = integrate(run.loaded, "double")
     end = solution.t_end
-    before, after = solution.frame("g_n", times=[end * 0.999, end])["g_n"]
+    before, after = solution.frame("g_n", times=[end * 0.999, end], numbers="exact")["g_n"]
     falling = solution.status == "contact_lost" and before > 1e-6 > after
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value
@@ -386,7 +386,7 @@ def _distances(run: Run) -> dict[str, list[float]]:
         "D": thresholds.D1(body, lambda_, fn),
         "E_tilde": thresholds.E1(body, lambda_),
     }
-    table = solution.frame(*limits, times=TIMES)
+    table = solution.frame(*limits, times=TIMES, numbers="exact")
     return {
         name: [float(abs(value / limit - 1)) for value in table[name]]
         for name, limit in limits.items()

@@ -321,7 +321,7 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Finding:
 
 def _spin_at(definition: str, run: Trajectory) -> Scalar:
     t = getattr(run.inversion, definition).t_init
-    return run.frame("omega_3", times=[t])["omega_3"].iloc[0]
+    return run.frame("omega_3", times=[t], numbers="exact")["omega_3"].iloc[0]
 
 
 def _zero_of_spin(run: Trajectory) -> Scalar:

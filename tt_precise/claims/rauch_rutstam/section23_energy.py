@@ -79,7 +79,7 @@ def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENC
 
 
 def _translational_share(run: Trajectory) -> Scalar:
-    begin = run.frame("E_trans", "E_pot", times=["0"]).iloc[0]
+    begin = run.frame("E_trans", "E_pot", times=["0"], numbers="exact").iloc[0]
     return begin["E_trans"] / begin["E_pot"]
 
 
@@ -152,7 +152,7 @@ def _proof_of_ratio(found: Check, check: Callable[[Scalar], Check], run: Run) ->
 
 
 def _ratio(run: Trajectory) -> Scalar:
-    first, last = run.frame("E_pot", times=["0", "8"])["E_pot"]
+    first, last = run.frame("E_pot", times=["0", "8"], numbers="exact")["E_pot"]
     return last / first
 
 

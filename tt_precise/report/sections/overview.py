@@ -42,7 +42,7 @@ def headlines() -> Headlines:
     drifts = {label: run.trajectory.drift["jellett"] for label, run in runs.items()}
     double, finest = drifts["double"], list(drifts)[-1]
     run = runs[finest].trajectory
-    start, end = run.frame("E_pot", times=[0, run.t_end])["E_pot"]
+    start, end = run.frame("E_pot", times=[0, run.t_end], numbers="exact")["E_pot"]
     alpha = run.scene.body.alpha
     limit = full(float((1 + alpha) / (1 - alpha)), 5)
     ended = run.inversion.A.t_end

@@ -1,0 +1,81 @@
+"""One's own functions of the motion, as columns and as events; and how numbers are shown."""
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tt_precise.mechanics.quantities import ENERGY, E, Motion
+from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.errors import InputError
+from tt_precise.scene.scene import Scene
+
+
+def half_up(q: Motion) -> Scalar:
+    """Where the axis is 60 degrees away from the vertical."""
+    return q.state.kz - q.fn.sqrt(q.body.I3 / q.body.I3 / 4)
+
+
+def energy(q: Motion) -> Scalar:
+    """The energy again, under another name."""
+    return E(q)
+
+
+energy.dimension = ENERGY  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("digits", [5, 20])
+def test_a_function_is_a_column_and_an_event(reference: Scene, digits: int) -> None:
+    run = tt.integrate(reference.varied(until="6"), digits=digits, events=["theta_max", half_up])
+    times = run.events["t"][run.events["name"] == "half_up"]
+    assert len(times) > 2
+    for t in times:
+        assert abs(run.at(t).theta - run.precision.context.pi / 3) < 10.0**-digits + 1e-15 * (
+            digits < 16
+        )
+    errors = run.event_errors().query("name == 'half_up'")
+    assert (errors["digits"] >= digits).all()
+    frame = run.frame([half_up, "kz"], energy, "E")
+    assert list(frame) == ["t", "half_up", "kz", "energy", "E"]
+    assert {one.kind for one in frame.dtypes} == {"f"}
+    assert frame["half_up"].to_numpy() == pytest.approx(frame["kz"].to_numpy() - 0.5)
+    assert (frame["energy"] == frame["E"]).all()
+    own = run.error_over_time(energy, "E")
+    assert (own["energy"] == own["E"]).all()
+    assert 0 < own["energy"].max() < 10.0**-digits
+    assert run.plot(energy).axes[0].get_ylabel() == "energy / J"
+
+
+def test_of_a_motion_in_segments() -> None:
+    run = tt.integrate("coulomb-gliding", until="0.2", events=half_up)
+    assert run.frame(half_up)["half_up"].iloc[0] == pytest.approx(run.at(0).kz - 0.5)
+
+
+@pytest.mark.parametrize("asked", [3, [None]])
+def test_what_is_neither_a_name_nor_a_function(asked: object) -> None:
+    with pytest.raises(InputError, match="events: got"):
+        tt.integrate("reference", events=asked)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="column: got"):
+        tt.integrate("reference", until="0.1").frame(asked)
+
+
+def test_tables_hold_floats_in_every_arithmetic(half_quad: tt.Trajectory) -> None:
+    frame = half_quad.frame("theta", "phi_dot")
+    assert {one.kind for one in frame.dtypes} == {"f"}
+    assert numpy.cos(frame["theta"]).iloc[-1] == pytest.approx(float(half_quad.state.kz))
+    exact = half_quad.frame("theta", numbers="exact")["theta"].iloc[-1]
+    assert exact == half_quad.state.theta
+
+
+def test_numbers_show_the_digits_that_their_error_leaves(half: Scene) -> None:
+    run = tt.integrate(half, digits=14)
+    assert run.precision.bits > 53
+    shown, error = str(run.state.theta).split(" +- ")
+    assert float(error) == pytest.approx(float(run.error_estimate["theta"]), rel=0.1)
+    last = 10.0 ** -len(shown.partition("e")[0].partition(".")[2])
+    assert 0.05 < last * (0.01 if "e-2" in shown else 1) / float(error) <= 1
+    assert " +- " not in str(+run.state.theta)  # only of the state itself
+    plain = tt.integrate(half, "quad").state.theta
+    assert len(str(plain)) <= 42
+    lost = tt.integrate("contact-lost", digits=8)
+    assert " +- " in str(lost.state).splitlines()[0]
+    assert " +- " not in str(run.state).splitlines()[0]
