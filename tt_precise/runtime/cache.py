@@ -1,22 +1,19 @@
-"""What takes long and is computed once: files in ``reports/`` of the checkout or the user's cache.
+"""Results that take long: files in ``reports/`` of the checkout or the user's cache.
 
-Each file is named or marked by what it was made from, and counts only while that is the same. A
-file that cannot be read counts as one that is not there.
+Each file is named or marked by what it was made from, and is valid only while that is the same. An
+unreadable file counts as absent.
 """
 
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import gzip
 import hashlib
 import io
 import json
-import os
 import shutil
 import zlib
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,23 +97,17 @@ def cached_table(
 ) -> pandas.DataFrame:
     """The table in ``file``, or from ``compute`` if there is none of this ``definition``.
 
-    It is looked for in ``reports/`` of the checkout, then in the user's cache. Several processes
-    that ask for the same at once compute it once.
+    It is looked for in ``reports/`` of the checkout, then in the user's cache.
     """
     mark = fingerprint(definition)
     found = _found(file, mark)
     if found is not None:
         return found
-    with _alone(file):
-        found = _found(file, mark)  # somebody else may have made it meanwhile
-        if found is not None:
-            return found
-        content = packed(compute(), mark)
-        for folder in _folders():
-            if folder.is_dir() and os.access(folder, os.W_OK):
-                with contextlib.suppress(InputError):  # full, for example
-                    atomic_write(folder / file, content)
-                    break
+    content = packed(compute(), mark)
+    for folder in _folders():
+        with contextlib.suppress(InputError):  # read-only or full
+            atomic_write(folder / file, content)
+            break
     # from the bytes, so that nobody sees other digits than the next one who reads the file
     table = unpacked(content, mark)
     assert table is not None
@@ -160,17 +151,3 @@ def _folders() -> tuple[Path, ...]:
     with contextlib.suppress(OSError):
         known.append(user_folder())
     return tuple(known)
-
-
-@contextmanager
-def _alone(file: str) -> Iterator[None]:
-    """Nobody else who asks for ``file`` goes on meanwhile, where the cache can be written."""
-    try:
-        user_folder().mkdir(parents=True, exist_ok=True)
-        lock = (user_folder() / f"{file}.lock").open("w")
-    except OSError:  # no HOME, or one that cannot be written: then two compute the same
-        yield
-        return
-    with lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield

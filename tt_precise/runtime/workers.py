@@ -4,25 +4,29 @@
         for call, result in pool.perform(work, calls):
             ...
 
-A process that dies or exceeds a time limit fails its own task only. Calls in flight are bounded, so
-``calls`` may be a generator without end. A call that raises is tried again where that is asked for,
-and given back as a ``Failure`` after that.
+A process that dies or exceeds a time limit fails its own task only. A bounded number of calls is in
+flight, so ``calls`` may be a generator without end.
 """
 
 from __future__ import annotations
 
 import inspect
 import logging
-import math
 import multiprocessing
 import os
 import signal
 import threading
-from collections import deque
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sized
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)  # fmt: skip
 from dataclasses import dataclass
-from queue import SimpleQueue
 from types import TracebackType
 from typing import Any
 
@@ -32,7 +36,6 @@ from tt_precise.runtime.startup import in_a_process_of_ours
 
 IN_FLIGHT_EACH = 2  # calls of a worker: one at work, one waiting
 LONGEST_REASON = 500  # characters
-MOST_WORKERS, MOST_EACH_CORE = 64, 4
 WITHOUT_PORT = ("inproc://", "ucx://")  # addresses of dask's that are no host and port
 
 
@@ -40,9 +43,9 @@ WITHOUT_PORT = ("inproc://", "ucx://")  # addresses of dask's that are no host a
 class Call:
     """Arguments of the work, and a ``key`` that says which they are.
 
-    On this machine's processes a call of a list may have a time limit, and a ``group``: calls of
-    one group run one after the other in one process and may share what they compute
-    (``functools.cache``). They are one task: a process that dies fails all of them.
+    On this machine's processes a call may have a time limit, and calls of a list a ``group``: one
+    task, whose calls run one after the other in one process and may share what they compute
+    (``functools.cache``). A process that dies fails all of them.
     """
 
     key: Any
@@ -96,14 +99,8 @@ class Processes(Executor):
         )
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Put a task at the end of the queue."""
-        return self._pool.schedule(fn, args, kwargs)
-
-    def submit_within(
-        self, limit_s: float | None, fn: Callable[..., Any], *args: Any
-    ) -> Future[Any]:
-        """Put a task at the end of the queue that may take so long once it has begun."""
-        return self._pool.schedule(fn, args, timeout=limit_s)
+        """Put a task at the end of the queue; once begun, it may take ``limit_s``."""
+        return self._pool.schedule(fn, args, timeout=kwargs.get("limit_s"))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes when their tasks are done, or at once."""
@@ -143,28 +140,11 @@ def _follow() -> None:
     os.killpg(0, signal.SIGKILL)
 
 
-@dataclass(eq=False)
-class _Task:
-    """Calls that run one after the other, and how often they have been tried."""
-
-    calls: tuple[Call, ...]
-    tries: int = 0
-
-
 class Pool:
-    """An executor, how many workers it has, and what leaving it means.
+    """An executor with ``size()`` workers, which tries each call up to ``tries`` times.
 
-    As a context manager it ends the processes it has started: at once if it is left by an
-    exception, such as an interruption. An executor of somebody else's is left running.
-
-    Parameters
-    ----------
-    executor, size
-        Any executor, and a function that gives the number of its workers now.
-    tries
-        How often a call that raises is tried.
-    leave
-        Called at the end.
+    As a context manager it ends the processes that it has started (at once after an exception, such
+    as an interruption) and calls ``leave``. It leaves somebody else's executor running.
     """
 
     def __init__(
@@ -173,7 +153,7 @@ class Pool:
         size: Callable[[], int],
         *,
         tries: int = 1,
-        leave: Callable[[], object] | None = None,
+        leave: Callable[[], object] = lambda: None,
     ):
         self.executor, self.size, self.tries = executor, size, tries
         self._leave = leave
@@ -189,8 +169,7 @@ class Pool:
     ) -> None:
         if isinstance(self.executor, Processes):
             self.executor.shutdown(cancel_futures=error is not None)
-        if self._leave is not None:
-            self._leave()
+        self._leave()
 
     def perform(
         self,
@@ -200,8 +179,8 @@ class Pool:
     ) -> Iterator[tuple[Call, Any]]:
         """Each call with the result of ``work(*call.arguments)``, or its ``Failure``, as done.
 
-        ``work`` has to be importable in a worker. A ``deque`` of calls is emptied, and may be
-        given more meanwhile. Where calls can be counted ``progress`` gets the fraction done.
+        A worker must be able to import ``work``. Of a list of calls ``progress`` gets the fraction
+        done.
 
         Raises
         ------
@@ -209,80 +188,67 @@ class Pool:
             The executor does not work any more.
         """
         rest = self._tasks(calls)
-        again: deque[_Task] = deque()
-        in_flight: dict[Future[Any], _Task] = {}
-        done: SimpleQueue[Future[Any]] = SimpleQueue()
+        again: list[tuple[Call, ...]] = []
+        in_flight: dict[Future[Any], tuple[Call, ...]] = {}
+        tried: Counter[Any] = Counter()
         performed = 0
         try:
             while True:
-                room = self._room(isinstance(calls, Sized))
-                while len(in_flight) < room and (task := _next(again, rest, calls)) is not None:
-                    future = self._submitted(work, task)
-                    in_flight[future] = task
-                    future.add_done_callback(done.put)
+                # an inline call is done as soon as it is submitted
+                room = 1 if isinstance(self.executor, Inline) else IN_FLIGHT_EACH * self.size()
+                while len(in_flight) < room and (task := again.pop() if again else next(rest, ())):
+                    in_flight[self._submitted(work, task)] = task
                 if not in_flight:
                     return
-                # what succeeded first: a caller who ends at a failure has all that there is
-                for future in sorted(_all_in(done), key=_failed):
+                done = wait(in_flight, return_when=FIRST_COMPLETED).done
+                # successes first: a caller who stops at a failure has all that there is
+                for future in sorted((one for one in in_flight if one in done), key=_failed):
                     task = in_flight.pop(future)
                     results = self._results(future, task)
-                    if results is None:
+                    errors = [one.error for one in results if isinstance(one, Failure)]
+                    tried[task[0].key] += 1
+                    # what cannot be used cannot be used the next time either
+                    helps = errors and not isinstance(errors[0], InputError)
+                    if helps and tried[task[0].key] < self.tries:
                         again.append(task)
                         continue
-                    for place, call in enumerate(task.calls, start=1):
-                        yield call, results[place - 1]
+                    for call, result in zip(task, results, strict=True):
+                        yield call, result
                         performed += 1
-                        if isinstance(rest, deque):
-                            tasks = (*in_flight.values(), *again, *rest)
-                            left = len(task.calls) - place + sum(len(one.calls) for one in tasks)
-                            left += len(calls) if isinstance(calls, deque) else 0
-                            progress(performed / (performed + left))
+                        if isinstance(calls, Sized):
+                            progress(performed / len(calls))
         finally:
             for future in in_flight:
                 future.cancel()
 
-    def _tasks(self, calls: Iterable[Call]) -> deque[_Task] | Iterator[_Task]:
-        if isinstance(calls, deque):
-            return deque()
-        if not isinstance(calls, Sized):
-            return (_Task((call,)) for call in calls)
+    def _tasks(self, calls: Iterable[Call]) -> Iterator[tuple[Call, ...]]:
+        if not isinstance(calls, Sized) or not isinstance(self.executor, Processes):
+            return ((call,) for call in calls)
         grouped: dict[Hashable, list[Call]] = {}
         for number, call in enumerate(calls):
-            alone = call.group is None or not isinstance(self.executor, Processes)
-            grouped.setdefault((number, None) if alone else (0, call.group), []).append(call)
-        return deque(_Task(tuple(some)) for some in grouped.values())
+            key = (number, None) if call.group is None else (0, call.group)
+            grouped.setdefault(key, []).append(call)
+        return map(tuple, grouped.values())
 
-    def _room(self, listed: bool) -> float:
-        """How many tasks may be in flight."""
-        if isinstance(self.executor, Inline):
-            return 1  # done as soon as it is handed over
-        return math.inf if listed else IN_FLIGHT_EACH * self.size()
-
-    def _submitted(self, work: Callable[..., Any], task: _Task) -> Future[Any]:
+    def _submitted(self, work: Callable[..., Any], task: tuple[Call, ...]) -> Future[Any]:
         try:
             if not isinstance(self.executor, Processes):
-                return self.executor.submit(work, *task.calls[0].arguments)
-            limits = [call.limit_s for call in task.calls if call.limit_s is not None]
-            every = [call.arguments for call in task.calls]
-            return self.executor.submit_within(sum(limits) or None, _all_of, work, every)
+                return self.executor.submit(work, *task[0].arguments)
+            limits = [call.limit_s for call in task if call.limit_s is not None]
+            every = [call.arguments for call in task]
+            return self.executor.submit(_all_of, work, every, limit_s=sum(limits) or None)
         except (BrokenExecutor, RuntimeError) as error:
             raise _unusable(error) from None
 
-    def _results(self, future: Future[Any], task: _Task) -> list[Any] | None:
-        """Results and failures of the task's calls; None if it is to be tried again."""
+    def _results(self, future: Future[Any], task: tuple[Call, ...]) -> list[Any]:
+        """Results and failures of the task's calls."""
         try:
             found = future.result()
-            results = found if isinstance(self.executor, Processes) else [found]
         except (BrokenExecutor, CancelledError) as error:
             raise _unusable(error) from None
         except Exception as error:  # whatever went wrong there, the others go on
-            results = [Failure(self._told(error))] * len(task.calls)
-        failed = [one.error for one in results if isinstance(one, Failure)]
-        task.tries += 1
-        # what cannot be used cannot be used the next time either
-        if failed and task.tries < self.tries and not isinstance(failed[0], InputError):
-            return None
-        return results
+            return [Failure(self._told(error))] * len(task)
+        return found if isinstance(self.executor, Processes) else [found]
 
     def _told(self, error: Exception) -> Exception:
         """In our words what pebble says of a task whose process ended, or was ended."""
@@ -305,7 +271,7 @@ def cores() -> int:
 
 def most_workers() -> int:
     """As many processes as anybody's machine has use for, and the system can live with."""
-    return max(MOST_WORKERS, MOST_EACH_CORE * cores())
+    return max(64, 4 * cores())
 
 
 def local_pool(
@@ -396,26 +362,6 @@ def _all_of(work: Callable[..., Any], every: Iterable[tuple[Any, ...]]) -> list[
         except Exception as error:
             results.append(Failure(error))
     return results
-
-
-def _next(
-    again: deque[_Task], rest: deque[_Task] | Iterator[_Task], calls: Iterable[Call]
-) -> _Task | None:
-    if again:
-        return again.popleft()
-    if isinstance(calls, deque):
-        return _Task((calls.popleft(),)) if calls else None
-    if isinstance(rest, deque):
-        return rest.popleft() if rest else None
-    return next(rest, None)
-
-
-def _all_in(done: SimpleQueue[Future[Any]]) -> list[Future[Any]]:
-    """All that is done by now, at least one."""
-    found = [done.get()]
-    while not done.empty():
-        found.append(done.get())
-    return found
 
 
 def _failed(future: Future[Any]) -> bool:
