@@ -99,9 +99,12 @@ def main(most: str = str(SAMPLE)) -> int:
         if is_new:
             sample = drawn(SAMPLE)
             results.add_work_items(WorkItem.single(str(i), one) for i, one in enumerate(sample))
-            if tested((), {file for one in sample for file in tests_of(one.module_path)}).is_killed:
-                shutil.rmtree(checkout)
-                return 2
+            for room in ROOMS:
+                healthy = tested((), [f"tests/{room}"])
+                if healthy.is_killed:
+                    print(f"tests/{room} fails without a mutant:\n{healthy.output}")
+                    shutil.rmtree(checkout)
+                    return 2
         for item in results.pending_work_items[: int(most)]:
             result = tested(item.mutations, tests_of(item.mutations[0].module_path))
             results.set_result(item.job_id, result)

@@ -126,7 +126,7 @@ def test_a_question_in_python(name: str) -> None:
 @pytest.mark.parametrize(("argument", "status"), [("digits", 0), ("digit", 1)])
 def test_mypy_sees_the_signatures(argument: str, status: int) -> None:
     code = f"import tt_precise as tt\ntt.integrate('reference', {argument}=6)"
-    words = [sys.executable, "-m", "mypy", "--follow-imports=silent", "-c", code]
+    words = [sys.executable, "-m", "mypy", "--config-file=", "--follow-imports=silent", "-c", code]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert done.returncode == status, done.stdout
     assert ('"digit"' in done.stdout) == bool(status)
