@@ -4,6 +4,9 @@ import gc
 import os
 import signal
 from pathlib import Path
+from typing import Any
+
+from tt_precise.scene.body import TippeTop
 
 # compiled equations of the tests, theirs and of the commands that they start
 os.environ["HEYOKA_CACHE_DIR"] = str(
@@ -14,6 +17,17 @@ os.environ["HEYOKA_CACHE_DIR"] = str(
 # starts; those of the tests are to be interrupted.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# the paper's top
+RATIOS = {
+    "m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82",
+    "mu": "0.3",
+}  # fmt: skip
+
+
+def top(**changes: Any) -> TippeTop:
+    return TippeTop.from_ratios(**(RATIOS | changes))
 
 
 def pytest_collection_finish() -> None:

@@ -102,8 +102,8 @@ NO_NUMBERS = {
     for name in (
         "_version", "runtime",
         *(f"runtime.{tool}" for tool in (
-            "cache", "errors", "files", "lazy", "notebook", "plotting", "processes",
-            "progress", "registry", "sources", "startup", "terminal", "untyped", "workers",
+            "cache", "errors", "files", "lazy", "notebook", "plotting", "progress", "sources",
+            "startup", "terminal", "untyped", "workers",
         )),
     )
 }  # fmt: skip
@@ -115,6 +115,7 @@ def missing(places: tuple[str, ...]) -> set[str]:
     roots = [PACKAGE / place for place in places]
     own = {name for name, file in files.items() if {file, *file.parents} & {*roots}}
     assert all(root.exists() for root in roots)
+    assert set(files) >= NO_NUMBERS
     reached, ahead = set(own), [*own]
     while ahead:
         further = graph[ahead.pop()] - reached - NO_NUMBERS

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from tests.conftest import RATIOS, top
 from tt_precise.exact.arithmetic import agreed_digits, own_context, rounding_to
 from tt_precise.exact.stability import (
     INVERTED,
@@ -22,15 +23,7 @@ from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene.body import Parameters, TippeTop
 
-RATIOS = {
-    "m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82",
-    "mu": "0.3",
-}  # fmt: skip
 SIDES = pytest.mark.parametrize("side", [UPRIGHT, INVERTED])
-
-
-def top(**changes: str) -> TippeTop:
-    return TippeTop.from_ratios(**(RATIOS | changes))
 
 
 def expected(body: TippeTop, side: int, context: Any) -> Any:

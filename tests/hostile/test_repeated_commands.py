@@ -75,15 +75,3 @@ def test_what_was_killed_and_repeated_is_what_was_not(
     commands: Any, tmp_path: Path, words: Callable[[Path], list[str]]
 ) -> None:
     killed_and_repeated(commands, tmp_path, words, MOMENTS)
-
-
-def test_another_content_is_noticed(commands: Any, tmp_path: Path) -> None:
-    """The control: an old file of the folder that is killed stays."""
-
-    def words(folder: Path) -> list[str]:
-        folder.mkdir(exist_ok=True)
-        (folder / "old").write_text(folder.name)
-        return ["events"]
-
-    with pytest.raises(AssertionError):
-        killed_and_repeated(commands, tmp_path, words, 1)

@@ -50,25 +50,6 @@ def test_ids_do_not_depend_on_what_matplotlib_hashes(monkeypatch: pytest.MonkeyP
     assert texts[0] == texts[1]
 
 
-def test_svg_is_what_savefig_writes() -> None:
-    """Byte for byte, with formulas, a legend and an image; and the figure stays what it was."""
-    figures = [drawn(), drawn()]
-    for figure in figures:
-        (panel,) = figure.axes
-        panel.imshow(numpy.arange(6.0).reshape(2, 3), extent=(0, 1, 0, 1), aspect="auto")
-        panel.plot([1e-3, 1], [1e-12, 1], label=r"$\lambda(t)$")
-        panel.set(yscale="log", xlabel=r"$t_{\theta\approx0}$ (s)")
-        panel.legend()
-    sink = io.StringIO()
-    with plotting.styled():
-        figures[0].savefig(sink, format="svg", metadata={"Date": None, "Creator": None})
-    before = figures[1].canvas, figures[1].dpi, figures[1].get_facecolor()
-    assert plotting.svg_text(figures[1]) == plotting._numbered(sink.getvalue())
-    assert (figures[1].canvas, figures[1].dpi, figures[1].get_facecolor()) == before
-    figures[1].set_size_inches(4, 3)
-    assert plotting.svg_text(figures[1]) != plotting._numbered(sink.getvalue())
-
-
 def test_svg_is_whole_and_has_no_date() -> None:
     text = plotting.svg_text(drawn())
     assert ElementTree.fromstring(text).tag.endswith("svg")

@@ -7,18 +7,10 @@ from typing import Any
 import mpmath
 import pytest
 
+from tests.conftest import top
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.body import Dimension, TippeTop, Units, require_si, top_of
 from tt_precise.scene.numerals import to_mpmath
-
-RATIOS = {
-    "m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82",
-    "mu": "0.3",
-}  # fmt: skip
-
-
-def top(**changes: Any) -> TippeTop:
-    return TippeTop.from_ratios(**(RATIOS | changes))
 
 
 def test_ratios_become_si_exactly() -> None:
