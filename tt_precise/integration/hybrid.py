@@ -15,7 +15,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from tt_precise.integration.contact import contact_terms
 from tt_precise.integration.dense_output import DenseOutput, SampleTimes, StoredPieces
 from tt_precise.integration.equations import SLOW_SPEED, motion
 from tt_precise.integration.events import existing
@@ -25,7 +24,6 @@ from tt_precise.integration.own_time import OnsetOutput, OwnTimeOutput, terms_fo
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics import compliant, friction, rolling
-from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, STICKING, Formulation, raised
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
@@ -255,7 +253,7 @@ def bouncing(
         Too many of them.
     """
     fn, contact = setup.precision.context, setup.formulation
-    here = _begun(start, setup, fn)
+    here = replace(start.pressed_in(fn), row=tuple(fn.mpf(0) for _ in setup.record))
     found: list[Segment] = []
     begin, flies = start.until * 0, _flies(here)
     while True:
@@ -288,13 +286,3 @@ def _flies(here: InitialState) -> bool:
     vectors: Any = here.vectors
     pulls = bool(compliant.reach(here.body, vectors.height, vectors.rise) > 0)
     return bool(vectors.height > 0) or (vectors.height == 0 and vectors.rise >= 0) or pulls
-
-
-def _begun(start: InitialState, setup: Setup, fn: Functions) -> InitialState:
-    vectors: Any = start.vectors
-    if not isinstance(vectors, LiftedState):
-        numerator, denominator = contact_terms("gliding", start.body, vectors, fn)
-        height = compliant.resting_height(start.body, numerator / denominator, fn)
-        vectors = LiftedState(*(*vectors, height, fn.mpf(0)))
-    zeros = tuple(fn.mpf(0) for _ in setup.record)
-    return replace(start, vectors=vectors, row=zeros)

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
+from tt_precise.mechanics import compliant
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, contact_terms
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
@@ -64,6 +65,19 @@ class InitialState:
         """
         vectors, euler = _state(start, arithmetic, self.body, self.units, given)
         return replace(self, vectors=vectors, euler=euler)
+
+    def pressed_in(self, fn: Functions) -> InitialState:
+        """On an elastic table, with a height.
+
+        Where none is given it is the one at which a table at rest carries what a rigid one would.
+        """
+        vectors: Any = self.vectors
+        if isinstance(vectors, LiftedState):
+            return self
+        numerator, denominator = contact_terms("gliding", self.body, vectors, fn)
+        height = compliant.resting_height(self.body, numerator / denominator, fn)
+        vectors = LiftedState(*(*vectors, height, self.until * 0))
+        return replace(self, vectors=vectors)
 
     def state(self, form: Formulation) -> tuple[Scalar, ...]:
         """The state as ``form`` has it, in the order of its columns."""
