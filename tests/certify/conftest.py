@@ -38,8 +38,8 @@ def stored_of(scene: Scene, enclosed: Enclosed) -> Stored:
         return [printed(state[name]) for name in names]
 
     rows = [(str(exact_decimal(t)), *cells(state)) for t, state in enclosed.rows]
-    if enclosed.lost:
-        rows.append((printed(enclosed.lost.time), *cells(enclosed.lost.state)))
+    if enclosed.end:
+        rows.append((printed(enclosed.end.time), *cells(enclosed.end.state)))
     happened = [
         (float(one.time), ORDER.index(name), (name, printed(one.time), str(one.direction)), one)
         for name, kind in enclosed.events.items()

@@ -141,7 +141,7 @@ def test_a_sign_that_changes_at_once_is_found() -> None:
 def test_what_begins_at_zero_and_rises_has_no_event_there() -> None:
     proof = prove(replace(tt.load_scene("tippetopsim"), until=Fraction(1, 500)))
     assert begins(proof.scene, "phi_dot_zero") == Onset(1, 1)
-    assert proof.all_events["phi_dot_zero"].zeros == ()
+    assert proof.all_events["phi_dot_zero"].zeros == []
     assert proof.all_events["phi_dot_zero"].failure is None
 
 
@@ -150,7 +150,7 @@ def test_phi_dot_that_only_touches_zero_changes_no_sign() -> None:
     proof = prove(replace(tt.load_scene("frictionless"), until=Fraction(1, 10)))
     assert len(proof.all_events["theta_max"].zeros) >= 2
     found = proof.all_events["phi_dot_zero"]
-    assert (found.zeros, found.failure) == ((), None)
+    assert (found.zeros, found.failure) == ([], None)
     # with the smallest friction nothing of the kind is known, and it is no longer so
     body = replace(proof.scene.body, mu=Fraction(1, 1000))
     rubbed = prove(replace(proof.scene, body=body))

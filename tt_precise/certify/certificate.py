@@ -36,7 +36,7 @@ class Refused(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
 class Accepted:
     """What a certificate proves: so many pieces, printed numbers and events.
 
-    ``lost`` says that contact is lost, at the last of these; otherwise it is kept.
+    ``lost`` says that contact is lost, at the last of these.
     """
 
     scene: str
@@ -48,10 +48,10 @@ class Accepted:
     @property
     def summary(self) -> str:
         """One line for people."""
-        contact = "is lost at the last of them" if self.lost else "is kept"
+        contact = ", at the last of which contact is lost" if self.lost else ""
         return (
             f"{self.scene}: accepted: {self.pieces} pieces prove {self.numbers} printed numbers, "
-            f"{self.events} events at their times, and that contact {contact}"
+            f"{self.events} events at their times{contact}"
         )
 
 

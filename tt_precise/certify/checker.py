@@ -13,9 +13,10 @@ arithmetic says to which order, and balls say which sign follows.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
+from typing import NamedTuple
 
 import flint
 import numpy
@@ -32,13 +33,20 @@ from tt_precise.certify.checker_arithmetic import (
     Room,
     fixed,
 )  # fmt: skip
-from tt_precise.certify.comparison import CONTACT_LOST, Enclosed, Happening
+from tt_precise.certify.comparison import Enclosed, Happening
 from tt_precise.integration.equations import QUADRATURE_SCALE, extended_rates
-from tt_precise.integration.events import Event, catalogue, event_named
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, integrated
+from tt_precise.integration.events import TERMINAL, Event, catalogue, event_named
+from tt_precise.mechanics import compliant
+from tt_precise.mechanics.formulations import (
+    STATE_DIMENSIONS,
+    Formulation,
+    elastic,
+    integrated,
+    raised,
+)
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.arithmetic import Arithmetic, Scalar
+from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
@@ -57,6 +65,41 @@ VANISHING = 6  # the highest order to which a function may vanish at t = 0
 Function = Callable[[Motion], Scalar]
 
 
+class Phase(NamedTuple):
+    """Equations that hold until a function falls to zero, which is the event ``ends``."""
+
+    form: Formulation
+    ends: str
+    function: Function
+
+
+def _phases(scene: Scene) -> list[Phase]:
+    """What a motion consists of, by turns."""
+    force, law, spring = QUANTITIES["g_n"].evaluate, scene.body.friction, scene.body.spring
+    if scene.flies or spring not in ("", "linear"):
+        raise Refused("the scene changes its equations in another way than by a linear spring")
+    form = integrated(scene.model, "newton", law)
+    if scene.model == "flight":
+        return [Phase(form, "landed", _height)]
+    if not spring:
+        return [Phase(form, "contact_lost", force)]
+    pressed = Phase(elastic(spring, "newton", law), "separation", force)
+    return [pressed, Phase(raised("newton", spring), "landing", _height)]
+
+
+def _begun(scene: Scene, start: InitialState, fn: Functions) -> InitialState:
+    return start.pressed_in(fn) if scene.body.spring else start
+
+
+def _height(q: Motion) -> Scalar:
+    return q.state.height
+
+
+def _pull(q: Motion) -> Scalar:
+    """What an elastic table would pull with, were its force not zero then."""
+    return compliant.reach(q.body, q.state.height, q.state.rise)
+
+
 class Checker:
     """Goes through the pieces of a certificate; the state is then proved within the present one.
 
@@ -65,15 +108,22 @@ class Checker:
     """
 
     def __init__(self, scene: Scene, bits: int, order: int):
-        if scene.lifts:
-            raise Refused("the scene flies, or stands on an elastic table: other equations")
         self.scene, self.bits, self.order = scene, bits, order
-        self.form = integrated(scene.model, "newton", scene.body.friction)
-        self.start = InitialState.of(scene, Arithmetic(Balls, ball))
-        self.beginning = Beginning(scene)
-        self.finish = arb(0)
-        self.end = [arb(x) for x in self.start.first_row(self.form, scene.record)]
-        self.free = self._moving(self.end)
+        self.phases = _phases(scene)
+        self.start = _begun(scene, InitialState.of(scene, Arithmetic(Balls, ball)), Balls)
+        self.beginning = Beginning(scene, self.phases[0].form)
+        row = self.start.first_row(self.phases[0].form, scene.record)
+        self.enter(arb(0), [arb(x) for x in row])
+        if scene.body.spring and not self.motion(self.end).state.height < 0:
+            raise Refused("the top may begin above the elastic table")
+
+    def enter(self, time: arb, state: list[arb]) -> None:
+        """Go on from here in the first of the ``phases``."""
+        phase, self.finish, self.end = self.phases[0], time, state
+        self.form, self.entered = phase.form, time
+        if phase.ends != "landing" and not phase.function(self.motion(state)) > 0:
+            raise Refused(f"the motion is not proved to begin before {phase.ends}")
+        self.free = self._moving(state)
         n = len(self.free)
         self.basis = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
         self.box = arb_mat(n, 1, [arb(0)] * n)
@@ -88,6 +138,14 @@ class Checker:
             if found == free:
                 return free
             free = found
+
+    def order_at_entry(self, function: Function) -> int:
+        """To which order a function vanishes where the present phase began."""
+        if self.entered == 0:
+            return self.beginning.order(function)
+        if function is not _pull:
+            raise Refused(f"a sign at t = {float(self.entered):.6g} is undecided")
+        return 1
 
     def rates(self, state: Sequence[Scalar]) -> list[Scalar]:
         """The right-hand side, with the quadratures that the scene records."""
@@ -258,15 +316,26 @@ class Zeros:
         self.states: list[Sequence[Scalar]] = [tube]
         self.motions = [checker.motion(tube)]
 
-    def lost(self) -> arb | None:
-        """When the contact force ceases to be positive, if it does, or raise ``Refused``."""
-        force, checker = QUANTITIES["g_n"].evaluate, self.piece
-        if force(self.motions[0]).p(checker.low.interval) > 0:
-            return None
-        if not self._value(force, arb(0)) > 0:
-            raise Refused(f"the contact force may vanish near t = {float(checker.time):.6g}")
-        found = self.of(force, checker.finish)
-        return found[0][1] if found else None
+    def end(self) -> arb | None:
+        """When the present phase ends, if it does in this piece.
+
+        A table that lets go of a top below its surface pulls at first, by the formula of its force:
+        that has come down through zero, where contact and flight have the same equations. The
+        formula must not say that it pushes again while the top is below the surface.
+        """
+        checker, phase = self.piece, self.piece.phases[0]
+        found = None
+        if not phase.function(self.motions[0]).p(checker.low.interval) > 0:
+            found = next(self._falls(phase.function), None)
+        if phase.ends == "landing":
+            for time in self._falls(_pull):
+                over = found is not None and time > found
+                if not (over or checker.motion(checker.state(time)).state.height > 0):
+                    raise Refused(f"the table may push again at t = {float(time):.6g}")
+        return found
+
+    def _falls(self, function: Function) -> Iterator[arb]:
+        return (time for way, time in self.of(function, self.piece.finish) if way < 0)
 
     def of(
         self, function: Function, until: arb, touches: Sequence[arb] = ()
@@ -293,7 +362,7 @@ class Zeros:
         value = function(self.motions[0])
         if not isinstance(value, Poly) or not value.p.length():
             return []  # it is the same number always
-        begin = self._past_the_start(function) if checker.time == 0 else arb(0)
+        begin = self._past_the_start(function) if checker.time is checker.entered else arb(0)
         end = min(checker.length, ((until - checker.time) / checker.unit).upper())
         waiting, slope = [(begin, end)] if end > begin else [], arb_poly([])
         while waiting:
@@ -332,7 +401,7 @@ class Zeros:
         """
         if not self._value(function, arb(0)).contains(0):
             return arb(0)
-        order, b = self.piece.beginning.order(function), self.piece.length
+        order, b = self.piece.order_at_entry(function), self.piece.length
         if not order:
             return arb(0)
         derivative = self._derivative(function, order)
@@ -383,11 +452,10 @@ def _peeled(found: Scalar, order: int) -> Scalar:
 class Beginning:
     """How functions of a scene begin, at t = 0 exactly."""
 
-    def __init__(self, scene: Scene):
-        self.form = integrated(scene.model, "newton", scene.body.friction)
-        formal, balls = FormalFunctions(), Arithmetic(Balls, ball)
-        begins = InitialState.in_si(scene, Arithmetic(formal, Formal.of))
-        near = InitialState.of(scene, balls)
+    def __init__(self, scene: Scene, form: Formulation):
+        self.form, formal = form, FormalFunctions()
+        begins = _begun(scene, InitialState.in_si(scene, Arithmetic(formal, Formal.of)), formal)
+        near = _begun(scene, InitialState.of(scene, Arithmetic(Balls, ball)), Balls)
         self.known = ((begins.body, formal), (near.body, Balls))
         self.states: list[list[Sequence[Scalar]]] = [
             [begins.state(self.form), near.state(self.form)]
@@ -447,33 +515,40 @@ class _Walk:
         self.seconds, self.until = checker.start.units.time, checker.start.until
         self.times = list(reversed(self.scene.sample_times))
         self.rows: list[tuple[Fraction, dict[str, arb | None]]] = []
-        self.lost: Happening | None = None
+        self.over = False
         names = catalogue(self.scene.model)
         self.kinds = {name: event_named(name, self.scene.model) for name in names}
         self.events: dict[str, list[Happening]] = {name: [] for name in names}
 
     def through(self, power: int, length: arb, start: Sequence[arb]) -> None:
         """Verify the next piece, and what happens in it."""
-        if self.lost:
-            raise Refused("a piece after the loss of contact")
-        checker = self.checker
+        if self.over:
+            raise Refused("a piece after the end of the motion")
+        checker, phase = self.checker, self.checker.phases[0]
         checker.advance(power, length, start)
         zeros = Zeros(checker)
-        lost = zeros.lost()
-        if lost is not None and lost > self.until:
-            lost = None
-        end = self.until if lost is None else lost
+        ended = zeros.end()
+        if ended is not None and ended > self.until:
+            ended = None
+        end = self.until if ended is None else ended
         while self.times and (time := ball(self.times[-1]) / self.seconds) < checker.finish:
-            if lost is not None and not time < lost:
+            if ended is not None and not time < ended:
                 break
             self.rows.append((self.times.pop(), self._columns(checker.state(time))))
         for name, event in self.kinds.items():
+            if event.gliding and phase.form.model == "flight":
+                continue
             found = zeros.of(event.function, end, self._touches(event, zeros, end))
             self.events[name] += [
                 self._happening(way, time) for way, time in found if event.direction in (0, way)
             ]
-        if lost is not None:
-            self.lost = self._happening(-1, lost)
+        if ended is None:
+            return
+        self.events.setdefault(phase.ends, []).append(self._happening(-1, ended))
+        self.over = phase.ends in TERMINAL
+        if not self.over:
+            checker.phases.reverse()
+            checker.enter(ended, checker.state(ended))
 
     def _touches(self, event: Event, zeros: Zeros, until: arb) -> list[arb]:
         """Where phi_dot is zero without changing sign, because the motion comes back.
@@ -483,7 +558,7 @@ class _Walk:
         """
         scene, turn = self.scene, self.kinds["theta_max"].function
         turns = scene.start.theta_dot == 0 == scene.start.phi_dot
-        loses = scene.body.mu and scene.model == "gliding"
+        loses = (scene.body.mu and scene.model == "gliding") or scene.body.spring
         begins = self.checker.beginning
         if event.name != "phi_dot_zero" or not turns or loses:
             return []
@@ -513,9 +588,6 @@ class _Walk:
 
     def finished(self) -> Enclosed:
         """What is enclosed, if that is everything; else raise ``Refused``."""
-        if self.lost is None and not self.checker.finish > self.until:
+        if not (self.over or self.checker.finish > self.until):
             raise Refused(f"the pieces end at t = {float(self.checker.finish):.6g}")
-        events = dict(self.events)
-        if self.lost:
-            events[CONTACT_LOST] = [self.lost]
-        return Enclosed(self.rows, events)
+        return Enclosed(self.rows, self.events)

@@ -22,7 +22,7 @@ from tt_precise.golden.digits import DIGITS, PRINTED, ZERO, digits_of, scale_of
 from tt_precise.golden.runs import ORDER, SAME_TIME, columns, exact_decimal
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.integration.events import catalogue
+from tt_precise.integration.events import JOINING, TERMINAL, catalogue
 from tt_precise.runtime.untyped import Json
 
 CONTACT_LOST = "contact_lost"
@@ -46,8 +46,8 @@ class Enclosed:
     """Balls around the exact solution of a scene.
 
     ``rows`` has time (s) and state at each sample, ``events`` all that happen by kind, in order of
-    time, and ``CONTACT_LOST`` where contact is lost. Kinds that are ``undecided`` are not among
-    them. ``failure`` says why it ends before the horizon, if it does.
+    time, also those that end the motion or its equations. Kinds that are ``undecided`` are not
+    among them. ``failure`` says why it ends before the horizon, if it does.
     """
 
     rows: Sequence[tuple[Fraction, State]]
@@ -56,9 +56,9 @@ class Enclosed:
     failure: str | None = None
 
     @property
-    def lost(self) -> Happening | None:
-        """The loss of contact."""
-        return next(iter(self.events.get(CONTACT_LOST, ())), None)
+    def end(self) -> Happening | None:
+        """What ends the motion, such as the loss of contact."""
+        return next((self.events[name][0] for name in TERMINAL if name in self.events), None)
 
 
 @dataclass(frozen=True)
@@ -165,8 +165,8 @@ def _rows(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]:
     proved: list[tuple[str | None, State]] = [
         (exact_decimal(seconds), {"t": ball(seconds), **state}) for seconds, state in enclosed.rows
     ]
-    if enclosed.lost:
-        proved.append((None, {"t": enclosed.lost.time, **enclosed.lost.state}))
+    if enclosed.end:
+        proved.append((None, {"t": enclosed.end.time, **enclosed.end.state}))
     if len(table.rows) != len(proved):
         found.append(f"{TRAJECTORY}: {len(table.rows)} rows, expected {len(proved)}")
     states: list[State] = []
@@ -192,10 +192,11 @@ def _events(stored: Stored, enclosed: Enclosed) -> tuple[list[State], list[str]]
     lines: dict[str, list[int]] = {}
     for position, row in enumerate(table.rows):
         lines.setdefault(row[0], []).append(position)
-    unknown = sorted(lines.keys() - {*catalogue(stored.scene.model), CONTACT_LOST})
+    ends = {*TERMINAL, *JOINING}
+    unknown = sorted(lines.keys() - {*catalogue(stored.scene.model), *ends})
     found += [f"{EVENTS}: an event {name[:50]}, which does not exist" for name in unknown]
-    if CONTACT_LOST in lines and CONTACT_LOST not in proved:
-        found.append(f"{EVENTS}: {CONTACT_LOST}, which is not proved to happen")
+    unproved = sorted((lines.keys() & ends) - proved.keys())
+    found += [f"{EVENTS}: {name}, which is not proved to happen" for name in unproved]
     for name, happenings in proved.items():
         there = lines.get(name, [])
         if len(there) != len(happenings):

@@ -136,7 +136,8 @@ class VerifiedStep:
     """One verified step: |y(t) - p(s)| <= radius for t = begin + unit s, 0 <= s <= end.
 
     ``tube`` and ``rates`` are bands of y and dy/ds in s, good to about 17 digits of the largest
-    component; ``bits`` is the precision that the rest deserves.
+    component; ``bits`` is the precision that the rest deserves. ``until`` is the time at which
+    other equations take over, if they do in it.
     """
 
     problem: Problem
@@ -147,11 +148,14 @@ class VerifiedStep:
     tube: tuple[TaylorModel, ...]
     rates: tuple[TaylorModel, ...]
     bits: int
+    until: arb | None = None
 
     @property
     def finish(self) -> arb:
         """The time at its end."""
-        return self.begin + self.piece.end * self.piece.unit
+        return (
+            self.until if self.until is not None else self.begin + self.piece.end * self.piece.unit
+        )
 
     @cached_property
     def sharp(self) -> tuple[tuple[TaylorModel, ...], tuple[TaylorModel, ...]]:
@@ -221,13 +225,15 @@ def enclose(
     problem: Problem,
     bits: int,
     *,
+    begin: arb | None = None,
     ends: Callable[[VerifiedStep], bool] | None = None,
     progress: Progress = silent,
 ) -> Enclosure:
-    """Enclose the solution from 0 to ``problem.until()``, or through the step where it ``ends``.
+    """Enclose the solution to ``problem.until()``, or through the step where it ``ends``.
 
-    A step that does not verify is made again, half as long; those to come are much alike, so its
-    length stays in mind for a while.
+    It is at the problem's start at the time ``begin``, which is 0 unless given. A step that does
+    not verify is made again, half as long; those to come are much alike, so its length stays in
+    mind for a while.
 
     Raises
     ------
@@ -239,7 +245,11 @@ def enclose(
         require_outward_rounding()
         zeros = exact_zeros(problem)
         stepped = without(problem, zeros)
-        approximation, until, time = Steps(stepped, bits), problem.until(), arb(0)
+        approximation, until, time = (
+            Steps(stepped, bits),
+            problem.until(),
+            arb(0) if begin is None else begin,
+        )
         longest = ceiling = limit = (until + 1).upper()
         reached = stepped.start()
         errors = LohnerSet.of([arb(0)] * len(stepped.columns))

@@ -21,7 +21,7 @@ from flint import arb
 from tt_precise.certify import checker
 from tt_precise.certify.balls import NotProved, bounds
 from tt_precise.certify.certificate import FILE, Accepted, Refused, content_of, packed, unpacked
-from tt_precise.certify.comparison import Comparison, State, compare, outward, rounded
+from tt_precise.certify.comparison import CONTACT_LOST, Comparison, State, compare, outward, rounded
 from tt_precise.certify.proof import BITS, Proof, prove
 from tt_precise.golden import proofs, store
 from tt_precise.golden.store import (
@@ -180,7 +180,7 @@ def check(stored: Stored, content: dict[str, Json], progress: Progress = silent)
     if found.objection:
         raise Refused(found.objection)
     happened = sum(map(len, enclosed.events.values()))
-    lost = enclosed.lost is not None
+    lost = CONTACT_LOST in enclosed.events
     return Accepted(stored.name, len(content["pieces"]), found.count("rounded"), happened, lost)
 
 
@@ -291,6 +291,8 @@ def _ball(text: str, exact: arb | None, scale: Decimal) -> str:
 
 def _contact(proof: Proof) -> dict[str, Json]:
     # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles that of E'; rolling conserves E
+    if proof.scene.lifts:
+        return {"g_n_positive": "while there is contact"}
     if proof.lost:
         time, _ = proof.event_state(proof.lost)
         return {"g_n_positive": "until contact is lost", "lost_at_s": _number(time, 34)}

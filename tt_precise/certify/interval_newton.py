@@ -15,7 +15,7 @@ where the band of F'' excludes zero; and it does not change sign there.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -57,8 +57,8 @@ def zeros(
 ) -> Iterator[Zero]:
     """All zeros after t = 0 in the steps, in the order of these, as they are proved.
 
-    ``reversed(enclosure.steps)`` gives the last one first. ``begins`` is how F begins at
-    t = 0, where that is known; a step that begins there needs it unless F has a sign there.
+    ``reversed(enclosure.steps)`` gives the last one first. ``begins`` is how F begins in the first
+    of the steps, where that is known; it needs it unless F has a sign there.
     ``touches`` are balls around instants at which F and its derivative are known to be zero; where
     F does not change sign there is no event. A function that vanishes identically has none.
 
@@ -75,6 +75,7 @@ def zeros(
             except NotProved:
                 # the function may be tiny beside the components that it is made of
                 found = _Part.of(step, function, begins, near, sharp=True).zeros()
+        begins = None
         yield from found
 
 
@@ -128,8 +129,7 @@ class _Part:
     ) -> _Part:
         along = function(_moving(step, sharp))
         local = [(t - step.begin) / step.piece.unit for t in touches]
-        first = begins if step.begin == 0 else None
-        return cls(step, function, along.value, along.partials[0], sharp, first, local)
+        return cls(step, function, along.value, along.partials[0], sharp, begins, local)
 
     def zeros(self) -> list[Zero]:
         """All zeros in the step but one at t = 0, in order of time."""
@@ -230,63 +230,37 @@ class _Part:
         return 1 if value > 0 else -1
 
 
-@dataclass(frozen=True)
 class ProvedEvents:
-    """All zeros of one event after t = 0, or why they are not proved."""
+    """All zeros of one event after t = 0 in the steps that were searched, or why none is proved.
 
-    name: str
-    zeros: tuple[Zero, ...]
-    failure: NotProved | None = None
+    At the instants ``touches`` its function is known to touch zero (``zeros``).
+    """
 
-
-class _Search:
-    """The zeros of one event, as far as the steps have been searched."""
-
-    def __init__(self, scene: Scene, name: str, observer: Observer, touches: Sequence[arb]):
+    def __init__(self, scene: Scene, name: str, observer: Observer, touches: Sequence[arb] = ()):
         event = event_named(name, scene.model)
-        self.name, self.direction, self.touches = name, event.direction, touches
-        self.function = observer.of(event.function)
-        self.found: list[Zero] = []
+        self.name, self.gliding, self.touches = name, event.gliding, touches
+        self.direction, self.function = event.direction, observer.of(event.function)
+        self.zeros: list[Zero] = []
         self.failure: NotProved | None = None
         try:
             self.begins = onset(scene, event.function)
         except NotProved as why:
             self.failure = why
-        self.ended = self.failure is not None
 
     def through(self, step: VerifiedStep, end: arb) -> None:
-        """Add the zeros in a step, up to the end of the motion."""
+        """Add the zeros in the next step, up to the end of what it stands for."""
+        if self.failure:
+            return
+        begins = self.begins if step.begin == 0 else None
         try:
-            for zero in zeros([step], self.function, begins=self.begins, touches=self.touches):
-                self.ended = zero.time > end
-                if self.ended:
+            for zero in zeros([step], self.function, begins=begins, touches=self.touches):
+                if zero.time > end:
                     return
                 if not zero.time < end:
                     raise NotProved(
                         "zeros", f"whether one of {self.name} is beyond the end is undecided"
                     )
                 if self.direction in (0, zero.direction):
-                    self.found.append(zero)
+                    self.zeros.append(zero)
         except NotProved as why:
-            self.failure, self.ended = why, True
-
-
-def search(
-    scene: Scene,
-    steps: Iterable[VerifiedStep],
-    end: arb,
-    names: Mapping[str, Sequence[arb]],
-) -> dict[str, ProvedEvents]:
-    """The events called ``names`` between t = 0 and ``end``.
-
-    ``names`` has for each event instants at which its function is known to touch zero
-    (``interval_newton.zeros``).
-    """
-    observer = Observer(scene)
-    searches = [_Search(scene, name, observer, touches) for name, touches in names.items()]
-    # all events of a step in turn: they share what they are made of
-    for step in steps:
-        for one in searches:
-            if not one.ended:
-                one.through(step, end)
-    return {one.name: ProvedEvents(one.name, tuple(one.found), one.failure) for one in searches}
+            self.failure = why

@@ -18,17 +18,22 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from math import isqrt
+from typing import Any
 
 import flint
 from flint import arb, fmpq, fmpq_poly
 
 from tt_precise.certify.balls import Balls, NotProved, ball
+from tt_precise.certify.problem import form_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import formulation
+from tt_precise.mechanics.flight import LiftedState
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Inclination, Scene
+from tt_precise.scene.start import LIFTED, LiftedStart
 from tt_precise.taylor.series import Series, SeriesFunctions, solution
 
 MOST_ORDER = 6
@@ -152,16 +157,21 @@ def _at(polynomial: fmpq_poly, x: arb) -> arb:
 @lru_cache(maxsize=8)
 def _motion(scene: Scene) -> Motion:
     """The scene's solution as power series with exact coefficients, SI."""
-    form = formulation(scene.model, "newton", scene.body.friction)
+    form = form_of(scene)
     body, fn = scene.body.numbers(Fraction), SeriesFunctions(Balls)
     if scene.start.theta.at_pole:
         sine, cosine = Exact.of(0), Exact.of(-1 if scene.start.theta.from_pi else 1)
     else:
         sine, cosine = Exact.sine_cosine()
-    start = {name: getattr(scene.start, name) for name in EulerState._fields[1:]}
-    euler = EulerState(theta=None, **{name: Exact.of(value) for name, value in start.items()})
-    vectors = vectors_from_euler(body, euler, None, sine_cosine=(sine, cosine))
-    state = [Exact.of(value) for value in vectors[: len(form.columns)]]
+    given = {name: Exact.of(getattr(scene.start, name)) for name in EulerState._fields[1:]}
+    euler = EulerState(theta=None, **given)
+    vectors: Any = vectors_from_euler(body, euler, None, sine_cosine=(sine, cosine))
+    if isinstance(scene.start, LiftedStart):
+        vectors = LiftedState(*vectors, *(getattr(scene.start, name) for name in LIFTED))
+    begins = InitialState(scene.model, body, Units(1, 1, 1), vectors, euler, Exact.of(0))
+    if scene.body.spring:
+        begins = begins.pressed_in(fn)
+    state = [Exact.of(value) for value in begins.state(form)]
     series = solution(lambda y: form.rates(body, form.State(*y), fn), state)
     return form.motion(body, form.State(*series), fn)
 

@@ -22,10 +22,15 @@ from flint import arb
 from tt_precise.certify.balls import Balls, NotProved, ball
 from tt_precise.integration.equations import QUADRATURE_SCALE, extended_rates
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, integrated
+from tt_precise.mechanics.formulations import (
+    STATE_DIMENSIONS,
+    Formulation,
+    elastic,
+    integrated,
+    raised,
+)
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
 from tt_precise.scene.body import Parameters, Units
 from tt_precise.scene.scene import Scene
@@ -90,7 +95,7 @@ class Problem:
 
     ``rates`` is generic in the arithmetic, analytic, and free of time. ``parameters`` and
     ``start`` return balls around the exact numbers, in the working precision of the moment: as
-    tight as one asks. ``scene`` is where it comes from, if it does.
+    tight as one asks. ``form`` is the formulation of a scene that they are from, if they are.
     """
 
     name: str
@@ -99,7 +104,7 @@ class Problem:
     parameters: Callable[[], Sequence[arb]]
     start: Callable[[], Sequence[arb]]
     until: Callable[[], arb]
-    scene: Scene | None = None
+    form: Formulation | None = None
 
     @cached_property
     def traced(self) -> Equations:
@@ -107,34 +112,66 @@ class Problem:
         return Equations(self.rates, len(self.parameters()), len(self.columns))
 
 
-def problem_of(scene: Scene) -> Problem:
-    """The scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0.
+@dataclass(frozen=True)
+class Phase:
+    """Equations that hold until ``function`` falls to zero, which is the event ``ends``."""
 
-    The state is that of ``form_of``; recorded quadratures follow, scaled down as in
-    ``integration.equations``.
+    ends: str
+    form: Formulation
+    function: Callable[[Motion], Scalar]
+
+
+def contact_force(q: Motion) -> Scalar:
+    """What a top stays on the table by."""
+    return QUANTITIES["g_n"].evaluate(q)
+
+
+def phases_of(scene: Scene) -> tuple[Phase, ...]:
+    """What a motion consists of: one phase, or contact and flight by turns, which may begin.
 
     Raises
     ------
     NotProved
-        The scene changes its equations on the way (flight, an elastic table), or they contain a
-        function that balls lack.
+        It changes its equations in a way that proofs do not cover, or they contain a function that
+        balls lack.
     """
-    if scene.lifts:
-        raise NotProved(
-            "equations", "flight and elastic tables change them on the way; proofs cover one set"
-        )
-    missing = scene.body.friction.missing(Balls)
+    spring, law = scene.body.spring, scene.body.friction
+    if scene.flies or spring == "hunt-crossley":
+        what = "flight after contact" if scene.flies else f"a {spring} table"
+        raise NotProved("equations", f"{what} changes them in a way that proofs do not cover")
+    missing = law.missing(Balls)
     if missing:
         raise NotProved(
-            "equations",
-            f"{scene.body.law} friction needs {' and '.join(missing)}, proofs have none",
+            "equations", f"{law.name} friction needs {' and '.join(missing)}, proofs have none"
         )
-    form = form_of(scene)
+    form = integrated(scene.model, "newton", law)
+    if scene.model == "flight":
+        return (Phase("landed", form, lambda q: q.state.height),)
+    if not spring:
+        return (Phase("contact_lost", form, contact_force),)
+    pressed = Phase("separation", elastic(spring, "newton", law), contact_force)
+    return pressed, Phase("landing", raised("newton", spring), lambda q: q.state.height)
+
+
+def problem_of(
+    scene: Scene, form: Formulation | None = None, begins: Sequence[arb] | None = None
+) -> Problem:
+    """The scene in vectors and dimensionless units (m = R = g = 1), the axis at azimuth 0.
+
+    The state is that of ``form``, by default of ``form_of``; recorded quadratures follow, scaled
+    down as in ``integration.equations``. It ``begins`` as the scene says, or in another state.
+
+    Raises
+    ------
+    NotProved
+        As ``phases_of``.
+    """
+    form = form or form_of(scene)
 
     def rates(
         parameters: Sequence[Scalar], state: Sequence[Scalar], fn: Functions
     ) -> Sequence[Scalar]:
-        return extended_rates(form, scene.record, body_of(scene, parameters), tuple(state), fn)
+        return extended_rates(form, scene.record, form.body(parameters), tuple(state), fn)
 
     known: dict[int, Sequence[arb]] = {}
 
@@ -145,20 +182,23 @@ def problem_of(scene: Scene) -> Problem:
         return known[precision]
 
     def start() -> Sequence[arb]:
-        state = InitialState.of(scene, BALLS).state(form)
+        if begins is not None:
+            return begins
+        first = InitialState.of(scene, BALLS)
+        state = (first.pressed_in(Balls) if scene.body.spring else first).state(form)
         return [*map(arb, state), *(arb(0) for _ in scene.record)]
 
     def until() -> arb:
         return dimensionless_time(scene, scene.until)
 
     return Problem(
-        scene.name, (*form.columns, *scene.record), rates, parameters, start, until, scene
+        scene.name, (*form.columns, *scene.record), rates, parameters, start, until, form
     )
 
 
 def form_of(scene: Scene) -> Formulation:
-    """The equations that are enclosed: those that heyoka integrates, in vectors."""
-    return integrated(scene.model, "newton", scene.body.friction)
+    """The equations that are enclosed at first, in vectors; others have the same columns."""
+    return phases_of(scene)[0].form
 
 
 def body_of(scene: Scene, parameters: Sequence[Scalar]) -> Parameters:
@@ -228,16 +268,16 @@ class Observer:
     Functions of one observer share what they compute of the state that they saw last.
     """
 
-    def __init__(self, scene: Scene):
-        self.form, self._parameters = form_of(scene), problem_of(scene).parameters
-        self._scene = scene
+    def __init__(self, scene: Scene, form: Formulation | None = None):
+        self.form = form or form_of(scene)
+        self._parameters = problem_of(scene, self.form).parameters
         self._last: tuple[Sequence[Scalar], int, Motion] | None = None
 
     def motion(self, state: Sequence[Scalar]) -> Motion:
         """The motion; a state is not to be changed after it was seen."""
         precision = flint.ctx.prec
         if self._last is None or self._last[0] is not state or self._last[1] != precision:
-            body = body_of(self._scene, self._parameters())
+            body = self.form.body(self._parameters())
             vectors = self.form.State(*state[: len(self.form.columns)])
             self._last = state, precision, self.form.motion(body, vectors, FUNCTIONS)
         return self._last[2]
@@ -247,9 +287,11 @@ class Observer:
         return lambda state: evaluate(self.motion(state))
 
 
-def observed(scene: Scene, evaluate: Callable[[Motion], Scalar]) -> Function:
+def observed(
+    scene: Scene, evaluate: Callable[[Motion], Scalar], form: Formulation | None = None
+) -> Function:
     """``evaluate`` of the scene's ``Motion`` as a function of the state's entries."""
-    return Observer(scene).of(evaluate)
+    return Observer(scene, form).of(evaluate)
 
 
 def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
@@ -258,7 +300,7 @@ def columns_in_si(scene: Scene, state: Sequence[arb]) -> dict[str, arb | None]:
     None where a value is undefined, or not bounded (Euler angles at a pole).
     """
     motion = Observer(scene).motion(state)
-    names = [*NewtonState._fields, *EulerState._fields, *scene.record]
+    names = [*motion.state._fields, *EulerState._fields, *scene.record]
     recorded = [value * QUADRATURE_SCALE for value in state[len(form_of(scene).columns) :]]
     units = units_of(scene)
     found: dict[str, arb | None] = {}

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 
@@ -12,24 +12,28 @@ import flint
 from flint import arb
 
 from tt_precise.certify.balls import NotProved, largest
-from tt_precise.certify.comparison import CONTACT_LOST, Enclosed, Happening
+from tt_precise.certify.comparison import Enclosed, Happening
 from tt_precise.certify.enclosure import Enclosure, VerifiedStep, enclose
 from tt_precise.certify.energy_well import Held, forever
-from tt_precise.certify.interval_newton import ProvedEvents, Zero, lower_bound, search, zeros
-from tt_precise.certify.onset import onset
+from tt_precise.certify.interval_newton import ProvedEvents, Zero, lower_bound, zeros
+from tt_precise.certify.onset import Onset, onset
 from tt_precise.certify.problem import (
     Observer,
+    Phase,
     columns_in_si,
+    contact_force,
     dimensionless_time,
     observed,
+    phases_of,
     problem_of,
     units_of,
 )
-from tt_precise.integration.events import catalogue, event_named
+from tt_precise.integration.events import TERMINAL, catalogue, event_named
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
+from tt_precise.mechanics.compliant import reach
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import QUANTITIES, jellett
+from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
@@ -43,14 +47,16 @@ BITS = 200
 class Proof:
     """What is proved about ``scene``: see ``tt_precise.certify`` for the theorem.
 
-    ``lost`` is the proved instant at which the contact force first reaches zero, where the model
-    ends; until then, or all the time if there is none, it is proved to be positive.
-    All numbers are balls.
+    ``lost`` is the proved instant at which the model ends, because contact is lost or the top comes
+    down; until then, or all the time if there is none, the contact force or the height is proved to
+    be positive. ``joints`` are the instants at which an elastic table lets go of the top or takes
+    it again. All numbers are balls.
     """
 
     scene: Scene
     enclosure: Enclosure
     lost: Zero | None
+    joints: tuple[tuple[str, Zero], ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -131,10 +137,17 @@ class Proof:
                 undecided[name] = str(one.failure)
             else:
                 events[name] = [self._happening(zero) for zero in one.zeros]
-        if self.lost:
-            events[CONTACT_LOST] = [self._happening(self.lost)]
+        for phase in phases_of(self.scene):
+            if found := [zero for name, zero in self._ends if name == phase.ends]:
+                events[phase.ends] = [self._happening(zero) for zero in found]
         failure = self.enclosure.failure
         return Enclosed(list(self.rows()), events, undecided, str(failure) if failure else None)
+
+    @property
+    def _ends(self) -> tuple[tuple[str, Zero], ...]:
+        if self.lost is None:
+            return self.joints
+        return (*self.joints, (phases_of(self.scene)[-1].ends, self.lost))
 
     def _happening(self, zero: Zero) -> Happening:
         return Happening(zero.direction, *self.event_state(zero))
@@ -145,7 +158,7 @@ class Proof:
 
         Not available where contact is lost, as g_n comes down to zero there.
         """
-        function, end = _normal_force(self.scene), self.finish
+        function, end = observed(self.scene, contact_force), self.finish
         return -largest(-lower_bound(step, function, 16, end) for step in self.enclosure.steps)
 
     @cached_property
@@ -190,8 +203,21 @@ class Proof:
         return self._search([name])[name]
 
     def _search(self, names: Sequence[str]) -> dict[str, ProvedEvents]:
-        touches = {name: self._touches if name == "phi_dot_zero" else () for name in names}
-        return search(self.scene, self.enclosure.steps, self.finish, touches)
+        observer = Observer(self.scene)
+        found = {
+            name: ProvedEvents(
+                self.scene, name, observer, self._touches if name == "phi_dot_zero" else ()
+            )
+            for name in names
+        }
+        for step in self.enclosure.steps:
+            flies = step.problem.form is not None and step.problem.form.model == "flight"
+            end = self.finish if step.until is None else step.until
+            # all events of a step in turn: they share what they are made of
+            for one in found.values():
+                if not (one.gliding and flies):
+                    one.through(step, end)
+        return found
 
     @cached_property
     def forever(self) -> dict[str, Held]:
@@ -202,8 +228,8 @@ class Proof:
         NotProved
             Nothing is proved of all later times.
         """
-        if self.lost:
-            raise NotProved("W2", "contact is lost")
+        if self.lost or self.scene.lifts:
+            raise NotProved("W2", "the top need not stay on the table")
         observer = Observer(self.scene)
 
         def state(seconds: Fraction) -> NewtonState:
@@ -222,7 +248,7 @@ class Proof:
         image of that after it, and phi_dot is the same. Where it starts from a turning point with
         phi_dot = 0, so is every second turning point, the next one of the same kind.
         """
-        if self.scene.body.mu and self.scene.model == "gliding":
+        if (self.scene.body.mu and self.scene.model == "gliding") or self.scene.body.spring:
             return ()
         try:
             precession, turn = (
@@ -289,33 +315,73 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
         early has a ``failure`` in its enclosure.
     """
     scene = load_scene(scene)
-    function = _normal_force(scene)
-    lost: list[Zero] = []
-
-    def ends(step: VerifiedStep) -> bool:
-        if not lower_bound(step, function) > 0:
-            lost.extend(zeros([step], function))
-        return bool(lost)
-
-    start = arb(function(problem_of(scene).start()))
-    if not start > 0:
-        raise NotProved("contact", "g_n is not proved to be positive at t = 0")
-    enclosure = enclose(problem_of(scene), bits, ends=ends, progress=progress)
+    steps, joints = list[VerifiedStep](), list[tuple[str, Zero]]()
+    time, state, lost = arb(0), None, None
+    for phase in itertools.cycle(phases_of(scene)):
+        problem, found = problem_of(scene, phase.form, state), list[Zero]()
+        _require_begun(scene, phase, problem.start(), first=state is None)
+        ends = _ending(scene, phase, found)
+        enclosure = enclose(problem, bits, begin=time, ends=ends, progress=progress)
+        steps += enclosure.steps
+        # the last step reaches beyond the horizon, and so may what happens in it
+        within = found[0] if found and not found[0].time > problem.until() else None
+        if phase.ends in TERMINAL or not within:
+            lost = within
+            break
+        time, state = within.time, within.state
+        joints.append((phase.ends, within))
+        steps[-1] = replace(steps[-1], until=time)
     if enclosure.failure and scene.may_stick:
         raise NotProved(
             "friction",
             f"the proof ends near t = {float(enclosure.finish):.4g} sqrt(R/g): "
             f"{enclosure.failure.reason}; where a contact sticks Coulomb's law has no derivative",
         )
-    if not enclosure.steps:
+    if not steps:
         raise enclosure.failure or NotProved("time", "the horizon is zero")
-    # the last step reaches beyond the horizon, and so may what happens in it
-    within = [zero for zero in lost if not zero.time > enclosure.problem.until()]
-    return Proof(scene, enclosure, within[0] if within else None)
+    whole = replace(enclosure, problem=problem_of(scene), steps=tuple(steps))
+    return Proof(scene, whole, lost, tuple(joints))
 
 
-def _normal_force(scene: Scene) -> Scalar:
-    return observed(scene, QUANTITIES["g_n"].evaluate)
+def _require_begun(scene: Scene, phase: Phase, start: Sequence[arb], first: bool) -> None:
+    """Refuse a phase that is over when it begins, or one of contact above the table."""
+    if phase.ends == "landing":
+        return  # a damped table lets go of a top that is still below its surface
+    positive = [phase.function]
+    if phase.ends == "separation" and first:
+        positive.append(lambda q: -q.state.height)
+    if not all(arb(observed(scene, f, phase.form)(start)) > 0 for f in positive):
+        what = "the height" if scene.model == "flight" else "g_n"
+        raise NotProved("contact", f"{what} is not proved to be positive at the start")
+
+
+def _ending(scene: Scene, phase: Phase, found: list[Zero]) -> Callable[[VerifiedStep], bool]:
+    """Whether a phase ends in a step, at a zero that is then in ``found``.
+
+    A table that has let go of a top below its surface pulls from then on, by the formula of its
+    force: this came down through a simple zero, where the equations of contact and of flight agree.
+    By the time that it would push again the top has to be above the table.
+    """
+    observer = Observer(scene, phase.form)
+    function, pull = observer.of(phase.function), observer.of(_pull)
+    begins = iter([Onset(1, 1)])
+
+    def ends(step: VerifiedStep) -> bool:
+        if not lower_bound(step, function) > 0:
+            found.extend(zero for zero in zeros([step], function) if zero.direction < 0)
+        if phase.ends == "landing":
+            height = phase.form.columns.index("height")
+            for zero in zeros([step], pull, begins=next(begins, None)):
+                later = found and zero.time > found[0].time
+                if zero.direction < 0 and not later and not zero.state[height] > 0:
+                    raise NotProved("contact", "the table may push before the top comes down")
+        return bool(found)
+
+    return ends
+
+
+def _pull(q: Motion) -> Scalar:
+    return reach(q.body, q.state.height, q.state.rise)
 
 
 def _require_certainty(rows: list[dict[str, Scalar]]) -> None:

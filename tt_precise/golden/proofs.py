@@ -485,7 +485,7 @@ def _contact(stored: Stored, record: Record) -> Iterator[str]:
         return
     if lost:
         yield f"{PROOF}: contact is not lost, but {EVENTS} says so"
-    if not contact["g_n_positive"]:
+    if stored.scene.lifts or not contact["g_n_positive"]:
         return
     scene, table = stored.scene, stored.trajectory
     state = NewtonState(*(numpy.array(table.column(name), float) for name in NewtonState._fields))
