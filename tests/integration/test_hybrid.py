@@ -293,7 +293,7 @@ def test_proofs_refuse_flight() -> None:
     from tt_precise.certify.problem import problem_of
 
     viscous = load_scene("contact-lost").text + '\n[contact]\nlost = "fly"\n'
-    with pytest.raises(NotProved, match="flight and elastic tables change them on the way"):
+    with pytest.raises(NotProved, match="flight after contact changes them"):
         problem_of(parse_scene(viscous, "flies", "flies.toml"))
 
 
