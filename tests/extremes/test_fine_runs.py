@@ -6,7 +6,7 @@ import pytest
 
 from tt_precise.extremes.contact import LOSING, NAMES, _at_both_zeros, blowing_up, losing
 from tt_precise.extremes.horizons import there_and_back
-from tt_precise.extremes.parameters import FRICTION_S, FRICTIONS, ROUGH
+from tt_precise.extremes.parameters import FRICTIONS, ROUGH, SHORT_S
 from tt_precise.extremes.sensitivity import NUDGE, VARIED, _nudged
 from tt_precise.extremes.tops import distance, varied
 from tt_precise.integration import integrate
@@ -39,9 +39,9 @@ def test_they_end_as_quad_does(which: str) -> None:
 
 SENSITIVE = load_scene("reference").varied(until="3.2")  # about where it is most so
 COMPLETE = {
-    **{f"mu = {mu}": varied(mu=mu, until=FRICTION_S) for mu in dict.fromkeys((*FRICTIONS, *ROUGH))},
-    "mu for the slope": varied(mu="1e-5", until=FRICTION_S),
-    "rolling": replace(varied(until=FRICTION_S), model="rolling"),
+    **{f"mu = {mu}": varied(mu=mu, until=SHORT_S) for mu in dict.fromkeys((*FRICTIONS, *ROUGH))},
+    "mu for the slope": varied(mu="1e-5", until=SHORT_S),
+    "rolling": replace(varied(until=SHORT_S), model="rolling"),
     **{
         f"{name}, {sign:+}": _nudged(SENSITIVE, name, sign * NUDGE)
         for name in VARIED

@@ -230,7 +230,7 @@ def case(
     expected: str,
     source: str,
     control: Mapping[str, object],
-    over: Mapping[str, Iterable[object]] | None = None,
+    over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]] = (),
     quick: bool | Callable[..., bool] = False,
     limit_s: float = LIMIT_S,
 ) -> Callable[[Callable[..., Observation]], Callable[..., Observation]]:
@@ -246,9 +246,7 @@ def case(
 
     def register(function: Callable[..., Observation]) -> Callable[..., Observation]:
         topic = _topic_of.get(function.__module__.removeprefix(f"{__package__}."), "other")
-        names = tuple(over or ())
-        for values in product(*(over or {}).values()):
-            arguments = dict(zip(names, values, strict=True))
+        for arguments in combinations(over):
             filled = name.format(**arguments)
             made = ExtremeCase(
                 topic=topic,
@@ -268,6 +266,15 @@ def case(
         return function
 
     return register
+
+
+def combinations(
+    over: Mapping[str, Iterable[object]] | Sequence[Mapping[str, object]],
+) -> Iterable[Mapping[str, object]]:
+    """The arguments of each case: those listed, or every combination of the values by name."""
+    if isinstance(over, Mapping):
+        return [dict(zip(over, values, strict=True)) for values in product(*over.values())]
+    return over or [{}]
 
 
 @cache

@@ -5,10 +5,18 @@ from __future__ import annotations
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.exact.arithmetic import own_context
+from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
-from tt_precise.extremes.tops import Integrate, exact_start, integrating, refused, varied
+from tt_precise.extremes.tops import (
+    EPS,
+    Integrate,
+    exact_start,
+    integrating,
+    refused,
+    triple_double,
+    varied,
+)
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import Scene, load_scene
@@ -28,9 +36,8 @@ THETA = "2"  # of the starts at both zeros; cos theta < 0 lets the numerator van
 
 def losing(name: str) -> Scene:
     """A scene that loses contact: a shipped one, or the reference start with a rough table."""
-    if name.startswith("mu"):
-        return varied(mu=name.removeprefix("mu = "), until="1")
-    return load_scene(name)
+    rough = name.startswith("mu")
+    return varied(mu=name.removeprefix("mu = "), until="1") if rough else load_scene(name)
 
 
 @case(
@@ -43,7 +50,7 @@ def losing(name: str) -> Scene:
 )
 def time_of_loss(scene: str, precision: str, integrate: Integrate = integrate) -> Observation:
     """The end of the model is a root, found as well as the state is known."""
-    fine = _until_lost(scene, "triple-double")
+    fine = triple_double(losing(scene))
     run = integrate(losing(scene), precision)
     error = abs(fine.precision.context.mpf(run.t_end) - fine.t_end) / run.precision.eps
     finite(value for value in run.state.values.values())
@@ -81,25 +88,31 @@ def plane_loss(precision: str, integrate: Integrate = integrate) -> Observation:
 )
 def narrow_horizon(side: str, shift: str = "0") -> Observation:
     """The model holds to the last instant, and not an instant longer."""
-    lost = Fraction(str(_until_lost("mu = 3", "triple-double").t_end)) + Fraction(shift) * (
-        1 if side == "before" else -1
-    )
-    until = lost + (-NARROW_S if side == "before" else NARROW_S)
-    run = integrate(varied(mu="3", until=str(until)))
-    return same(run.status, "complete" if side == "before" else "contact_lost")
+    sign, status = (-1, "complete") if side == "before" else (1, "contact_lost")
+    lost = Fraction(str(triple_double(losing("mu = 3")).t_end))
+    until = lost + sign * (NARROW_S - Fraction(shift))
+    return same(integrate(varied(mu="3", until=str(until))).status, status)
 
 
+@case(
+    "a start with its denominator < 0, contact bilateral",
+    expected="refused: no contact force exists there, whatever the table can do",
+    source="eq (7): g_n jumps from +infinity to -infinity where its denominator changes sign",
+    over=[{"what": "its denominator < 0", "contact": "bilateral"}],
+    quick=True,
+    control={"what": "g_n < 0"},
+)
 @case(
     "a start with {what}",
     expected="refused in one line that says what to change",
     source="eq (7): the table cannot pull, and no force exists beyond the singular contact",
     over={"what": ("g_n < 0", "g_n = 0", "its denominator < 0")},
     quick=True,
-    control={"harmless": True},
+    control={"what": "no defect"},
 )
-def start_off_the_table(what: str, harmless: bool = False) -> Observation:
+def start_off_the_table(what: str, contact: str = "unilateral") -> Observation:
     """Starts that are no motion of a top on a table."""
-    return refused(lambda: integrate(varied(**({} if harmless else _off_the_table(what)))))
+    return refused(lambda: integrate(varied(**_off_the_table(what)), contact=contact))
 
 
 @case(
@@ -116,45 +129,27 @@ def bilateral(what: str, contact: str = "bilateral") -> Observation:
     table = run.frame("g_n", "E", numbers="exact")
     energy = finite(table["E"], "E")
     found = "g_n = 0" if abs(table["g_n"][0]) < 1e-14 else "g_n < 0"
-    drift = (max(energy) - min(energy)) / abs(energy[0]) / 2.0**-52
+    drift = (max(energy) - min(energy)) / abs(energy[0]) / EPS
     return together(
         within(drift, 100, "eps in E"), same(found, what), same(run.status, "contact_ignored")
     )
 
 
-@case(
-    "a start with its denominator < 0, contact bilateral",
-    expected="refused: no contact force exists there, whatever the table can do",
-    source="eq (7): g_n jumps from +infinity to -infinity where its denominator changes sign",
-    quick=True,
-    control={"what": "g_n < 0"},
-)
-def beyond_the_singularity(what: str = "its denominator < 0") -> Observation:
-    """What even ``--contact bilateral`` does not run."""
-    return refused(lambda: integrate(varied(**_off_the_table(what)), contact="bilateral"))
-
-
 def _off_the_table(what: str) -> dict[str, str]:
     """Starts made by hand from eq (7)."""
+    if what == "no defect":
+        return {}
     if what == "its denominator < 0":
         return {"theta": "1", "mu": "3", "nu_x": "20", "until": "0.02"}
     fn = own_context(60)
     alpha, R, g = fn.mpf("0.3"), fn.mpf("0.02"), fn.mpf("9.82")
     # g_n = 0 with phi_dot = 0: 1 + alpha (R/g) cos theta theta_dot^2 = 0
     rate = fn.sqrt(-g / (R * alpha * fn.cos(2)))
-    if what == "g_n = 0":
-        # one unit of the 40th digit beyond: exactly zero is no decimal
-        rate *= 1 + fn.mpf("1e-40")
-    else:
-        rate *= 2
+    # one unit of the 40th digit beyond: exactly zero is no decimal
+    rate *= 1 + fn.mpf("1e-40") if what == "g_n = 0" else 2
     return {
         "theta": "2", "theta_dot": fn.nstr(rate, 55), "omega_3": "0", "mu": "0", "until": "0.02",
     }  # fmt: skip
-
-
-@cache
-def _until_lost(scene: str, precision: str) -> Trajectory:
-    return integrate(losing(scene), precision)
 
 
 @cache
@@ -191,7 +186,7 @@ def blow_up(motion: str, integrate: Integrate = integrate) -> Observation:
     fn = fine.precision.context
     left = _blow_up_time(motion) - fine.t_end
     return together(
-        within(abs(fn.mpf(run.t_end) - fine.t_end) / 2.0**-52, 30, "eps s from the fine run's"),
+        within(abs(fn.mpf(run.t_end) - fine.t_end) / EPS, 30, "eps s from the fine run's"),
         Observation(f"{float(left):.1e} s before the blow-up", bool(0 < left < 1e-12)),
         same(run.status, "singular_contact"),
     )
@@ -244,25 +239,20 @@ def lost_first(motion: str, contact: str = "unilateral") -> Observation:
 def both_at_once(k: int, integrate: Integrate = integrate) -> Observation:
     """A force 0/0 at the start: it is 1 m g there, and small changes decide what follows."""
     scene = _at_both_zeros(k)
-    run, fine = integrate(scene), _both_fine(k)
+    run, fine = integrate(scene), triple_double(scene)
     finite(run.state.values.values())
     fn = fine.precision.context
     apart = abs(fn.mpf(run.t_end) - fine.t_end) / fine.precision.exact(scene.until)
-    return together(
-        same(run.status, fine.status), within(apart / 2.0**-52, 30, "eps of the horizon")
-    )
+    return together(same(run.status, fine.status), within(apart / EPS, 30, "eps of the horizon"))
 
 
 def _at_both_zeros(k: int) -> Scene:
     """A start made by hand from eq (7): phi_dot = 0, and both terms 1e-k I1."""
     fn = own_context(60)
     scene = varied(mu="3")
-    alpha, R, g, mu = (
-        fn.mpf(x.numerator) / x.denominator
-        for x in (scene.body.alpha, scene.body.R, scene.body.g, scene.body.mu)
-    )
-    inertia = scene.body.I1 / (scene.body.m * scene.body.R**2)
-    I1 = fn.mpf(inertia.numerator) / inertia.denominator
+    body = scene.body.map(rounding_to(fn))
+    alpha, R, g, mu = body.alpha, body.R, body.g, body.mu
+    I1 = rounding_to(fn)(scene.body.I1 / (scene.body.m * scene.body.R**2))
     s, c = fn.sin(fn.mpf(THETA)), fn.cos(fn.mpf(THETA))
     small = fn.mpf(10) ** -k
     theta_dot = fn.sqrt((1 - small) * g / (-R * alpha * c))
@@ -271,11 +261,6 @@ def _at_both_zeros(k: int) -> Scene:
         theta=THETA, omega_3="0", theta_dot=fn.nstr(theta_dot, 50),
         nu_x=fn.nstr(nu_x, 50), until="0.01", sample_every="0.001",
     )  # fmt: skip
-
-
-@cache
-def _both_fine(k: int) -> Trajectory:
-    return integrate(_at_both_zeros(k), "triple-double")
 
 
 @cache

@@ -5,22 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.extremes import theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.tops import (
+    EPS,
     Integrate,
     distance,
     exact_start,
     integrating,
+    quad,
     refused,
     tilt_error,
     varied,
 )
-from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.precision import BITS, precision_named
+from tt_precise.integration import integrate
+from tt_precise.integration.precision import BITS
 from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -35,8 +37,6 @@ LINEAR = "the equations linearised at the pole, whose exponential is taken with 
 PROBE_S = "0.1"
 THETA, THETA_DOT, OMEGA_3 = "0.5", "-10", "20"  # rad, rad/s, rad/s
 AFTER_S = "0.1"  # well behind the passage, which is at 0.04 s
-ENERGY = "the energy of the frictionless top, a function of theta with L.z and L.k as constants"
-DISTANCES = tuple(range(1, 14))
 QUADRATURE_DIGITS = 30  # for a comparison in double
 LARGEST_DOUBLE = math.log10(2) * 1024  # its decimal exponent
 RATES = {"theta_dot": "0.7", "phi_dot": "-1.9", "omega_3": "12.3", "nu_x": "0.11", "nu_y": "-0.23"}
@@ -56,11 +56,11 @@ Convert = Callable[..., Scalar]
 def start_beside_a_pole(pole: str, decades: str, integrate: Integrate = integrate) -> Observation:
     """Ten decades of starts in double."""
     first, last = map(int, decades.split(" to "))
-    errors, eps = [], float(precision_named("double").eps)
+    errors = []
     for k in range(first, last + 1):
         scene = varied(theta=f"{pole}1e-{k}", until=PROBE_S)
         neglected = 10.0 ** (-2 * k)
-        errors.append(tilt_error(integrate(scene), scene) * eps / (eps + neglected))
+        errors.append(tilt_error(integrate(scene), scene) * EPS / (EPS + neglected))
     # 24 steps of about 1 eps each; the coefficient of theta^2 is about 1
     return within(max(errors), 30, "(eps + theta^2)")
 
@@ -98,8 +98,8 @@ def start_at_a_pole(pole: str, precision: str, moved: str = "") -> Observation:
     names = ("kx", "ky", "Lx", "Ly", "vx", "vy")
     sideways = max(map(abs, finite(getattr(state, name) for name in names)))
     unchanged = state.kz == (1 if upright else -1) and state.Lz == earlier.Lz
-    scene, fn = varied(), run.precision.context
-    expected = fn.mpf(scene.body.I3.numerator) / scene.body.I3.denominator * 155 * state.kz
+    fn = run.precision.context
+    expected = rounding_to(fn)(varied().body.I3) * 155 * state.kz
     return together(
         same(run.status, "complete"),
         same(f"moved sideways by {float(sideways):g}", "moved sideways by 0", float(sideways)),
@@ -149,14 +149,10 @@ def climb_is_delayed(k: int, integrate: Integrate = integrate) -> Observation:
 @cache
 def passage(k: int) -> Scene:
     """A frictionless top whose L.z - L.k makes it pass the pole at about 1e-k rad."""
-    scene = varied(
-        theta=THETA, theta_dot=THETA_DOT, omega_3=OMEGA_3, mu="0", until=AFTER_S,
-    )  # fmt: skip
+    scene = varied(theta=THETA, theta_dot=THETA_DOT, omega_3=OMEGA_3, mu="0", until=AFTER_S)
     fn = own_context(80)
     theta, omega_3 = fn.mpf(THETA), fn.mpf(OMEGA_3)
-    ratio = fn.mpf(scene.body.I3.numerator * scene.body.I1.denominator) / (
-        scene.body.I3.denominator * scene.body.I1.numerator
-    )
+    ratio = rounding_to(fn)(scene.body.I3 / scene.body.I1)
     missed = -fn.mpf(THETA_DOT) * fn.mpf(10) ** -k
     phi_dot = (missed + ratio * omega_3 * (1 - fn.cos(theta))) / fn.sin(theta) ** 2
     return scene.varied(phi_dot=fn.nstr(phi_dot, 70))
@@ -184,34 +180,34 @@ def nearest(k: int) -> tuple[Scalar, Scalar]:
     return least, fn.sqrt(2 * theory.missing_energy(body, spin, energy) / body.I1)
 
 
-@case(
-    "passing the pole at 1e-{k} rad in double",
-    expected="the least theta is the turning point that the energy allows",
-    source=ENERGY,
-    over={"k": DISTANCES},
-    quick=True,
-    control={"integrate": integrating(phi_dot="1e-13")},
-)
-def passing(k: int, precision: str = "double", integrate: Integrate = integrate) -> Observation:
-    """The axis keeps an absolute accuracy of some eps, at every distance."""
-    run = integrate(passage(k), precision, events=("theta_min",))
-    fn = run.precision.context
-    (found,) = finite(run.events["theta"])
-    error = abs(fn.mpf(found) - fn.convert(nearest(k)[0])) / run.precision.eps
-    return together(within(error, 10, "eps"), same(run.status, "complete"))
+PASSING: dict[str, Any] = {
+    "expected": "the least theta is the turning point that the energy allows",
+    "source": "the energy of the frictionless top, a function of theta with L.z and L.k as "
+    "constants",
+}
 
 
 @case(
     "passing the pole at 1e-{k} rad in quad",
-    expected="the least theta is the turning point that the energy allows",
-    source=ENERGY,
-    over={"k": (12, 20, 30)},
-    quick=lambda k: k == 20,
+    over={"k": (12, 20, 30), "precision": ("quad",)},
+    quick=lambda k, precision: k == 20,
     control={"integrate": integrating(phi_dot="1e-31")},
+    **PASSING,
 )
-def passing_in_quad(k: int, integrate: Integrate = integrate) -> Observation:
-    """The same with 34 digits."""
-    return passing(k, "quad", integrate)
+@case(
+    "passing the pole at 1e-{k} rad in double",
+    over={"k": range(1, 14), "precision": ("double",)},
+    quick=True,
+    control={"integrate": integrating(phi_dot="1e-13")},
+    **PASSING,
+)
+def passing(k: int, precision: str, integrate: Integrate = integrate) -> Observation:
+    """The axis keeps an absolute accuracy of some eps, at every distance."""
+    run = integrate(passage(k), precision, events=("theta_min",))
+    (found,) = finite(run.events["theta"])
+    fn = run.precision.context
+    error = abs(fn.mpf(found) - fn.convert(nearest(k)[0])) / run.precision.eps
+    return together(within(error, 10, "eps"), same(run.status, "complete"))
 
 
 @case(
@@ -226,7 +222,7 @@ def passing_in_quad(k: int, integrate: Integrate = integrate) -> Observation:
 def euler_passing(k: int, integrate: Integrate = integrate) -> Observation:
     """Steps against the distance, and the error behind the passage."""
     euler = integrate(passage(k), formulation="euler", record=("phi",))
-    newton = _passage(k, "quad")
+    newton = quad(passage(k))
     if euler.status != "complete":
         return Observation(f"{euler.status} at {euler.t_end} s", False)
     # the first 15 steps are those before the approach, as many as Newton's form takes in all
@@ -248,9 +244,8 @@ def euler_passing(k: int, integrate: Integrate = integrate) -> Observation:
 )
 def euler_overflowing(k: int) -> Observation:
     """Where the Euler form stops in double, which quad does not."""
-    euler = _euler(k)
-    quad = integrate(passage(k), "quad", events=("theta_min",))
-    (passed,) = quad.events["t"]
+    euler = integrate(passage(k), formulation="euler")
+    (passed,) = integrate(passage(k), "quad", events=("theta_min",)).events["t"]
     least, rate = nearest(k)
     size = (euler.order + 1) * math.log10(float(rate / least))
     finite(euler.state.values.values())
@@ -305,21 +300,11 @@ def falling(theta: str, until: Scalar) -> Scene:
 @cache
 def _fall(theta: str, part: float) -> Scalar:
     """Seconds from ``theta`` down to this part of it, from theory."""
-    start, _ = exact_start(falling(theta, own_context(60).mpf(1)))
     fn = own_context(QUADRATURE_DIGITS)
+    start, _ = exact_start(falling(theta, fn.mpf(1)))
     body = start.body.map(lambda x: +fn.convert(x))
     angle = fn.mpf(theta)
     return theory.fall_time(body, angle, part * angle, fn) * fn.convert(start.units.time)
-
-
-@cache
-def _passage(k: int, precision: str) -> Trajectory:
-    return integrate(passage(k), precision)
-
-
-@cache
-def _euler(k: int) -> Trajectory:
-    return integrate(passage(k), formulation="euler")
 
 
 class RoundTripArithmetic(NamedTuple):
@@ -359,9 +344,9 @@ def arithmetic(precision: str) -> RoundTripArithmetic:
 
 
 def round_trip(
-    precision: str, k: int, inverted: bool, known: bool, there: Convert, back: Convert
+    precision: str, k: int, inverted: bool, known: bool, back: Convert = euler_from_vectors
 ) -> Trip:
-    """Convert a state 1e-k from a pole and back.
+    """Convert a state 1e-k from a pole to vectors and ``back``.
 
     ``known`` hands over sine and cosine with full digits, as a scene does; else theta alone.
     """
@@ -372,7 +357,7 @@ def round_trip(
     sine, cosine = FN.sin(offset), FN.cos(offset) * (-1 if inverted else 1)
     euler = EulerState(into(theta), *(into(FN.mpf(x)) for x in RATES.values()))
     sine_cosine = (into(sine), into(cosine)) if known else None
-    vectors = there(body, euler, fn, sine_cosine=sine_cosine)
+    vectors = vectors_from_euler(body, euler, fn, sine_cosine=sine_cosine)
     finite([out(x) for x in vectors], "vectors")
     again = back(body, vectors, fn)
     finite([out(x) for x in again], "Euler state")
@@ -387,10 +372,19 @@ def round_trip(
 
 def digits_of_the_tilt(precision: str, k: int, known: bool) -> float:
     """Decimal digits of the tilt that are right 1e-k rad from the inverted pole."""
-    trip = round_trip(precision, k, True, known, vectors_from_euler, euler_from_vectors)
+    trip = round_trip(precision, k, True, known)
     eps = arithmetic(precision).eps
     # half an eps is what rounding leaves of a tilt that is exact
     return max(0.0, float(-FN.log10(max(trip.tilt, FN.mpf(1) / 2) * eps)))
+
+
+def every_decade(precision: str, *how: Any) -> Observation:
+    """No digit may be lost in a round trip at any distance from 1 to 1e-300."""
+    trips = [round_trip(precision, k, *how) for k in range(0, 301)]
+    return together(
+        within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
+        within(max(trip.rate for trip in trips), 40, "eps of the rates"),
+    )
 
 
 @case(
@@ -405,14 +399,7 @@ def beside_the_upright_pole(
     precision: str, back: Convert | str = euler_from_vectors
 ) -> Observation:
     """Both ways, every decade."""
-    convert = _printed_back if isinstance(back, str) else back
-    trips = [
-        round_trip(precision, k, False, False, vectors_from_euler, convert) for k in range(0, 301)
-    ]
-    return together(
-        within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
-        within(max(trip.rate for trip in trips), 40, "eps of the rates"),
-    )
+    return every_decade(precision, False, False, _printed_back if isinstance(back, str) else back)
 
 
 @case(
@@ -425,14 +412,7 @@ def beside_the_upright_pole(
 )
 def beside_the_inverted_pole(precision: str, known: bool = True) -> Observation:
     """With the sine and cosine that a scene's ``pi - 1e-300`` leads to."""
-    trips = [
-        round_trip(precision, k, True, known, vectors_from_euler, euler_from_vectors)
-        for k in range(0, 301)
-    ]
-    return together(
-        within(max(trip.tilt for trip in trips), 4, "eps of the tilt"),
-        within(max(trip.rate for trip in trips), 40, "eps of the rates"),
-    )
+    return every_decade(precision, True, known)
 
 
 @case(
@@ -447,8 +427,7 @@ def beside_the_inverted_pole(precision: str, known: bool = True) -> Observation:
 def digits_of_theta_near_pi(precision: str, known: bool = False) -> Observation:
     """The law by which the Euler form loses digits; it ends where no digit is left."""
     last = int(BITS[precision] * 0.30103) - 1
-    there, back = vectors_from_euler, euler_from_vectors
-    trips = {k: round_trip(precision, k, True, known, there, back) for k in range(1, last + 1)}
+    trips = {k: round_trip(precision, k, True, known) for k in range(1, last + 1)}
     share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
     return together(
         within(share, 1.5, "eps 10^k"),
@@ -467,7 +446,7 @@ def digits_of_theta_near_pi(precision: str, known: bool = False) -> Observation:
 )
 def subnormal_theta(k: int, fewer: float = 1.0) -> Observation:
     """No NaN and no lost digit beyond those that no number has."""
-    trip = round_trip("double", k, False, False, vectors_from_euler, euler_from_vectors)
+    trip = round_trip("double", k, False, False)
     spacing = FN.ldexp(1, -1074) * FN.mpf(10) ** k * FN.ldexp(1, 52)
     return within(fewer * (trip.tilt / (spacing + 1)), 1, "spacings of the numbers")
 
@@ -483,17 +462,17 @@ def subnormal_theta(k: int, fewer: float = 1.0) -> Observation:
 )
 def euler_against_newton(pole: str, pole_of_the_law: str = "") -> Observation:
     """Integrated in Euler form in double, against the linear theory."""
-    errors = {}
-    for k in range(8, 16):
-        scene = varied(theta=f"{pole}1e-{k}", until="0.1")
-        run = integrate(scene, formulation="euler", record=("phi",))
-        errors[k] = tilt_error(run, scene)
+    scenes = {k: varied(theta=f"{pole}1e-{k}", until="0.1") for k in range(8, 16)}
+    errors = {
+        k: tilt_error(integrate(scene, formulation="euler", record=("phi",)), scene)
+        for k, scene in scenes.items()
+    }
     lost = bool(pole) != bool(pole_of_the_law)
-    shares = [error * (10.0**-k if lost else 1) for k, error in errors.items()]
-    visible = max(shares) > (0.1 if lost else 0)
+    share = max(error * (10.0**-k if lost else 1) for k, error in errors.items())
+    visible = share > (0.1 if lost else 0)
     # each of 25 steps rounds theta again
     return together(
-        within(max(shares), 30, "eps 10^k" if lost else "eps"),
+        within(share, 30, "eps 10^k" if lost else "eps"),
         Observation("the law is reached in part" if visible else "the law is not reached", visible),
     )
 

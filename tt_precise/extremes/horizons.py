@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
-from tt_precise.extremes.tops import Integrate, integrating, state_distance, varied
-from tt_precise.integration import Trajectory, integrate
+from tt_precise.extremes.tops import EPS, Integrate, integrating, quad, state_distance, varied
+from tt_precise.integration import integrate
 from tt_precise.integration.heyoka_backend import integrator
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
@@ -22,13 +22,12 @@ from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import load_scene
 
 if TYPE_CHECKING:
     import pandas
 
 STEP = "1e-3"  # rad; the potentials of the scenes have one valley, far wider
-EPS = 2.0**-52
 # of the start's size: rounding errors that grow beyond it leave nothing of the start
 HOPELESS = 1e3
 STEPS_EACH_S = 170  # about; the theory is about their order of magnitude
@@ -81,25 +80,18 @@ def long_run(scene: str, seconds: str, period_off: Fraction = Fraction(0)) -> Ob
     )
 
 
-THERE_AND_BACK: dict[str, Any] = {
-    "expected": "the start again, to sqrt(2 sum over the steps of (condition back to 0 x eps)^2), "
-    "or nothing of it where that is above 1000",
-    "source": "variational equations; one rounding error of eps a step",
-    "control": {"tolerance": 1e-9},
-}
-
-
-# 8 s in mp take minutes: tests/extremes/test_horizons.py
 @case(
     "reference: {until} s forward and back in {precision}",
-    over={"until": ("8",), "precision": PRECISIONS[:-1]},
-    **THERE_AND_BACK,
-)
-@case(
-    "reference: {until} s forward and back in {precision}",
-    over={"until": ("1",), "precision": PRECISIONS},
-    quick=lambda until, precision: precision != "mp",
-    **THERE_AND_BACK,
+    expected="the start again, to sqrt(2 sum over the steps of (condition back to 0 x eps)^2), or "
+    "nothing of it where that is above 1000",
+    source="variational equations; one rounding error of eps a step",
+    # 8 s in mp take minutes: tests/extremes/test_fine_runs.py
+    over=[
+        *({"until": "1", "precision": precision} for precision in PRECISIONS),
+        *({"until": "8", "precision": precision} for precision in PRECISIONS[:-1]),
+    ],
+    quick=lambda until, precision: until == "1" and precision != "mp",
+    control={"tolerance": 1e-9},
 )
 def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observation:
     """Friction, run backwards, drives away from where it led to: the way back is the worse one."""
@@ -129,45 +121,27 @@ def there_and_back(until: str, precision: str, tolerance: float = 0.0) -> Observ
     )
 
 
-SAMPLED: dict[str, Any] = {
-    "expected": "at the first, the second, the middle and the last sample the state of quad",
-    "source": "higher precision",
-    "control": {"integrate": integrating(omega_3="1e-12")},
-}
-
-
 @case(
     "reference: sampled every {every} s up to {until} s",
-    over={"every": ("1e-4",), "until": ("0.1",)},
-    **SAMPLED,
-)
-@case(
-    "reference: sampled every {every} s up to {until} s",
-    over={"every": ("1e-9",), "until": ("1e-6",)},
-    quick=True,
-    **SAMPLED,
-)
-@case(
-    "reference: sampled every {every} s up to {until} s",
-    over={"every": ("1e-18",), "until": ("1e-15",)},
-    quick=True,
-    **SAMPLED,
-)
-@case(
-    "reference: sampled every {every} s up to {until} s",
-    over={"every": ("7", "1e300"), "until": ("1e-15", "1e-6", "0.1")},
-    quick=lambda every, until: every == "1e300" and until != "0.1",
-    **SAMPLED,
-)
+    expected="at the first, the second, the middle and the last sample the state of quad",
+    source="higher precision",
+    over=[
+        *({"every": every, "until": until} for every in ("7", "1e300")
+          for until in ("1e-15", "1e-6", "0.1")),
+        {"every": "1e-18", "until": "1e-15"},
+        {"every": "1e-9", "until": "1e-6"},
+        {"every": "1e-4", "until": "0.1"},
+    ],
+    quick=lambda every, until: every != "7" and until != "0.1",
+    control={"integrate": integrating(omega_3="1e-12")},
+)  # fmt: skip
 def sampling(every: str, until: str, integrate: Integrate = integrate) -> Observation:
     """A thousand samples, some so close that their times need more digits than double has."""
     horizon, step = Fraction(until), Fraction(every)
     scene = replace(load_scene("reference"), until=horizon, sample_every=step)
-    run, fine = integrate(scene), integrate_quad(scene)
+    run, fine = integrate(scene), quad(scene)
     times = scene.sample_times
-    chosen = dict.fromkeys(
-        [times[0], times[min(1, len(times) - 1)], times[len(times) // 2], times[-1]]
-    )
+    chosen = {times[0], times[min(1, len(times) - 1)], times[len(times) // 2], times[-1]}
     worst = float(max(state_distance(run.at(t), fine, fine.at(t)) for t in chosen))
     # rounded once at the start and once in each step; 20 steps to 0.1 s, condition below 10
     return together(
@@ -175,11 +149,6 @@ def sampling(every: str, until: str, integrate: Integrate = integrate) -> Observ
         same(len(times), int(horizon / step) + 1 + (horizon % step != 0)),
         same(run.status, "complete"),
     )
-
-
-def integrate_quad(scene: Scene) -> Trajectory:
-    """The run that others are compared with."""
-    return integrate(scene, "quad")
 
 
 @case(
@@ -256,8 +225,8 @@ def zeros_close_together(apart: str, sign: int = -1) -> Observation:
     split = float(curvature) * float(Fraction(apart)) ** 2 / 8
     counts, gaps, suspects = [], [], []
     for side in (sign, -sign):
-        shift = Fraction(side * split).limit_denominator(10**40) if split > 1e-3 else None
-        phi_dot = shift if shift is not None else Fraction(side) * Fraction(repr(split))
+        exact = Fraction(split).limit_denominator(10**40) if split > 1e-3 else Fraction(repr(split))
+        phi_dot = side * exact
         scene = replace(
             base, start=replace(base.start, phi_dot=phi_dot), until=known.period * Fraction(3, 2)
         )

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
-from tt_precise.extremes.tops import distance, varied
+from tt_precise.extremes.tops import EPS, distance, quad, varied
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.variational import sensitivity
@@ -21,7 +23,6 @@ from tt_precise.scene.scene import Scene, load_scene
 if TYPE_CHECKING:
     import pandas
 
-EPS = 2.0**-52
 HORIZON_S = "2"
 SHORT_S = "0.1"
 # by name, because a case's arguments appear in its name
@@ -35,6 +36,7 @@ FLAGS: dict[str, dict[str, float]] = {
 WIDE = {name: FLAGS[name] for name in ("opt_level 0", "force_avx512")}
 VARIABLES = ("OMP_NUM_THREADS", "TBB_NUM_THREADS")
 ONE_RUN = """
+from tt_precise.extremes.tops import varied
 from tt_precise.integration import integrate
 print({name: x.hex() for name, x in integrate(varied(until="2")).state.values.items()})
 """
@@ -60,23 +62,14 @@ def flags_in_double(flag: str, wrong: dict[str, str] | None = None) -> Observati
     """How much of a result in double is the compiler's."""
     scene = varied(until=HORIZON_S).perturbed(**(wrong or {}))
     run = Trajectory.of(scene, Setup.of(scene, options=FLAGS[flag]))
-    moved = distance(run, _plain(HORIZON_S)) / EPS
+    plain = varied(until=HORIZON_S)
+    moved = distance(run, integrate(plain)) / EPS
     finite([moved])
     return together(
-        within(distance(run, _quad(HORIZON_S)) / EPS, _allowed(HORIZON_S), "eps from quad"),
+        within(distance(run, quad(plain)) / EPS, _allowed(HORIZON_S), "eps from quad"),
         same(run.status, "complete"),
         Observation(f"moved by {float(moved):.2g} eps", True),
     )
-
-
-@cache
-def _plain(until: str) -> Trajectory:
-    return integrate(varied(until=until))
-
-
-@cache
-def _quad(until: str) -> Trajectory:
-    return integrate(varied(until=until), "quad")
 
 
 @case(
@@ -95,9 +88,8 @@ def flags_in_wide(
     scene = varied(until=SHORT_S)
     options = dict((flags or WIDE)[flag])
     tolerance = options.pop("tol", 0.0)
-    one = integrate(scene, precision)
     setup = Setup.of(scene, precision, options=options, tolerance=tolerance)
-    other = Trajectory.of(scene, setup)
+    one, other = integrate(scene, precision), Trajectory.of(scene, setup)
     return together(
         same(other.state.as_text() == one.state.as_text(), True), same(other.steps, one.steps)
     )
@@ -135,8 +127,6 @@ def two_threads(precision: str, shared: bool = False) -> Observation:
 )
 def lanes(lanes: int, moved: str = "0") -> Observation:
     """Vectors of the processor, which one lane alone (run as two) does not need."""
-    from fractions import Fraction
-
     from tt_precise.sweeps import specification
     from tt_precise.sweeps.run import sweep
 
@@ -158,20 +148,16 @@ def lanes(lanes: int, moved: str = "0") -> Observation:
 )
 def library_threads(variable: str, count: int, code: str = ONE_RUN) -> Observation:
     """In a process of its own, because libraries look when they are loaded."""
-    environment = {k: v for k, v in os.environ.items() if k not in VARIABLES}
-    return same(_output_of(code, {**environment, variable: str(count)}) == _unset(), True)
+    return same(_output_of(code, **{variable: str(count)}) == _output_of(ONE_RUN), True)
 
 
 @cache
-def _unset() -> str:
-    return _output_of(ONE_RUN, {k: v for k, v in os.environ.items() if k not in VARIABLES})
-
-
-def _output_of(code: str, environment: dict[str, str]) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
-    )
-    return done.stdout
+def _output_of(code: str, **settings: str) -> str:
+    environment = {k: v for k, v in os.environ.items() if k not in VARIABLES} | settings
+    command = [sys.executable, "-c", code]
+    return subprocess.run(
+        command, env=environment, capture_output=True, text=True, check=True
+    ).stdout
 
 
 @case(
@@ -185,8 +171,6 @@ def _output_of(code: str, environment: dict[str, str]) -> str:
 )
 def subnormal(tilt: str, flush: bool = False) -> Observation:
     """Processors can be set to flush such numbers to zero; then nothing would be left."""
-    import math
-
     size = float(tilt)
     one, other = (
         integrate(load_scene("inverted").varied(theta=f"pi - {text}", until=SHORT_S))

@@ -6,18 +6,22 @@ import time
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from typing import Any
 
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.thresholds import Determination, thresholds
 from tt_precise.extremes import theory
 from tt_precise.extremes.case import Observation, case, finite, same, together, within
 from tt_precise.extremes.tops import (
+    EPS,
     Integrate,
     distance,
     integrating,
+    quad,
     refused,
     state_distance,
     tilt_error,
+    triple_double,
     varied,
 )
 from tt_precise.integration import Trajectory, integrate
@@ -28,9 +32,10 @@ from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Scene
 
-SHAPE_S = "0.05"
-SIDES = {"upright": 1, "inverted": -1}
+SHORT_S = "0.05"
+POLES = ("upright", "inverted")
 TILT_THEORY = "the linear equations of the tilt, exponentiated with 80 digits"
+TILT: dict[str, Any] = {"expected": "the tilt of the linear equations", "source": TILT_THEORY}
 SHAPE_DECADES = (1, 2, 4, 8, 16, 30, 100, 300)
 GAMMAS = ("1/2", "0.7", "0.7000000000001", "1", "1.2999999999999", "1.3", "2", "10", "1e3")
 SPINS = ("0", "1e-3", "1", "10", "100", "1e3", "1e4", "1e5", "1e6", "1e7")
@@ -43,17 +48,16 @@ TINY = Fraction("1e-3")  # of lambda, for the slope of the rate
 FRICTIONS = ("0", "1e-12", "1e-6", "1e-3", "0.03", "0.3", "3", "10", "100", "1e3", "1e4")
 ROUGH = ("10", "30", "100", "300", "1e3", "3e3", "1e4")
 REFERENCE_S = "0.5"
-FRICTION_S = "0.05"
 TIMINGS = 4  # the first compiles; the best of the others counts
 CONSERVED = ("lambda", "E", "L_z", "omega_3", "s_dot_x", "s_dot_y")
 SCALED_S = Fraction("0.2")
 POWERS = (-6, -4, -2, 2, 4, 6)
 
 
-def beside(pole: str, **changes: str) -> Scene:
-    """A start 1e-20 rad from a pole, for 0.05 s."""
+def beside(pole: str, until: str = SHORT_S, **changes: Scalar) -> Scene:
+    """A start 1e-20 rad from a pole."""
     theta = "1e-20" if pole == "upright" else "pi - 1e-20"
-    return varied(theta=theta, until=SHAPE_S, **changes)
+    return varied(theta=theta, until=until, **changes)
 
 
 def with_gamma(gamma: str | int | Fraction) -> dict[str, Scalar]:
@@ -65,7 +69,7 @@ def with_gamma(gamma: str | int | Fraction) -> dict[str, Scalar]:
 def tilt_found(scene: Scene, integrate: Integrate) -> Observation:
     """The tilt at the end against the linear theory."""
     run = integrate(scene)
-    walk = max(1, run.steps) ** 0.5
+    walk = max(1, run.steps) ** 0.5  # rounding errors add up, of about 1 eps a step
     return together(
         within(tilt_error(run, scene) / walk, 10, "eps sqrt(steps)"), same(run.status, "complete")
     )
@@ -73,9 +77,8 @@ def tilt_found(scene: Scene, integrate: Integrate) -> Observation:
 
 @case(
     "alpha = 1e-{k}, {pole}",
-    expected="the tilt of the linear equations",
-    source=TILT_THEORY,
-    over={"k": SHAPE_DECADES, "pole": tuple(SIDES)},
+    **TILT,
+    over={"k": SHAPE_DECADES, "pole": POLES},
     quick=lambda k, pole: k in (1, 300),
     control={"integrate": integrating(omega_3="1e-9")},
 )
@@ -86,9 +89,8 @@ def centred(k: int, pole: str, integrate: Integrate = integrate) -> Observation:
 
 @case(
     "alpha = 1 - 1e-{k}, {pole}",
-    expected="the tilt of the linear equations",
-    source=TILT_THEORY,
-    over={"k": SHAPE_DECADES, "pole": tuple(SIDES)},
+    **TILT,
+    over={"k": SHAPE_DECADES, "pole": POLES},
     quick=lambda k, pole: k in (1, 300),
     control={"integrate": integrating(omega_3="1e-9")},
 )
@@ -108,7 +110,7 @@ def on_the_rim(k: int, pole: str, integrate: Integrate = integrate) -> Observati
 def ball(k: int, integrate: Integrate = integrate) -> Observation:
     """The simplest limit: a closed form for a whole nonlinear motion."""
     scene = varied(
-        alpha=f"1e-{k}", **with_gamma(1), nu_x="0.3", nu_y="0.4", theta="1", until=SHAPE_S
+        alpha=f"1e-{k}", **with_gamma(1), nu_x="0.3", nu_y="0.4", theta="1", until=SHORT_S
     )
     run = integrate(scene)
     fn, body = own_context(40), scene.body
@@ -124,7 +126,7 @@ def ball(k: int, integrate: Integrate = integrate) -> Observation:
     "gamma = {gamma}, {pole}",
     expected="the tilt of the linear equations, which know no edge at 1 -+ alpha",
     source=TILT_THEORY,
-    over={"gamma": GAMMAS, "pole": tuple(SIDES)},
+    over={"gamma": GAMMAS, "pole": POLES},
     quick=lambda gamma, pole: gamma in ("1/2", "0.7", "1.3"),
     control={"integrate": integrating(I3="-1e-9")},
 )
@@ -181,15 +183,18 @@ def threshold_at_the_edge(which: str, side: str, k: int, off: str = "0") -> Obse
 )
 def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = False) -> Observation:
     """What ``tt-precise thresholds`` says there."""
-    outwards = -1 if sign == "-" else 1
-    edge = 1 + outwards * varied().body.alpha
-    shift = outwards * Fraction(f"1e-{k}") * (1 if side == "outside" else -1)
-    gamma = edge - shift if wrong_side else edge + shift
-    found = thresholds(varied(**with_gamma(gamma)), 40)
-    threshold = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
+    inwards = (side == "inside") != wrong_side
+    threshold = _threshold(sign, Fraction(f"1e-{k}") * (1 if inwards else -1))
     if side == "inside":
         return same(f"{threshold.digits_agreed} digits agreed", "40 digits agreed")
     return _none_with_a_reason(threshold)
+
+
+def _threshold(sign: str, inwards: Fraction) -> Determination:
+    """The threshold that exists for gamma on the inner side of 1 - alpha or 1 + alpha."""
+    gamma = 1 + (-1 if sign == "-" else 1) * (varied().body.alpha - inwards)
+    found = thresholds(varied(**with_gamma(gamma)), 40)
+    return found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
 
 
 def _none_with_a_reason(threshold: Determination) -> Observation:
@@ -208,11 +213,7 @@ def _none_with_a_reason(threshold: Determination) -> Observation:
 )
 def thresholds_on_the_edge(sign: str, off: str = "0") -> Observation:
     """The edges themselves."""
-    outwards = -1 if sign == "-" else 1
-    gamma = 1 + outwards * (varied().body.alpha - Fraction(off))
-    found = thresholds(varied(**with_gamma(gamma)), 40)
-    threshold = found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
-    return _none_with_a_reason(threshold)
+    return _none_with_a_reason(_threshold(sign, Fraction(off)))
 
 
 @case(
@@ -247,21 +248,14 @@ def seconds(spin: str) -> Fraction:
 
 @case(
     "spin {spin} rad/s, {pole}",
-    expected="the tilt of the linear equations",
-    source="the linear equations of the tilt, exponentiated with 80 digits",
-    over={"spin": SPINS, "pole": ("upright", "inverted")},
+    **TILT,
+    over={"spin": SPINS, "pole": POLES},
     quick=lambda spin, pole: spin in ("0", "1e7"),
     control={"integrate": integrating(mu="1e-3")},
 )
 def spinning(spin: str, pole: str, integrate: Integrate = integrate) -> Observation:
     """Ten turns at every speed."""
-    theta = "1e-20" if pole == "upright" else "pi - 1e-20"
-    scene = varied(theta=theta, omega_3=spin, until=str(seconds(spin)))
-    run = integrate(scene)
-    walk = max(1, run.steps) ** 0.5
-    return together(
-        within(tilt_error(run, scene) / walk, 10, "eps sqrt(steps)"), same(run.status, "complete")
-    )
+    return tilt_found(beside(pole, str(seconds(spin)), omega_3=spin), integrate)
 
 
 @case(
@@ -276,8 +270,8 @@ def spinning_in_double(spin: str, integrate: Integrate = integrate) -> Observati
     """Far from the pole, where nothing is linear."""
     scene = varied(theta="1", omega_3=spin, until=str(seconds(spin)))
     run = integrate(scene)
-    apart = distance(run, _quad(scene)) / 2.0**-52
-    return together(within(apart, 300, "eps"), same(run.status, _quad(scene).status))
+    apart = distance(run, quad(scene)) / EPS
+    return together(within(apart, 300, "eps"), same(run.status, quad(scene).status))
 
 
 @case(
@@ -328,7 +322,7 @@ def _growth(off: Fraction, integrate: Integrate) -> tuple[float, float, float]:
     fn, tilt = own_context(GROWTH_DIGITS), scene.start.theta.offset
     grown = fn.log(fn.hypot(run.state.kx, run.state.ky) / rounding_to(fn)(tilt))
     span = float(scene.until)
-    return float(grown / span), expected, 2.0**-52 * (run.steps**0.5 / span + slope)
+    return float(grown / span), expected, EPS * (run.steps**0.5 / span + slope)
 
 
 @cache
@@ -359,29 +353,16 @@ def _inverted(off: Fraction) -> tuple[Scene, float]:
     return whole, float(rate.real / units.time)
 
 
-@cache
-def _quad(scene: Scene) -> Trajectory:
-    return integrate(scene, "quad")
-
-
 @case(
     "mu = {mu} s/m beside the {pole} pole",
-    expected="the tilt of the linear equations",
-    source="the linear equations of the tilt, exponentiated with 80 digits",
-    over={"mu": FRICTIONS, "pole": ("upright", "inverted")},
+    **TILT,
+    over={"mu": FRICTIONS, "pole": POLES},
     quick=lambda mu, pole: mu in ("0", "1e-12", "1e3"),
     control={"integrate": integrating(alpha="1e-8")},
 )
 def tilt_with_friction(mu: str, pole: str, integrate: Integrate = integrate) -> Observation:
     """A closed form at every friction, the stiff ones too."""
-    theta = "1e-20" if pole == "upright" else "pi - 1e-20"
-    scene = varied(theta=theta, mu=mu, until=FRICTION_S)
-    run = integrate(scene)
-    # rounding errors add up like a random walk, of about 1 eps a step
-    return together(
-        within(tilt_error(run, scene) / max(1, run.steps) ** 0.5, 10, "eps sqrt(steps)"),
-        same(run.status, "complete"),
-    )
+    return tilt_found(beside(pole, mu=mu), integrate)
 
 
 @case(
@@ -400,10 +381,10 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation
         begin = time.perf_counter()
         run = integrate(scene)
         seconds.append(time.perf_counter() - begin)
-    short = varied(mu=mu, until=FRICTION_S)
-    apart = distance(integrate(short), _fine(short))
+    short = varied(mu=mu, until=SHORT_S)
+    apart = distance(integrate(short), triple_double(short))
     return together(
-        within(apart / 2.0**-52, 30, "eps"),
+        within(apart / EPS, 30, "eps"),
         same(run.status, "complete"),
         Observation(
             f"{run.steps} steps to {REFERENCE_S} s", True,
@@ -422,7 +403,7 @@ def friction_in_double(mu: str, integrate: Integrate = integrate) -> Observation
 )
 def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Observation:
     """What stiffness costs an explicit Taylor method."""
-    fewer, more = (integrate(varied(mu=mu, until=FRICTION_S)).steps for mu in frictions)
+    fewer, more = (integrate(varied(mu=mu, until=SHORT_S)).steps for mu in frictions)
     return together(
         within(abs(more / fewer / 10 - 1), 0.1, "off a ratio of 10"),
         Observation(f"{fewer} and {more} steps", True),
@@ -439,7 +420,7 @@ def stiffness(frictions: tuple[str, str] = ("2e3", "2e4")) -> Observation:
 )
 def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
     """The gliding velocity against the constraint force of the rolling top; and the distance."""
-    rolling, gliding = _rolling(), integrate(varied(mu=mu, until=FRICTION_S))
+    rolling, gliding = _rolling(), integrate(varied(mu=mu, until=SHORT_S))
     fn, units = rolling.precision.context, rolling.start.units
     force = _constraint_force(rolling)
     speed = units.length / units.time
@@ -447,8 +428,7 @@ def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
     found = [stiff * fn.mpf(v) / speed for v in finite((gliding.state.vx, gliding.state.vy))]
     expected = [-x / force[2] for x in force[:2]]
     off = fn.hypot(*(a - b for a, b in zip(found, expected, strict=True))) / fn.hypot(*expected)
-    axis = [fn.mpf(getattr(gliding.state, n)) - getattr(rolling.state, n) for n in ("kx", "ky")]
-    distance = float(fn.hypot(*axis))
+    distance = float(_from_rolling(gliding))
     return together(
         # the coefficient of 1/mu, which is 1.3 in the limit
         within(off * fn.mpf(mu), 3, "/mu off, relative"),
@@ -468,18 +448,14 @@ def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
 )
 def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Observation:
     """The exponent of the limit."""
-    rolling = _rolling()
-    fn = rolling.precision.context
-    far, near = (
-        fn.hypot(
-            *(
-                fn.mpf(getattr(run.state, name)) - getattr(rolling.state, name)
-                for name in ("kx", "ky")
-            )
-        )
-        for run in (integrate(varied(mu=mu, until=FRICTION_S)) for mu in frictions)
-    )
+    far, near = (_from_rolling(integrate(varied(mu=mu, until=SHORT_S))) for mu in frictions)
     return within(abs(far / near / 10 - 1), 0.02, "off a ratio of 10")
+
+
+def _from_rolling(run: Trajectory) -> Scalar:
+    """Horizontal distance of the axis from that of the rolling top, at the end."""
+    state, fn = _rolling().state, _rolling().precision.context
+    return fn.hypot(fn.mpf(run.state.kx) - state.kx, fn.mpf(run.state.ky) - state.ky)
 
 
 @case(
@@ -492,8 +468,8 @@ def rolling_limit(frictions: tuple[str, str] = ("1e3", "1e4")) -> Observation:
 )
 def nearly_frictionless(mu: str, integrate: Integrate = integrate) -> Observation:
     """Linear response at the other edge of friction."""
-    none, some = (_fine(varied(mu=one, until=FRICTION_S)) for one in ("0", "1e-5"))
-    little = integrate(varied(mu=mu, until=FRICTION_S), "triple-double")
+    none, some = (triple_double(varied(mu=one, until=SHORT_S)) for one in ("0", "1e-5"))
+    little = integrate(varied(mu=mu, until=SHORT_S), "triple-double")
     fn = none.precision.context
     per_mu = [
         (fn.mpf(run.state.Lx) - none.state.Lx) / fn.mpf(one)
@@ -526,13 +502,8 @@ def frictionless(until: str, precision: str, mu: str = "0") -> Observation:
 
 
 @cache
-def _fine(scene: Scene) -> Trajectory:
-    return integrate(scene, "triple-double")
-
-
-@cache
 def _rolling() -> Trajectory:
-    return integrate(replace(varied(until=FRICTION_S), model="rolling"), "triple-double")
+    return integrate(replace(varied(until=SHORT_S), model="rolling"), "triple-double")
 
 
 def _constraint_force(run: Trajectory) -> Scalar:
@@ -567,16 +538,11 @@ def power_of_ten(parameter: str, power: int, integrate: Integrate = integrate) -
     """Twelve decades of m, of R at constant g, and of g at constant R."""
     factor = Fraction(10) ** power
     half = Fraction(10) ** (power // 2)  # a square root; the powers are even
-    mass, length, time = {
-        "m": (factor, Fraction(1), Fraction(1)),
-        "R": (Fraction(1), factor, half),
-        "g": (Fraction(1), Fraction(1), 1 / half),
-    }[parameter]
-    run = integrate(rescaled(mass, length, time))
-    units = {"k": Fraction(1), "L": mass * length**2 / time, "v": length / time}
-    apart = float(state_distance(run.state, _plain(), _plain().state, units))
+    one = Fraction(1)
+    scales = {"m": (factor, one, one), "R": (one, factor, half), "g": (one, one, 1 / half)}
+    run, apart = _scaled(integrate, *scales[parameter])
     # decimal numbers round in another way: a few eps, times what 0.2 s make of them
-    return together(within(apart / 2.0**-52, 100, "eps"), same(run.status, "complete"))
+    return together(within(apart / EPS, 100, "eps"), same(run.status, "complete"))
 
 
 @case(
@@ -591,10 +557,17 @@ def power_of_two(powers: str, off: str = "0") -> Observation:
     """Scaling without any rounding."""
     mass, length, time = (Fraction(2) ** int(power[2:]) for power in powers.split(", "))
     mass, length = mass * (1 + Fraction(off)), length * (1 + Fraction(off))
-    run = integrate(rescaled(mass, length, time))
-    units = {"k": Fraction(1), "L": mass * length**2 / time, "v": length / time}
-    apart = float(state_distance(run.state, _plain(), _plain().state, units))
+    _, apart = _scaled(integrate, mass, length, time)
     return same(f"{apart:g} apart", "0 apart", apart)
+
+
+def _scaled(
+    integrate: Integrate, mass: Fraction, length: Fraction, time: Fraction
+) -> tuple[Trajectory, float]:
+    """The run in other units, and its distance from the one in ours."""
+    run, plain = integrate(rescaled(mass, length, time)), _plain()
+    units = {"k": Fraction(1), "L": mass * length**2 / time, "v": length / time}
+    return run, float(state_distance(run.state, plain, plain.state, units))
 
 
 @cache

@@ -8,7 +8,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from tt_precise.extremes.case import Observation, case, finite, together, within
-from tt_precise.extremes.tops import Integrate, integrating
+from tt_precise.extremes.tops import EPS, Integrate, integrating
 from tt_precise.golden import load, scenes
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.variational import sensitivity
@@ -24,7 +24,6 @@ from tt_precise.scene.scene import Scene, load_scene
 if TYPE_CHECKING:
     from tt_precise.integration.variational import Sensitivity
 
-EPS = 2.0**-52
 QUICK = ("reference", "contact-lost", "frictionless", "inverted", "kicked", "rocking")
 VARIED = {"alpha": "parameter", "mu": "parameter", "omega_3": "start", "nu_y": "start"}
 NUDGE = Fraction(1, 10**12)

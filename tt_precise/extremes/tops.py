@@ -21,6 +21,7 @@ from tt_precise.scene.scene import Scene, load_scene
 
 DIGITS = 80  # of the theory; mp has 60
 ONE = Fraction(1)
+EPS = 2.0**-52
 Integrate: TypeAlias = Callable[..., Trajectory]
 """What a case integrates with: ``integrate``, or one of its replacements by ``integrating``."""
 
@@ -40,6 +41,18 @@ def integrating(**relative: str) -> Integrate:
         return integrate(scene.perturbed(**relative), *arguments, **options)
 
     return wrongly
+
+
+@cache
+def quad(scene: Scene) -> Trajectory:
+    """A run that others are compared with."""
+    return integrate(scene, "quad")
+
+
+@cache
+def triple_double(scene: Scene) -> Trajectory:
+    """A finer one, which takes less time too."""
+    return integrate(scene, "triple-double")
 
 
 def refused(attempt: Callable[[], object]) -> Observation:
