@@ -1,6 +1,7 @@
 """Digits of measured numbers, and the rules that make verdicts, at the edge of each."""
 
 from fractions import Fraction
+from typing import Any
 
 import mpmath
 import pytest
@@ -27,122 +28,87 @@ from tt_precise.claims.verdicts import (
     within,
 )
 
-NOTE = "A note."
-TRUE = statement(True, "so", "so")
-FALSE = statement(False, "so", "not so")
+TRUE, FALSE = statement(True, "so", "so"), statement(False, "so", "not so")
 ROUNDED = rounds_to("1.5", Fraction("1.46"))
+ONES = Fraction("1." + "1" * 50)
 
 
 @pytest.mark.parametrize(
-    ("printed", "measured", "holds"),
+    ("check", "verdict"),
     [
-        ("0.005106", "0.00510649", True),
-        ("0.005106", "0.0051065", True),
-        ("0.005106", "0.00510651", False),
-        ("-6.667e-4", "-6.6674e-4", True),
-        ("-6.667e-4", "6.667e-4", False),
-        ("155", "155.4", True),
-        ("155", "155.6", False),
-        ("1.50", "1.504", True),
-        ("1.50", "1.506", False),
-        ("3.", "3.4", True),
+        (rounds_to("0.005106", Fraction("0.00510649")), "rounded"),
+        (rounds_to("0.005106", Fraction("0.0051065")), "rounded"),
+        (rounds_to("0.005106", Fraction("0.00510651")), "refuted"),
+        (rounds_to("-6.667e-4", Fraction("-6.6674e-4")), "rounded"),
+        (rounds_to("-6.667e-4", Fraction("6.667e-4")), "refuted"),
+        (rounds_to("155", Fraction("155.4")), "rounded"),
+        (rounds_to("155", Fraction("155.6")), "refuted"),
+        (rounds_to("1.50", Fraction("1.504")), "rounded"),
+        (rounds_to("1.50", Fraction("1.506")), "refuted"),
+        (rounds_to("3.", Fraction("3.4")), "rounded"),
+        (about("7.87", Fraction("7.874")), "rounded"),
+        (about("7.87", Fraction("7.88")), "reproduced"),
+        (about("7.87", Fraction("7.8801")), "refuted"),
+        (about("80", Fraction("80.3")), "rounded"),
+        (about("80", Fraction("89")), "reproduced"),
+        (about("80", Fraction("91")), "refuted"),
+        (about("0.34", Fraction("0.349")), "reproduced"),
+        (within("1", Fraction("1.2"), "0.2"), "reproduced"),
+        (within("1", Fraction("0.8"), "0.2"), "reproduced"),
+        (within("1", Fraction("1.21"), "0.2"), "refuted"),
+        (at_most_order("1e-6", 1e-15), "reproduced"),
+        (at_most_order("1e-6", -3.16e-6), "reproduced"),
+        (at_most_order("1e-6", 3.17e-6), "refuted"),
+        (in_range("-0.3", "0.3", Fraction("-0.3")), "reproduced"),
+        (in_range("-0.3", "0.3", Fraction("0.3")), "reproduced"),
+        (in_range("-0.3", "0.3", Fraction("0.301")), "refuted"),
+        (approximate("about", Fraction("0.1"), 1), "reproduced"),
+        (approximate("about", Fraction("-0.1"), 1), "reproduced"),
+        (approximate("about", Fraction("0.101"), 1), "refuted"),
+        (agrees("f", ONES, ONES + Fraction(1, 10**42), 40), "reproduced"),
+        (agrees("f", ONES, ONES + Fraction(1, 10**39), 40), "refuted"),
+        (untestable("so"), "untestable"),
     ],
 )
-def test_rounds_to(printed: str, measured: str, holds: bool) -> None:
-    assert rounds_to(printed, Fraction(measured)).holds is holds
-
-
-def test_what_rounds_is_rounded_not_reproduced() -> None:
-    assert all_of(rounds_to("1.5", Fraction("1.46")), NOTE).verdict == "rounded"
-    assert all_of(rounds_to("1.5", Fraction("1.44")), NOTE).verdict == "refuted"
+def test_a_check(check: Check, verdict: str) -> None:
+    assert check.verdict == verdict
+    assert all_of(check, "A note.").verdict == verdict
 
 
 @pytest.mark.parametrize(
-    ("printed", "measured", "verdict"),
+    ("rule", "checks", "verdict", "note"),
     [
-        ("7.87", "7.874", "rounded"),
-        ("7.87", "7.88", "reproduced"),
-        ("7.87", "7.8801", "refuted"),
-        ("80", "80.3", "rounded"),
-        ("80", "89", "reproduced"),
-        ("80", "91", "refuted"),
-        ("0.34", "0.349", "reproduced"),
+        (all_of, (TRUE, TRUE), "reproduced", ""),
+        (all_of, (ROUNDED, ROUNDED), "rounded", ""),
+        (all_of, (ROUNDED, TRUE), "reproduced", ""),
+        (all_of, (TRUE, FALSE), "refuted", " What fails: b."),
+        (readings, (TRUE, TRUE), "reproduced", ""),
+        (readings, (FALSE, FALSE), "refuted", ""),
+        (readings, (TRUE, FALSE), "reading", " Holds read as: a. Not as: b."),
     ],
 )
-def test_about_is_one_unit_of_the_last_significant_digit(
-    printed: str, measured: str, verdict: str
-) -> None:
-    assert all_of(about(printed, Fraction(measured)), NOTE).verdict == verdict
-
-
-@pytest.mark.parametrize(("measured", "holds"), [("1.2", True), ("1.21", False), ("0.8", True)])
-def test_within_a_stated_tolerance(measured: str, holds: bool) -> None:
-    assert within("1", Fraction(measured), "0.2").holds is holds
+def test_a_rule(rule: Any, checks: tuple[Check, Check], verdict: str, note: str) -> None:
+    found = rule(dict(zip("ab", checks, strict=True)), "A note.")
+    assert (found.verdict, found.note) == (verdict, "A note." + note)
+    assert [check.verdict for check in found.checks] == [check.verdict for check in checks]
+    if checks == (TRUE, FALSE):
+        assert found.measured == "a: so; b: not so"
 
 
 @pytest.mark.parametrize(
-    ("measured", "holds"), [(1e-15, True), (3.16e-6, True), (-3.16e-6, True), (3.17e-6, False)]
-)
-def test_at_most_half_a_decade_above_the_order(measured: float, holds: bool) -> None:
-    assert at_most_order("1e-6", measured).holds is holds
-
-
-@pytest.mark.parametrize(("measured", "holds"), [(-0.3, True), (0.3, True), (0.301, False)])
-def test_in_range(measured: float, holds: bool) -> None:
-    assert in_range("-0.3", "0.3", Fraction(str(measured))).holds is holds
-
-
-@pytest.mark.parametrize(("error", "holds"), [("0.1", True), ("-0.1", True), ("0.101", False)])
-def test_approximate_is_a_tenth(error: str, holds: bool) -> None:
-    assert approximate("about", Fraction(error), 1).holds is holds
-
-
-def test_agrees_counts_digits() -> None:
-    value = Fraction("1." + "1" * 50)
-    assert agrees("f", value, value + Fraction(1, 10**42), 40).holds
-    assert not agrees("f", value, value + Fraction(1, 10**39), 40).holds
-
-
-def test_all_of_names_what_fails() -> None:
-    assert all_of({"a": TRUE, "b": TRUE}, NOTE).verdict == "reproduced"
-    assert all_of({"a": ROUNDED, "b": ROUNDED}, NOTE).verdict == "rounded"
-    assert all_of({"a": ROUNDED, "b": TRUE}, NOTE).verdict == "reproduced"
-    found = all_of({"a": TRUE, "b": FALSE}, NOTE)
-    assert found.verdict == "refuted"
-    assert found.note == "A note. What fails: b."
-    assert found.measured == "a: so; b: not so"
-
-
-def test_readings() -> None:
-    assert readings({"a": TRUE, "b": TRUE}, NOTE).verdict == "reproduced"
-    assert readings({"a": FALSE, "b": FALSE}, NOTE).verdict == "refuted"
-    found = readings({"a": TRUE, "b": FALSE}, NOTE)
-    assert found.verdict == "reading"
-    assert found.note == "A note. Holds read as: a. Not as: b."
-    assert [(check.name, check.verdict) for check in found.checks] == [
-        ("a", "reproduced"),
-        ("b", "refuted"),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("printed", "corrected", "verdict"),
+    ("checks", "verdict"),
     [
-        (FALSE, TRUE, "misprint"),
-        (TRUE, TRUE, "reproduced"),
-        (TRUE, FALSE, "reproduced"),
-        (ROUNDED, TRUE, "rounded"),
-        (FALSE, FALSE, "refuted"),
+        ((FALSE, TRUE), "misprint"),
+        ((TRUE, TRUE), "reproduced"),
+        ((TRUE, FALSE), "reproduced"),
+        ((ROUNDED, TRUE), "rounded"),
+        ((FALSE, FALSE), "refuted"),
     ],
 )
 def test_misprint_needs_the_printed_form_to_fail_and_the_corrected_to_hold(
-    printed: Check, corrected: Check, verdict: str
+    checks: tuple[Check, Check], verdict: str
 ) -> None:
-    assert misprint((printed, corrected), "x", NOTE).verdict == verdict
-
-
-def test_wording_is_untestable() -> None:
-    assert all_of(untestable("so"), NOTE).verdict == "untestable"
+    assert misprint(checks, "x", "A note.").verdict == verdict
 
 
 @pytest.mark.parametrize("bad", ["", "1,5", "0x10", "nan", "1.5 s"])
@@ -151,13 +117,9 @@ def test_a_printed_number_is_a_number(bad: str) -> None:
         rounds_to(bad, 1)
 
 
-def test_settled_values_show_the_digits_they_have() -> None:
-    assert rounds_to("1.5", Settled(Fraction("1.4649"), 3), "s").measured == "1.46 s"
-
-
-def test_a_claim_of_no_parts_is_none() -> None:
+def test_a_claim_needs_a_part() -> None:
     with pytest.raises(ValueError, match="expected one or more"):
-        all_of({}, NOTE)
+        all_of({}, "A note.")
 
 
 @pytest.mark.parametrize(
@@ -184,17 +146,14 @@ def test_decimal(value: str, digits: int, text: str) -> None:
 )
 def test_settled_counts_agreeing_digits(other: str, digits: int) -> None:
     assert Settled.of(Fraction(1), Fraction(other)).digits == digits
-
-
-def test_settled_never_claims_more_than_the_most() -> None:
     assert Settled.of(1, 1).digits == MOST_DIGITS
     assert Settled.of(Fraction(1), 1 + Fraction(1, 10**60), most=40).digits == 40
 
 
 @pytest.mark.parametrize("number", [3, 0.1, Fraction(1, 3), mpmath.mpf("-0.3"), mpmath.mpf(0)])
-def test_fraction_of_is_exact(number: object) -> None:
+def test_fraction_of_is_exact(number: Any) -> None:
     assert fraction_of(number) == fraction_of(Settled(number, 5))
-    assert float(fraction_of(number)) == float(number)  # type: ignore[arg-type]
+    assert float(fraction_of(number)) == float(Settled(number, 5)) == float(number)
 
 
 @pytest.mark.parametrize("bad", [mpmath.nan, mpmath.inf, float("nan")])
@@ -203,7 +162,8 @@ def test_no_number_is_no_measurement(bad: object) -> None:
         fraction_of(bad)
 
 
-def test_bare_numbers_show_twelve_digits_and_exact_ones_all() -> None:
+def test_numbers_show_the_digits_they_have() -> None:
+    assert rounds_to("1.5", Settled(Fraction("1.4649"), 3), "s").measured == "1.46 s"
     assert measured_text(2 / 3) == "0.666666666667"
     assert measured_text(Fraction(2, 3)) == "0.66666666666666666667"
     assert measured_text(350) == "350"

@@ -28,19 +28,18 @@ def one(function: Any = Observation, **arguments: Any) -> ExtremeCase:
 
 
 def test_an_exception_is_a_failure_in_one_line() -> None:
-    def broken() -> Observation:
-        raise ValueError("two\nlines" + "x" * 1000)
-
-    outcome = ExtremeCase("t", "f", "n", "e", "s", broken).outcome()
+    outcome = one(int, x="two\nlines" + "x" * 1000).outcome()
     assert outcome.verdict == "fail"
-    assert outcome.finding.found.startswith("ValueError: two lines")
-    assert len(outcome.finding.found) <= 200
+    assert outcome.finding.found.startswith("TypeError: ")
+    failed = outcome.case.failed("two\nlines" + "x" * 1000)
+    assert failed.finding.found.startswith("two lines")
+    assert len(failed.finding.found) <= 200
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf])
 def test_a_number_that_is_not_finite_is_a_failure(number: float) -> None:
-    assert one(found="well", right=True, value=number).outcome().verdict == "fail"
-    assert one(found="well", right=True, data={"steps": number}).outcome().verdict == "fail"
+    for where in ({"value": number}, {"data": {"steps": number}}):
+        assert one(found="well", right=True, **where).outcome().verdict == "fail"
 
 
 def test_findings_hold_what_json_can() -> None:

@@ -13,7 +13,6 @@ import pytest
 
 from tt_precise.extremes import geometry, horizons, sensitivity
 from tt_precise.extremes.case import NotFiniteError
-from tt_precise.extremes.geometry import start_at_a_pole
 from tt_precise.integration import integrate
 
 
@@ -41,24 +40,27 @@ def spoiling(entry: str) -> Any:
     return lambda *arguments, **options: Spoiled(integrate(*arguments, **options), entry)
 
 
-@pytest.mark.parametrize("entry", ["kx", "vy"])
-def test_a_sample(entry: str) -> None:
+@pytest.mark.parametrize(
+    ("case", "arguments", "entry"),
+    [
+        (horizons.sampling, ("1e-9", "1e-8"), "kx"),
+        (horizons.sampling, ("1e-9", "1e-8"), "vy"),
+        (horizons.no_time_at_all, ("0", "double"), "theta_dot"),
+        (horizons.no_time_at_all, ("0", "double"), "nu_y"),
+        (geometry.start_at_a_pole, ("0", "double"), "kx"),
+        (geometry.start_at_a_pole, ("0", "double"), "vy"),
+    ],
+)
+def test_an_entry_of_a_state(
+    case: Any, arguments: tuple[str, ...], entry: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert case(*arguments).right
+    spoiled = spoiling(entry)
+    if case is geometry.start_at_a_pole:
+        monkeypatch.setattr(geometry, "integrate", spoiled)
+        spoiled = ""
     with pytest.raises(NotFiniteError):
-        horizons.sampling("1e-9", "1e-8", spoiling(entry))
-    assert horizons.sampling("1e-9", "1e-8").right
-
-
-@pytest.mark.parametrize("entry", ["theta_dot", "nu_y"])
-def test_an_end_at_once(entry: str) -> None:
-    with pytest.raises(NotFiniteError):
-        horizons.no_time_at_all("0", "double", spoiling(entry))
-
-
-@pytest.mark.parametrize("entry", ["kx", "vy"])
-def test_a_start_at_a_pole(entry: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(geometry, "integrate", spoiling(entry))
-    with pytest.raises(NotFiniteError):
-        start_at_a_pole("0", "double")
+        case(*arguments, spoiled)
 
 
 def test_an_integral_of_a_long_run(monkeypatch: pytest.MonkeyPatch) -> None:
