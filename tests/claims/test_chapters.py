@@ -21,12 +21,17 @@ TYPED = re.compile(
 PRINTED = {"7.86 s", "7.87 s", "0.02 kg", "9.82 m/s", "0.3 rad", "40 rad/s", "20 s", "200 rad/s"}
 
 
+def name_of(node: ast.expr) -> str:
+    """The last word of a name: "all_of" of ``v.all_of``."""
+    return ast.unparse(node).rpartition(".")[2]
+
+
 def typed_into_notes(source: str) -> Iterator[str]:
     """What is typed into the notes of a module though it is measured."""
     for call in ast.walk(ast.parse(source)):
-        if not (isinstance(call, ast.Call) and getattr(call.func, "id", "") in RULES):
+        if not (isinstance(call, ast.Call) and name_of(call.func) in RULES):
             continue
-        place = RULES[getattr(call.func, "id", "")]
+        place = RULES[name_of(call.func)]
         for note in call.args[place : place + 1]:
             for part in ast.walk(note):
                 if isinstance(part, ast.Constant) and isinstance(part.value, str):
@@ -44,7 +49,7 @@ def test_no_measured_number_is_typed_into_a_note(module: Path) -> None:
     "note", ["'All of them invert.'", "'None of these starts.'", "f'It ends at 3.19 s, {x}.'"]
 )
 def test_a_typed_number_is_found(note: str) -> None:
-    assert list(typed_into_notes(f"all_of(check, {note})"))
+    assert list(typed_into_notes(f"v.all_of(check, {note})"))
 
 
 NEAR = ("phi_dot", "phi_dot near the end")
@@ -86,10 +91,10 @@ def verdicts_typed_in(source: str) -> list[str]:
     """Calls of ``Finding``, uses of ``Verdict`` and strings that name a verdict."""
     found = []
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "") in ("Finding", "Check"):
+        if isinstance(node, ast.Call) and name_of(node.func) in ("Finding", "Check"):
             found.append(f"line {node.lineno}: a verdict made by hand")
-        if isinstance(node, ast.Name) and node.id == "Verdict":
-            found.append(f"line {node.lineno}: {node.id}")
+        if isinstance(node, ast.Name | ast.Attribute) and name_of(node) == "Verdict":
+            found.append(f"line {node.lineno}: Verdict")
         if isinstance(node, ast.Constant) and node.value in list(Verdict):
             found.append(f"line {node.lineno}: {node.value!r}")
     return found
@@ -101,7 +106,7 @@ def test_only_rules_make_verdicts(module: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "spoiled", ["Finding('refuted', 'a', 'b', 'c')", "x = Verdict.REFUTED", "x = 'misprint'"]
+    "spoiled", ["Finding('refuted', 'a', 'b', 'c')", "x = v.Verdict.REFUTED", "x = 'misprint'"]
 )
 def test_a_typed_in_verdict_is_found(spoiled: str) -> None:
     assert verdicts_typed_in(spoiled)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from functools import cache, partial
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.proved import proofs_of
 from tt_precise.claims.evidence.run import REFERENCE, Run
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import EXACT, Finding, all_of, decimal, misprint, statement, theorem
+from tt_precise.claims.verdicts import Finding
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.quantities import Motion
@@ -64,7 +65,7 @@ def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Finding:
     height = f.quantity("E_pot") / (body.m * body.g)
     shown = f"a = {along_3} 3 + ({along_z}) z"
     lowest = f.equal_vectors(from_centre, (0, 0, -body.R), shown)
-    return theorem(
+    return v.theorem(
         {
             "A is the lowest point of the sphere": lowest,
             "CM stands -a.z above the table, as in E_pot": f.equal(-printed[2], height, shown),
@@ -89,7 +90,7 @@ def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Finding:
     one_dot, two_dot, three_dot = (tuple(map(f.rate, axis)) for axis in (one, two, three))
     derived = dot(two_dot, three), dot(three_dot, one), dot(one_dot, two) + f.read("psi_dot")
     parts = zip("123", printed, derived, strict=True)
-    return theorem(
+    return v.theorem(
         {axis: f.equal(text, value) for axis, text, value in parts},
         "The frame turns with (2_dot.3, 3_dot.1, 1_dot.2), and the body in it with psi_dot about "
         "3.",
@@ -104,7 +105,7 @@ def axis_turns(inverse_inertia: str = "1/I1") -> Finding:
     q = _at_any_azimuth()
     geometric = tuple(f.rate(component) for component in q.k)
     printed = scaled(f.read(inverse_inertia), cross(q.state.L, q.k))
-    return theorem(
+    return v.theorem(
         {
             "omega x 3": f.equal_vectors(cross(q.omega, q.k), geometric, "3_dot = omega x 3"),
             "L x 3": f.equal_vectors(printed, geometric, f"3_dot = ({inverse_inertia}) L x 3"),
@@ -120,7 +121,7 @@ def contact_constraint(rate_of_a: str = "R*alpha") -> Finding:
     a_dot_z = f.read(rate_of_a) * f.rate(q.k[2])
     height = body.R * (1 - body.alpha * q.k[2])
     rates = q.s_dot[2] + a_dot_z, q.state.v[2] + 0 * height
-    return theorem(
+    return v.theorem(
         {
             "(s+a).z": f.equal(height + q.a[2], 0 * height, "(s + a).z = 0"),
             "its derivative": f.equal(*rates, "s_dot.z + a_dot.z = v_A.z = 0"),
@@ -151,11 +152,11 @@ def frames(behind: tuple[int, int, int] = (0, 1, 0)) -> Finding:
     one, two = (symbols.c, 0, -symbols.s), (0, 1, 0)
     across = cross(q.a, q.k)
     in_plane = f.equal(across[0] + across[2], 0 * q.a[0], "a and 3 in the plane")
-    return theorem(
+    return v.theorem(
         {
             "1 x 2 = 3": f.equal_vectors(cross(one, two), q.k, "1 x 2 = 3"),
             "CM, O, A lie in the plane of x and z": in_plane,
-            "2 = z x x": statement(
+            "2 = z x x": v.statement(
                 cross((0, 0, 1), (1, 0, 0)) == behind,
                 "2 points behind the plane",
                 "2 = y = z x x, behind the plane if the top leans to the right",
@@ -178,7 +179,7 @@ def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
     a_dot = scaled(body.R * body.alpha, (rates.kx, rates.ky, rates.kz))
     printed = scaled(f.read(lever), cross(q.state.L, q.k))
     lambda_dot = -dot((rates.Lx, rates.Ly, rates.Lz), q.a) - dot(q.state.L, a_dot)
-    return theorem(
+    return v.theorem(
         {
             "a_dot": f.equal_vectors(printed, a_dot, f"a_dot = {lever} L x 3"),
             "lambda_dot": f.equal("0", lambda_dot, "lambda_dot = 0"),
@@ -194,7 +195,7 @@ def jellett_is_constant(lever: str = "R*alpha/I1") -> Finding:
 def energy_loss(loss: str = "-mu*g_n*(nu_x**2 + nu_y**2)") -> Finding:
     """The energy falls at the rate v_A.F = -mu g_n |v_A|^2."""
     q = f.motion()
-    return theorem(
+    return v.theorem(
         {
             "E_dot": f.equal(loss, f.rate_of("E"), f"E_dot = {loss}"),
             "v_A.F": f.equal(loss, dot(q.state.v, q.force), f"v_A.F = {loss}"),
@@ -214,12 +215,12 @@ def jellett_in_euler_angles(
     printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
 ) -> Finding:
     """Jellett's integral in Euler angles."""
-    return misprint(
+    return v.misprint(
         (f.equal(text, f.quantity("lambda")) for text in (printed, JELLETT_WITH_R)),
         JELLETT_WITH_R,
         "The second term lacks the factor R, without which the two terms have different "
         "dimensions; sections 2.1 and 2.2 print it.",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -238,11 +239,13 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
     steps = int((values.diff().iloc[1:] >= 0).sum())
     known = proofs_of(run.scene)
     proved = quantity == "E" and fastest <= 0 == steps and known.energy_falls
-    shown = f"at most {decimal(fastest, 3)} W"
-    return all_of(
+    shown = f"at most {v.decimal(fastest, 3)} W"
+    return v.all_of(
         {
-            f"{quantity}_dot": statement(fastest <= 0, "never positive", shown),
-            quantity: statement(steps == 0, "decreasing", f"{steps} of {len(values) - 1} steps up"),
+            f"{quantity}_dot": v.statement(fastest <= 0, "never positive", shown),
+            quantity: v.statement(
+                steps == 0, "decreasing", f"{steps} of {len(values) - 1} steps up"
+            ),
         },
         "E_dot = -mu g_n v_A^2 (EQ-05) vanishes at instants only, such as the start; the claim "
         "needs g_n >= 0 and a motion that glides.",
@@ -253,7 +256,7 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Finding:
 def _rate(name: str, printed: str) -> Finding:
     symbols = f.chart()
     derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
-    return theorem(
+    return v.theorem(
         {"as printed": f.equal(printed, derived, f"{_dotted(name)} = {printed}"),
          FORMS: f.proved(FORMS)},
         "Derived from eq (1) through the vectors of the Euler state, with g_n from the contact "
@@ -285,4 +288,4 @@ def normal_force(printed: str = NORMAL_FORCE) -> Finding:
     """The normal force."""
     derived = newton.normal_force(f.chart().body, f.motion().state)
     checks = {"g_n": f.equal(printed, derived, "g_n = " + printed)}
-    return theorem(checks, "From the vertical part of v_A_dot = 0, eq (1).")
+    return v.theorem(checks, "From the vertical part of v_A_dot = 0, eq (1).")

@@ -9,23 +9,13 @@ from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.motions import minima, minimum, swing
 from tt_precise.claims.evidence.run import REFERENCE, Run, rising, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    EXACT,
-    Check,
-    Finding,
-    all_of,
-    decimal,
-    misprint,
-    readings,
-    statement,
-    statements,
-    theorem,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
@@ -90,7 +80,7 @@ BESIDE = (
 def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
     """The energy with s_dot = -omega x a is the printed expression in Euler angles."""
     check = f.equal(printed, f.quantity("E_tilde"))
-    return theorem(check, "Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.")
+    return v.theorem(check, "Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.")
 
 
 @claim(
@@ -102,7 +92,7 @@ def modified_energy(printed: str = MODIFIED_ENERGY) -> Finding:
 def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Finding:
     """The two printed forms of Routh's function agree, with d(cos theta) as printed."""
     other = f.chart().body.I3 ** 2 * f.read(d_of_z)
-    return theorem(
+    return v.theorem(
         f.equal(f.read(under_root), other, f"{under_root} = I3**2*({d_of_z})"),
         "Both forms are omega_3 times a positive root, so comparing what stands under it is "
         "enough.",
@@ -113,7 +103,7 @@ def routh_function(under_root: str = ROUTH_SQUARED, d_of_z: str = D_OF_Z) -> Fin
 def jellett_rate(quantity: str = "lambda") -> Finding:
     """lambda is constant along the gliding motion."""
     check = f.equal("0", f.rate_of(quantity), f"d {quantity}/dt = 0")
-    return theorem(check, f"{DIFFERENTIATED}.")
+    return v.theorem(check, f"{DIFFERENTIATED}.")
 
 
 @claim(
@@ -125,7 +115,7 @@ def jellett_rate(quantity: str = "lambda") -> Finding:
 def routh_rate(factor: str = ROUTH_RATE) -> Finding:
     """Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot."""
     rate = f.read(factor) * _along_acceleration(cross((0, 0, 1), f.motion().a))
-    return theorem(
+    return v.theorem(
         f.equal(rate, f.rate_of("D"), f"dD/dt = {factor}*(z x a).v_A_dot"),
         "v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.",
     )
@@ -135,7 +125,7 @@ def routh_rate(factor: str = ROUTH_RATE) -> Finding:
 def modified_energy_rate(factor: str = "m") -> Finding:
     """E~ changes at the rate m (omega x a).v_A_dot."""
     rate = f.read(factor) * _along_acceleration(f.motion().omega_cross_a)
-    return theorem(
+    return v.theorem(
         f.equal(rate, f.rate_of("E_tilde"), f"dE~/dt = {factor} (omega x a).v_A_dot"),
         f"{DIFFERENTIATED}, with g_n from the contact constraint.",
     )
@@ -155,7 +145,7 @@ def horizontal_momentum(factor: str = "-mu*g_n") -> Finding:
     along_x, along_y = q.s_dot[0], q.s_dot[1]
     changed = m * (f.rate(along_x) - phi_dot * along_y), m * (f.rate(along_y) + phi_dot * along_x)
     pushed = scaled(f.read(factor), q.state.v)[:2]
-    return theorem(
+    return v.theorem(
         f.equal_vectors(pushed, changed, f"m r_ddot = {factor} v_A"),
         "r is the horizontal part of s, so the normal force and the weight drop out.",
     )
@@ -183,11 +173,11 @@ def equivalent_form(factor: str = DETERMINANT) -> Finding:
             regular, "determinant not zero" if regular else "determinant zero"
         ),
     }  # fmt: skip
-    return readings(
-        statements("equivalent", parts),
+    return v.readings(
+        v.statements("equivalent", parts),
         "The rate of E~ contains theta_ddot only as theta_dot theta_ddot, so motions with constant "
         "theta satisfy the integrated form whether eq (2) holds or not.",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -223,7 +213,7 @@ def _determinant() -> Scalar:
 def main_equation(mass: str = EFFECTIVE_MASS, potential: str = POTENTIAL) -> Finding:
     """E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation."""
     printed = f.read(mass) * f.chart().state.theta_dot ** 2 + _potential(potential)
-    return theorem(
+    return v.theorem(
         f.equal(printed, f.quantity("E_tilde"), f"E~ = {mass}*theta_dot**2 + V"),
         "phi_dot and omega_3 are eliminated with lambda and D.",
     )
@@ -239,7 +229,7 @@ def potential(printed: str = POTENTIAL) -> Finding:
     """The effective potential with its three terms is E~ at theta_dot = 0."""
     kinetic = f.read(EFFECTIVE_MASS) * f.chart().state.theta_dot ** 2
     rest = f.quantity("E_tilde") - kinetic
-    return theorem(
+    return v.theorem(
         {"V": f.equal(_potential(printed), rest, f"V = {printed}")},
         "The part of E~ without theta_dot, with phi_dot and omega_3 expressed by lambda and D.",
     )
@@ -260,7 +250,7 @@ def _potential(text: str) -> Scalar:
 def rationality_condition(printed: str = CONDITION) -> Finding:
     """The printed relation of sigma, gamma and alpha makes d(z) a square."""
     checks = map(_square, (printed, CORRECT_CONDITION))
-    return misprint(checks, f"sigma = {CORRECT_CONDITION}", SQUARE_NOTE, EXACT)
+    return v.misprint(checks, f"sigma = {CORRECT_CONDITION}", SQUARE_NOTE, v.EXACT)
 
 
 @claim(
@@ -271,12 +261,12 @@ def rationality_condition(printed: str = CONDITION) -> Finding:
 )
 def rational_potential(printed: str = CONDITION) -> Finding:
     """V is a rational function of cos theta when the printed condition holds."""
-    return misprint(
+    return v.misprint(
         (_square(text, "V rational for ") for text in (printed, CORRECT_CONDITION)),
         f"V is rational for sigma = {CORRECT_CONDITION}",
         "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only "
         "if d is a square. " + SQUARE_NOTE,
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -291,8 +281,8 @@ def _square(text: str, what: str = "") -> Check:
     toy = load_scene("reference").body
     at_toy = discriminant.subs({one: sympy.Rational(str(getattr(toy, str(one))))
                                 for one in (alpha, gamma)})  # fmt: skip
-    value = decimal(Fraction(str(at_toy)), 4)
-    return statement(
+    value = v.decimal(Fraction(str(at_toy)), 4)
+    return v.statement(
         sympy.simplify(discriminant) == 0,
         f"{what}sigma = {text}",
         f"discriminant of d(z): {value} for the toy's alpha and gamma",
@@ -306,7 +296,7 @@ def _square(text: str, what: str = "") -> Check:
 )
 def asymptotic_formulas(printed: Mapping[str, str] = ASYMPTOTIC) -> Finding:
     """The formulas for lambda, D and E~ of the upright and the inverted spin."""
-    return theorem(
+    return v.theorem(
         {name: _of_the_spin(name, text) for name, text in printed.items()},
         "Compared with -L.a, D and E~ of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
         "symbolic parameters.",
@@ -323,7 +313,7 @@ def _of_the_spin(name: str, text: str) -> Check:
     lambda_ = QUANTITIES["lambda"].evaluate(q)
     value = f.evaluate(text, body, sympy, lambda_=lambda_, L0=spin, L1=spin)
     difference = sympy.simplify(value - QUANTITIES[QUANTITY[name[0]]].evaluate(q))
-    return statement(
+    return v.statement(
         difference == 0,
         text.replace("lambda_", "lambda"),
         "equal, for every body" if difference == 0 else f"off by {difference}",
@@ -349,12 +339,12 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Finding:
         D = D1 + fn.mpf(10) ** -power * abs(D1)
         z = minimum(body, D, lambda_, fn)
         off.append(abs(effective_potential(body, z, D, lambda_, fn) / target - 1))
-    check = statement(
+    check = v.statement(
         all(10**3 * later < earlier for earlier, later in pairwise(off)),
         "lim V(z_min, D, lambda) = E1",
-        "V(z_min)/E1 - 1 = " + ", ".join(decimal(one, 2) for one in off),
+        "V(z_min)/E1 - 1 = " + ", ".join(v.decimal(one, 2) for one in off),
     )
-    return all_of(
+    return v.all_of(
         {"V(z_min)": check},
         "The distance falls in proportion to D - D1. In the limit z_min = -1, where V is of the "
         "form 0/0 and only the joint limit exists.",
@@ -404,10 +394,10 @@ def _beside(pole: int, multiples: tuple[str, ...], claimed: int) -> Finding:
         # delta falls by 100 from one to the next, and so should the distance from the pole
         parts[f"lambda = {multiple} lambda_thres"] = (
             all(50 * later < earlier for earlier, later in pairwise(away)),
-            f"|z_min - ({claimed})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}",
+            f"|z_min - ({claimed})| from {v.decimal(away[0], 2)} to {v.decimal(away[-1], 2)}",
         )
-    return all_of(
-        statements(f"z_min -> {claimed}", parts),
+    return v.all_of(
+        v.statements(f"z_min -> {claimed}", parts),
         "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
         "every eps. lambda > lambda_thres is more than is needed: 4ab <= (a+b)^2 shows that V "
         "keeps the minimum at z = -1 below it, too, and at z = 1 for every lambda.",
@@ -431,11 +421,11 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     found = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
     alone = all(len(one) == 1 for one in found)
     path = [one[0] for one in found]
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,
             "from z = 1 to z = -1",
-            f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
+            f"theta_min from {v.decimal(path[0], 3)} to {v.decimal(path[-1], 6)} rad, "
             f"{'one minimum' if alone else 'several minima'}, "
             f"{'monotonously' if rising(path) else 'not monotonously'}",
         ),
@@ -465,16 +455,16 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     parts = {
         "motion of the solution": (
             end - begin <= bound,
-            f"a gap of {decimal(end - begin, 6)} s from t = {decimal(begin, 6)} s, "
-            f"T_upp at most {decimal(bound, 6)} s",
+            f"a gap of {v.decimal(end - begin, 6)} s from t = {v.decimal(begin, 6)} s, "
+            f"T_upp at most {v.decimal(bound, 6)} s",
         ),
         "motion in the potential of one instant": (
-            largest <= 1, f"at most {decimal(largest, 4)} T_upp"
+            largest <= 1, f"at most {v.decimal(largest, 4)} T_upp"
         ),
     }  # fmt: skip
-    return readings(
-        statements("gap <= T_upp", parts),
-        f"Between those two turning points theta rises without a stop by {decimal(rise, 2)} rad, "
+    return v.readings(
+        v.statements("gap <= T_upp", parts),
+        f"Between those two turning points theta rises without a stop by {v.decimal(rise, 2)} rad, "
         "because the potential moves on while theta swings in it; no bound from a frozen potential "
         "can hold for the solution.",
     )
@@ -495,10 +485,10 @@ def several_oscillations(run: Run = REFERENCE) -> Finding:
     turns = run.events("theta_min")["t"]
     inside = sum(climb.t_init < t < climb.t_end for t in turns) if climb.duration else 0
     ratio = (climb.duration or 0) / longest
-    return all_of(
+    return v.all_of(
         {
-            "T_inv/T_upp": statement(ratio > 10, "> 10", decimal(ratio, 6)),
-            "oscillations": statement(inside > 1, "several", str(inside)),
+            "T_inv/T_upp": v.statement(ratio > 10, "> 10", v.decimal(ratio, 6)),
+            "oscillations": v.statement(inside > 1, "several", str(inside)),
         },
         "That the first implies the second rests on the bound of TH-11.",
     )
@@ -526,17 +516,17 @@ def theta_goes_to_the_minimum(end: str = "10") -> Finding:
     parts = {
         "all the time": (
             highest == first,
-            f"E~ - V_min from {decimal(first, 3)} J up to {decimal(highest, 3)} J at "
-            f"{decimal(peak, 4)} s",
+            f"E~ - V_min from {v.decimal(first, 3)} J up to {v.decimal(highest, 3)} J at "
+            f"{v.decimal(peak, 4)} s",
         ),
         "in the long run": (
-            100 * last < highest, f"E~ - V_min down to {decimal(last, 3)} J at {end} s"
+            100 * last < highest, f"E~ - V_min down to {v.decimal(last, 3)} J at {end} s"
         ),
     }  # fmt: skip
-    return readings(
-        statements("goes toward the minimum", parts),
-        f"Until {decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
-        f"{decimal(highest / first, 2)}; only then dissipation wins.",
+    return v.readings(
+        v.statements("goes toward the minimum", parts),
+        f"Until {v.decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
+        f"{v.decimal(highest / first, 2)}; only then dissipation wins.",
     )
 
 

@@ -6,28 +6,14 @@ import math
 from fractions import Fraction
 from itertools import pairwise
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
 from tt_precise.claims.evidence.proved import count, proofs_of
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rough, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    EXACT,
-    Check,
-    Finding,
-    Settled,
-    agrees,
-    all_of,
-    approximate,
-    decimal,
-    misprint,
-    readings,
-    statement,
-    statements,
-    theorem,
-    untestable,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import INVERTED, UPRIGHT
 from tt_precise.integration import Trajectory, integrate
@@ -61,7 +47,7 @@ CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")
 )
 def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Finding:
     """Above both thresholds the inverted spin is stable and the upright spin is not."""
-    return all_of(
+    return v.all_of(
         _spins(multiples),
         "Linearly and transversally to the family of spins with other lambda. That no tumbling "
         "motion competes is TH-03.",
@@ -78,7 +64,7 @@ def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Finding:
 def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> Finding:
     """Of all motions without gliding only the inverted spin is stable."""
     none = sum(not tumbles(case) for case in cases(COUNT, multiples))
-    return all_of(
+    return v.all_of(
         {
             "v_A = 0 with constant theta": _tumbling_condition(),
             **_spins(multiples),
@@ -101,7 +87,7 @@ def _spins(multiples: tuple[str, str]) -> dict[str, Check]:
 
 
 def _all_bodies(count: int, what: str) -> Check:
-    return statement(count == COUNT, what, f"{count} of {COUNT} bodies")
+    return v.statement(count == COUNT, what, f"{count} of {COUNT} bodies")
 
 
 def _tumbling_condition() -> Check:
@@ -136,8 +122,8 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
     numerator = sympy.Poly(sympy.numer(sympy.together(difference)), w, u)
     chain = sympy.Poly(sympy.numer(sympy.together((1 - alpha**2) - (1 - alpha))), w)
     signs = [bool(c > 0) for c in numerator.coeffs()]
-    return theorem(
-        statement(
+    return v.theorem(
+        v.statement(
             all(signs) and all(c > 0 for c in chain.coeffs()),
             f"lambda_thres > lambda_up for gamma > {lowest}",
             f"{sum(signs)} of {len(signs)} coefficients positive",
@@ -160,10 +146,10 @@ def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding
     found = [_NAMES[side] for side in candidates if _stays(_spin(side))]
     steady = "in M, with g_n = m g, for ever: " + " and ".join(found)
     every = _NAMES[UPRIGHT] not in found
-    return all_of(
+    return v.all_of(
         {
-            "one solution in M": statement(len(found) == 1, "only one", steady),
-            "every solution approaches it": statement(every, "every solution", steady),
+            "one solution in M": v.statement(len(found) == 1, "only one", steady),
+            "every solution approaches it": v.statement(every, "every solution", steady),
         },
         "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
         "every lambda; it is unstable, but it, and the motions on its stable manifold, do not "
@@ -206,14 +192,14 @@ def inverted_state(axis: int = 1) -> Finding:
         spin, arm = lambda_ / (R * (1 + alpha)), R * (alpha * k - 1)
         ratio = sympy.factor(sympy.simplify(-spin * arm / lambda_))
         sign = "z" if k > 0 else "-z"
-        return statement(ratio == 1, f"3 = {sign}", f"-L.a = {ratio}*lambda")
+        return v.statement(ratio == 1, f"3 = {sign}", f"-L.a = {ratio}*lambda")
 
-    return misprint(
+    return v.misprint(
         map(has_its_lambda, (axis, -1)),
         "(lambda/(R(1+alpha)) z, -z, 0)",
         "With 3 = z the state is an upright spin with too small a lambda; inverted means 3 = -z, "
         "at both places.",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -235,15 +221,15 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
     ratio = known["lambda"].value / known["lambda_thres"].value
     proofs = proofs_of(LEAVES)
     lost = proofs.contact_lost
-    when = decimal(lost.low, 12) if lost else "no time"
-    return all_of(
-        statement(
+    when = v.decimal(lost.low, 12) if lost else "no time"
+    return v.all_of(
+        v.statement(
             falling,
             "g_n < 0 is possible",
             f"g_n {'falls through 0' if falling else 'stays positive to'} at t = "
-            f"{decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
+            f"{v.decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
         ),
-        f"At lambda = {decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
+        f"At lambda = {v.decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
         "continue with g_n < 0, where a real top has left the table.",
         proofs.says(
             falling and lost is not None,
@@ -266,7 +252,7 @@ def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200
     runs = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
     outside = integrate(variant(I1="0.26", theta="0.8", phi_dot="120", omega_3="47.6", until="40"))
     on_table = [run for run in runs if run.status != "contact_lost"]
-    angles = ", ".join(decimal(run.state.theta, 6) for run in on_table)
+    angles = ", ".join(v.decimal(run.state.theta, 6) for run in on_table)
     parts = {
         "sufficient, for solutions with g_n > 0": (
             bool(on_table) and all(map(_inverts, on_table)),
@@ -274,11 +260,11 @@ def conditions_for_inversion(starts: tuple[str, ...] = ("90", "120", "155", "200
         ),
         "necessary": (
             not _inverts(outside),
-            f"with gamma < 1 - alpha theta(40 s) = {decimal(outside.state.theta, 6)}",
+            f"with gamma < 1 - alpha theta(40 s) = {v.decimal(outside.state.theta, 6)}",
         ),
     }
-    return readings(
-        statements("sufficient (Sec. 1), necessary (Sec. 3)", parts),
+    return v.readings(
+        v.statements("sufficient (Sec. 1), necessary (Sec. 3)", parts),
         "Section 1 says sufficient, section 3 necessary. Sufficient is right but for the upright "
         "spin and its stable manifold; a start with large theta can invert without them.",
     )
@@ -301,12 +287,13 @@ def limits_in_the_past(run: Run = REFERENCE) -> Finding:
     found, again = past(run.scene), past(run.scene, 1e-10)
     start = float(run.loaded.start.theta.offset)
     how = "contact is made at" if found.contact_lost else "still gliding at"
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             not found.contact_lost and found.theta <= 2 * start,
             "theta -> 0, L -> L0 z",
-            f"{how} t = {Settled.of(found.t, again.t)} s with theta = "
-            f"{decimal(found.theta, 4)} rad and {decimal(found.energy_ratio, 3)} times the energy",
+            f"{how} t = {v.Settled.of(found.t, again.t)} s with theta = "
+            f"{v.decimal(found.theta, 4)} rad and {v.decimal(found.energy_ratio, 3)} times the "
+            "energy",
         ),
         "Backwards in time friction feeds the gliding, E grows and the solution ends where g_n = "
         "0. Only motions on the unstable manifold of the upright spin have the stated limits.",
@@ -324,10 +311,10 @@ def limits_in_the_future(run: Run = REFERENCE) -> Finding:
     """The reference solution tends to theta = pi and L = L1 z."""
     checks = {name: _falling(away) for name, away in _distances(run).items()}
     if not checks:
-        checks["theta"] = statement(False, "tends to its limit", "leaves the table before")
+        checks["theta"] = v.statement(False, "tends to its limit", "leaves the table before")
     known = proofs_of(run.scene)
     proved = known.inverts and all(check.holds for check in checks.values())
-    return all_of(
+    return v.all_of(
         checks,
         "The approach is exponential, and the inverted spin with this lambda attracts (TH-01).",
         known.says(proved, "theta -> pi, L -> L1 z, D -> D1, E~ -> E~1"),
@@ -350,19 +337,19 @@ def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Finding:
         away = _distances(Run(_with_the_same_lambda(phi_dot)))
         if away:
             parts = [_falling(away[name]) for name in ("D", "E_tilde")]
-            checks[f"t -> inf, phi_dot(0) = {phi_dot}"] = statement(
+            checks[f"t -> inf, phi_dot(0) = {phi_dot}"] = v.statement(
                 all(part.holds for part in parts),
                 "D -> D1, E~ -> E~1",
                 ", ".join(part.measured for part in parts),
             )
     for phi_dot in pasts:
         found = past(_with_the_same_lambda(phi_dot))
-        checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = statement(
+        checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = v.statement(
             not found.contact_lost,
             "D -> D0, E~ -> E~0",
-            f"begins at t = {decimal(found.t, 6)} s, where g_n = 0",
+            f"begins at t = {v.decimal(found.t, 6)} s, where g_n = 0",
         )
-    return all_of(
+    return v.all_of(
         checks,
         "The values for t to plus infinity follow from lambda alone. Those for minus infinity "
         "belong to motions on the unstable manifold of the upright spin only (TH-14).",
@@ -395,8 +382,8 @@ def _distances(run: Run) -> dict[str, list[float]]:
 
 def _falling(away: list[float]) -> Check:
     holds = all(10 * later < earlier for earlier, later in pairwise(away))
-    shown = ", ".join(decimal(one, 2) for one in away)
-    return statement(holds, "tends to its limit", f"distances {shown}")
+    shown = ", ".join(v.decimal(one, 2) for one in away)
+    return v.statement(holds, "tends to its limit", f"distances {shown}")
 
 
 def _with_the_same_lambda(phi_dot: str) -> Scene:
@@ -434,7 +421,7 @@ def balanced_equation(printed: str = SIMPLIFIED) -> Finding:
         "lambda_": euler.jellett(body, balanced, symbols),
     }
     claimed = body.I1 * state.phi_dot / s * (state.theta_dot - f.read(printed, known))
-    return theorem(
+    return v.theorem(
         f.equal(claimed, xi_rate, f"theta_dot = {printed}"),
         "Along eqs (3) and (4), xi_dot at xi = 0 is (I1 phi_dot/sin theta)(theta_dot - the printed "
         "expression); eq (2) is not used and would be violated.",
@@ -460,9 +447,9 @@ def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Finding:
     parts = {}
     for name, table in tables.items():
         share = float((sign * table["theta_dot_simplified"] > 0).mean())
-        parts[name] = share == 1, f"theta_dot > 0 for {decimal(100 * share, 3)} % of the time"
-    return readings(
-        statements("increasing", parts),
+        parts[name] = share == 1, f"theta_dot > 0 for {v.decimal(100 * share, 3)} % of the time"
+    return v.readings(
+        v.statements("increasing", parts),
         "theta_dot has the sign of nu_y, as g_n and lambda are positive; nu_y is negative in part "
         "of the synchronisation phase and briefly at both ends of the climb.",
     )
@@ -482,9 +469,9 @@ def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Fin
     size = float((near["Lx"] ** 2 + near["Ly"] ** 2 + near["Lz"] ** 2).mean() ** 0.5)
     xi = float((near["xi"] ** 2).mean() ** 0.5)
     start = abs(table["xi"].iloc[0] / table["Lz"].iloc[0])
-    return all_of(
-        {"xi/|L|": approximate("xi approximately 0", xi, size, "xi/|L| =")},
-        f"At the start xi is {decimal(start, 3)} of |L|.",
+    return v.all_of(
+        {"xi/|L|": v.approximate("xi approximately 0", xi, size, "xi/|L| =")},
+        f"At the start xi is {v.decimal(start, 3)} of |L|.",
     )
 
 
@@ -501,8 +488,8 @@ def threshold_of_the_toy(printed: str = THRESHOLD, run: Run = REFERENCE) -> Find
     known = run.thresholds
     independent = known.quantities["lambda_thres"].independent
     value = f.evaluate(printed, run.body(known.context), known.context)
-    return all_of(
-        agrees(printed, value, independent, THRESHOLD_DIGITS),
+    return v.all_of(
+        v.agrees(printed, value, independent, THRESHOLD_DIGITS),
         "The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the "
         "scene's friction, and again with another, which leaves the threshold where it is.",
     )
@@ -518,12 +505,12 @@ def slow_spin() -> Finding:
     slow = Run(variant(omega_3="40", until="20"))
     first, last = slow.columns(["E_rot"], list(slow.whole))["E_rot"]
     theta = slow.value("theta", slow.whole.end)
-    return all_of(
-        untestable("wobbles, comes to a standstill"),
+    return v.all_of(
+        v.untestable("wobbles, comes to a standstill"),
         "About the real toy. The paper's model has no spinning friction: lambda is constant, so no "
         "motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, "
-        f"{decimal(100 * (last / first), 3)} % of the rotational energy is left after 20 s and "
-        f"theta is {decimal(theta, 2)} rad: it does not invert.",
+        f"{v.decimal(100 * (last / first), 3)} % of the rotational energy is left after 20 s and "
+        f"theta is {v.decimal(theta, 2)} rad: it does not invert.",
     )
 
 
@@ -536,11 +523,11 @@ def slow_spin() -> Finding:
 def software() -> Finding:
     """The simulations were made with SciPy under Python 2.7."""
     own = paper_odeint()
-    return all_of(
-        untestable("Python 2.7, SciPy"),
+    return v.all_of(
+        v.untestable("Python 2.7, SciPy"),
         "Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA "
         "as then, with default tolerances on eqs (2) to (7) keeps lambda to "
-        f"{decimal(own.jellett_drift, 2)} of its value, which fits the stated 1e-6 (NUM-03).",
+        f"{v.decimal(own.jellett_drift, 2)} of its value, which fits the stated 1e-6 (NUM-03).",
     )
 
 
@@ -562,14 +549,14 @@ def oscillation(run: Run = REFERENCE) -> Finding:
     turning = known.events("theta_min", "theta_max")
     surely = count(turning, "theta", Fraction(near), Fraction(far)) if turning is not None else ()
     proved = bool(surely) and all(number == len(inside) for number in surely)
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             len(inside) >= MANY,
             "theta_dot changes sign many times",
             f"{len(inside)} times during the inversion, {len(turns)} times in all",
         ),
-        f"The longest time without a turning point is {decimal(gap, 3)} s, from "
-        f"{decimal(begin, 4)} s on.",
+        f"The longest time without a turning point is {v.decimal(gap, 3)} s, from "
+        f"{v.decimal(begin, 4)} s on.",
         known.says(proved, "there are exactly these turning points, all of them simple zeros"),
     )
 
@@ -591,8 +578,8 @@ def number_of_unknowns(printed: int = 6) -> Finding:
             freedoms == printed, f"{freedoms}: 3 angles and 3 coordinates less the contact"
         ),
     }  # fmt: skip
-    return readings(
-        statements(str(printed), parts),
+    return v.readings(
+        v.statements(str(printed), parts),
         "Section 1 counts first-order unknowns, section 3 calls the same number degrees of "
         "freedom. That the system is not integrable is neither shown nor tested.",
     )

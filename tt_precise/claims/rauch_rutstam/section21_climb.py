@@ -9,6 +9,7 @@ from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.motions import paper_odeint, state_errors
 from tt_precise.claims.evidence.proved import (
@@ -31,20 +32,7 @@ from tt_precise.claims.evidence.run import (
     variant,
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    Check,
-    Finding,
-    Settled,
-    about,
-    all_of,
-    at_most_order,
-    decimal,
-    fraction_of,
-    misprint,
-    readings,
-    statement,
-    statements,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.inversion import NEEDED
@@ -56,7 +44,9 @@ if TYPE_CHECKING:
     import pandas
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")
-Times: TypeAlias = dict[str, tuple[Settled, Interval | None]]  # and what is proved to contain each
+Times: TypeAlias = dict[
+    str, tuple[v.Settled, Interval | None]
+]  # and what is proved to contain each
 DEFINITION = (
     "A: zero of sign(phi_dot) times the distance from the pole, interpolated between the nearest "
     "approaches to it. B: L.k = L.z before the climb, L.k = -L.z after it. C: the ends of the "
@@ -97,7 +87,7 @@ def initiation_time(printed: str = START, run: Run = REFERENCE) -> Finding:
         printed,
         times,
         "The three definitions of the initiation time differ by "
-        f"{decimal(max(values) - min(values), 2)} s; the printed digit resolves 0.1 s.",
+        f"{v.decimal(max(values) - min(values), 2)} s; the printed digit resolves 0.1 s.",
         run,
     )
 
@@ -112,12 +102,12 @@ def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", run)
     times[TOP] = run.settled(_closest_to_the_pole), _highest(run)
-    off = min(abs(fraction_of(time) - Fraction(printed)) for time, _ in times.values())
+    off = min(abs(v.fraction_of(time) - Fraction(printed)) for time, _ in times.values())
     return _about(
         printed,
         times,
-        f"The nearest of them is off by {decimal(off, 2)} s. Section 2.1 itself says 7.86 s in two "
-        "other places.",
+        f"The nearest of them is off by {v.decimal(off, 2)} s. Section 2.1 itself says 7.86 s in "
+        "two other places.",
         run,
     )
 
@@ -135,7 +125,7 @@ def climbing_time(printed: str = "4.7", run: Run = REFERENCE) -> Finding:
         printed,
         _in_all_definitions("duration", run),
         f"The paper prints no number for T_inv; its two times give {END} - {START} = "
-        f"{decimal(Fraction(END) - Fraction(START), 3)} s.",
+        f"{v.decimal(Fraction(END) - Fraction(START), 3)} s.",
         run,
     )
 
@@ -150,9 +140,9 @@ def _in_all_definitions(which: str, run: Run) -> Times:
 
 def _about(printed: str, times: Times, note: str, run: Run) -> Finding:
     checks, proof = enclosed(
-        run.scene, lambda time: about(printed, time, "s"), times, "each of these times"
+        run.scene, lambda time: v.about(printed, time, "s"), times, "each of these times"
     )
-    return readings(checks, note, proof)
+    return v.readings(checks, note, proof)
 
 
 def _highest(run: Run) -> Interval | None:
@@ -183,14 +173,14 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
         shown, holds = [], True
         for one, which in zip(printed, ENDS, strict=True):
             time, interval = run.moment(name, which), known.moment(name, which)
-            check = about(one, time)
-            proved &= settles(check, partial(about, one), interval)
+            check = v.about(one, time)
+            proved &= settles(check, partial(v.about, one), interval)
             holds &= check.holds
             intervals.append(interval)
             shown.append(str(time))
         parts[reading] = holds, " to ".join(shown) + " s"
-    return readings(
-        statements(" to ".join(printed) + " s", parts),
+    return v.readings(
+        v.statements(" to ".join(printed) + " s", parts),
         "Each printed time counts as right within one unit of its last digit. The same section "
         "gives the ending time as 7.87 s and as 7.86 s.",
         known.says(proved, f"each of these times {digits(intervals)}"),
@@ -215,15 +205,15 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Findi
     pairs = zip(values.items(), precession(run.scene), strict=True)
     numbers = {name: (run.settled(value), interval) for (name, value), interval in pairs}
     checks, proof = enclosed(
-        run.scene, lambda value: about(printed, value, "rad/s"), numbers, "these three values"
+        run.scene, lambda value: v.about(printed, value, "rad/s"), numbers, "these three values"
     )
     tops = run.events("theta_max")
     courses = [float(x) for x in tops["phi_dot"][tops["t"].map(run.climb.has)]]
     rises = sum(b > a for a, b in pairwise(courses))
-    return readings(
+    return v.readings(
         checks,
-        f"At the maxima of theta in the climb phi_dot goes from {decimal(courses[0], 3)} to "
-        f"{decimal(courses[-1], 3)} rad/s, and rises in {rises} of {len(courses) - 1} steps.",
+        f"At the maxima of theta in the climb phi_dot goes from {v.decimal(courses[0], 3)} to "
+        f"{v.decimal(courses[-1], 3)} rad/s, and rises in {rises} of {len(courses) - 1} steps.",
         proof,
     )
 
@@ -251,13 +241,13 @@ def reversals(
         peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
         for peak, value in zip(peaks, values, strict=True)
     )
-    shown = "; ".join(f"from {decimal(a, 3)} to {decimal(b, 3)} rad/s" for a, b in found)
+    shown = "; ".join(f"from {v.decimal(a, 3)} to {v.decimal(b, 3)} rad/s" for a, b in found)
 
     def says(wanted: Sequence[tuple[str, str]]) -> Check:
         text = "; ".join(f"from {a} to {b}" for a, b in wanted)
-        return statement(large and wanted == signs, text, shown)
+        return v.statement(large and wanted == signs, text, shown)
 
-    return misprint(
+    return v.misprint(
         map(says, (printed, (("-", "+"), ("+", "-")))),
         "from large negative to large positive values at the first moment, and from large "
         "positive to large negative values at the second",
@@ -288,12 +278,12 @@ def nearest_to_the_poles(
             ),
             key=lambda pair: abs(pair[0] - moment),
         )
-        checks[when] = statement(
+        checks[when] = v.statement(
             abs(t - moment) < half and abs(theta - pole) < 0.01,
             f"{name.replace('_', ' ')} close to {'pi' if pole else '0'} at {when}",
-            f"{decimal(abs(theta - pole), 3)} rad from the pole at {decimal(t, 6)} s",
+            f"{v.decimal(abs(theta - pole), 3)} rad from the pole at {v.decimal(t, 6)} s",
         )
-    return all_of(
+    return v.all_of(
         checks, "How near it comes to the poles is a matter of chance: see the height of phi_dot."
     )
 
@@ -313,10 +303,10 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Finding
     for when, moment in zip(ENDS, run.climb, strict=True):
         near = max(swings[abs(times[1:] - moment) < 0.1], default=0.0)
         before = max(swings[abs(times[1:] - moment + 1) < 0.1], default=near)
-        shown = f"{decimal(before, 3)} a second before, {decimal(near, 3)} at {when}"
+        shown = f"{v.decimal(before, 3)} a second before, {v.decimal(near, 3)} at {when}"
         parts[when] = near > 100 * before, shown
-    return all_of(
-        statements("by orders of magnitude", parts),
+    return v.all_of(
+        v.statements("by orders of magnitude", parts),
         "The amplitude grows like the reciprocal of the nearest distance of the axis from the "
         "pole; the largest value depends on how near it happens to come and is ill conditioned.",
     )
@@ -339,28 +329,28 @@ def three_phases(run: Run = REFERENCE) -> Finding:
     lowest = min(middles[: len(middles) // 2 + 1], key=lambda pair: pair[1])
     furthest = max((math.pi - middle for middle in after), default=math.inf)
     fall = (
-        f", the middle falls from {decimal(before[0], 3)} to {decimal(before[-1], 3)} rad"
+        f", the middle falls from {v.decimal(before[0], 3)} to {v.decimal(before[-1], 3)} rad"
         if before
         else ""
     )
-    rise = f"from {decimal(during[0], 3)} to {decimal(during[-1], 4)} rad without a fall"
-    return all_of(
+    rise = f"from {v.decimal(during[0], 3)} to {v.decimal(during[-1], 4)} rad without a fall"
+    return v.all_of(
         {
-            "synchronisation": statement(
+            "synchronisation": v.statement(
                 len(before) >= MANY and before[-1] < before[0],
                 "theta does not climb before t_init",
                 f"{len(before)} turning points{fall}",
             ),
-            "climb": statement(
+            "climb": v.statement(
                 rising(during), "theta climbs from t_init to t_end", f"the middle rises {rise}"
             ),
-            "stabilisation": statement(
+            "stabilisation": v.statement(
                 furthest < 0.05,
                 "theta near pi after t_end",
-                f"at most {decimal(furthest, 2)} rad away" if after else "not seen",
+                f"at most {v.decimal(furthest, 2)} rad away" if after else "not seen",
             ),
         },
-        f"The middle is lowest at {decimal(lowest[0], 6)} s, where the axis passes the pole.",
+        f"The middle is lowest at {v.decimal(lowest[0], 6)} s, where the axis passes the pole.",
     )
 
 
@@ -403,22 +393,22 @@ def logistic_curve(name: str = "theta", run: Run = REFERENCE) -> Finding:
     width = max(belt.width for belt in belts)
     half = run.equator
     shown = f"falls {falls} of {len(belts) - 1} times"
-    return all_of(
+    return v.all_of(
         {
-            "logistic": statement(
+            "logistic": v.statement(
                 left <= 0.01,
                 "logistic type curve",
                 f"k = {rate:.2f} 1/s, t0 = {centre:.2f} s leave {100 * left:.2g} % of the variance",
             ),
-            "middle of the band": statement(falls == 0, "rises", shown),
-            "oscillations": statement(
+            "middle of the band": v.statement(falls == 0, "rises", shown),
+            "oscillations": v.statement(
                 width < math.pi / 10,
                 "small amplitude",
-                f"the band is at most {decimal(width, 3)} rad wide",
+                f"the band is at most {v.decimal(width, 3)} rad wide",
             ),
         },
-        f"The curve is not symmetric: theta needs {decimal(half - span.begin, 3)} s to pi/2 and "
-        f"{decimal(span.end - half, 3)} s from there.",
+        f"The curve is not symmetric: theta needs {v.decimal(half - span.begin, 3)} s to pi/2 and "
+        f"{v.decimal(span.end - half, 3)} s from there.",
     )
 
 
@@ -436,24 +426,24 @@ def nutation_band(widest: float = math.pi / 2, run: Run = REFERENCE) -> Finding:
     last, widest_one = belts[-1], max(belts, key=lambda belt: belt.width)
     fastest = run.extreme("theta_dot", largest=True)
     times, speeds = run.extrema("theta_dot")
-    return readings(
+    return v.readings(
         {
-            "wider than at t_init and at the end": statement(
+            "wider than at t_init and at the end": v.statement(
                 at.width > max(start.width, last.width),
                 "widening, then narrowing",
-                f"{decimal(start.width, 3)} rad at t_init, {decimal(at.width, 3)} rad at "
-                f"theta = {decimal(at.middle, 3)}, {decimal(last.width, 2)} rad at the end",
+                f"{v.decimal(start.width, 3)} rad at t_init, {v.decimal(at.width, 3)} rad at "
+                f"theta = {v.decimal(at.middle, 3)}, {v.decimal(last.width, 2)} rad at the end",
             ),
-            "widest there": statement(
+            "widest there": v.statement(
                 abs(widest_one.middle - widest) < 0.1,
-                f"widest at theta = {decimal(widest, 3)}",
-                f"widest, {decimal(widest_one.width, 3)} rad, at theta = "
-                f"{decimal(widest_one.middle, 3)} ({decimal(widest_one.t, 4)} s)",
+                f"widest at theta = {v.decimal(widest, 3)}",
+                f"widest, {v.decimal(widest_one.width, 3)} rad, at theta = "
+                f"{v.decimal(widest_one.middle, 3)} ({v.decimal(widest_one.t, 4)} s)",
             ),
         },
-        f"The largest theta_dot, {decimal(fastest.value, 5)} rad/s, comes at "
-        f"{decimal(times[speeds.argmax()], 4)} s, and theta first passes pi/2 at "
-        f"{decimal(run.equator, 4)} s.",
+        f"The largest theta_dot, {v.decimal(fastest.value, 5)} rad/s, comes at "
+        f"{v.decimal(times[speeds.argmax()], 4)} s, and theta first passes pi/2 at "
+        f"{v.decimal(run.equator, 4)} s.",
     )
 
 
@@ -494,17 +484,19 @@ def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Finding:
             singular += [pair] if min(pair) > SINGULAR else []
     least = min(map(min, singular), default=0.0)
     highest = max(map(max, singular), default=0.0)
-    spread = f"{decimal(min(begins)[0], 3)} to {decimal(max(begins)[0], 3)} s" if begins else "none"
+    spread = (
+        f"{v.decimal(min(begins)[0], 3)} to {v.decimal(max(begins)[0], 3)} s" if begins else "none"
+    )
     own = run.climb.begin
     farthest = max(begins, key=lambda pair: abs(pair[0] - own))[1] if begins else "nothing"
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             len(singular) == len(starts),
             "not affected",
             f"{len(singular)} of {len(starts)} perturbed starts show both reversals, "
-            f"with |phi_dot| of at least {decimal(least, 3)} rad/s",
+            f"with |phi_dot| of at least {v.decimal(least, 3)} rad/s",
         ),
-        f"The peaks go up to {decimal(highest, 3)} rad/s. t_init is {spread}, farthest from the "
+        f"The peaks go up to {v.decimal(highest, 3)} rad/s. t_init is {spread}, farthest from the "
         f"reference's where {farthest}(0) is changed.",
     )
 
@@ -525,12 +517,12 @@ def restart(before: str = "0", run: Run = REFERENCE) -> Finding:
         t_init = again.inversion.A.t_init
         parts[reading] = (
             t_init == 0 and rising([turn.middle for turn in again.band[:EARLY]]),
-            f"t_init = {'none' if t_init is None else decimal(t_init, 4)} s, theta passes "
-            f"pi/2 after {decimal(again.equator, 5)} s",
+            f"t_init = {'none' if t_init is None else v.decimal(t_init, 4)} s, theta passes "
+            f"pi/2 after {v.decimal(again.equator, 5)} s",
         )
-    return all_of(
-        statements("climbs immediately", parts),
-        f"The reference start itself needs {decimal(run.equator, 5)} s to pass pi/2.",
+    return v.all_of(
+        v.statements("climbs immediately", parts),
+        f"The reference start itself needs {v.decimal(run.equator, 5)} s to pass pi/2.",
     )
 
 
@@ -575,14 +567,14 @@ def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
 def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Finding:
     """The computed solution keeps Jellett's integral to about 1e-6 of its value."""
     own, off = paper_odeint(run.scene), state_errors(run.scene)
-    checks = {"odeint": at_most_order(printed, own.jellett_drift)}
+    checks = {"odeint": v.at_most_order(printed, own.jellett_drift)}
     for precision in ("double", FINE):
         solution = run.trajectory(precision)
-        checks[solution.precision.name] = at_most_order(printed, solution.drift["jellett"])
-    return all_of(
+        checks[solution.precision.name] = v.at_most_order(printed, solution.drift["jellett"])
+    return v.all_of(
         checks,
         "For the state 1e-6 in lambda meant less: in the odeint run theta was off by up to "
-        f"{decimal(off['theta'], 1)} rad, theta_dot by {decimal(off['theta_dot'], 1)} rad/s, "
-        f"omega_3 by {decimal(off['omega_3'], 1)} rad/s, and phi_dot at one output time by "
-        f"{decimal(off['phi_dot'], 1)} rad/s.",
+        f"{v.decimal(off['theta'], 1)} rad, theta_dot by {v.decimal(off['theta_dot'], 1)} rad/s, "
+        f"omega_3 by {v.decimal(off['omega_3'], 1)} rad/s, and phi_dot at one output time by "
+        f"{v.decimal(off['phi_dot'], 1)} rad/s.",
     )

@@ -4,27 +4,13 @@ from __future__ import annotations
 
 import math
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
-from tt_precise.claims.verdicts import (
-    EXACT,
-    Check,
-    Finding,
-    Settled,
-    about,
-    all_of,
-    approximate,
-    decimal,
-    misprint,
-    readings,
-    rounds_to,
-    statement,
-    statements,
-    untestable,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.integration import Trajectory
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import load_scene
@@ -47,14 +33,14 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
 
     def satisfied(text: str) -> Check:
         value = f.read(text, {"gamma": gamma, "alpha": alpha})
-        both = f"m R^2/I3 = {decimal(sigma, 6)}, {text} = {decimal(value, 6)}"
-        return statement(between and sigma == value, f"m R^2/I3 = {text}", both)
+        both = f"m R^2/I3 = {v.decimal(sigma, 6)}, {text} = {v.decimal(value, 6)}"
+        return v.statement(between and sigma == value, f"m R^2/I3 = {text}", both)
 
-    return misprint(
+    return v.misprint(
         map(satisfied, (printed, CORRECT_CONDITION)),
         f"m R^2/I3 = {CORRECT_CONDITION}",
         f"Exact: gamma = {gamma} lies between 1 - alpha^2 = {1 - alpha**2} and 1.",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -68,10 +54,10 @@ def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Finding:
     found = run.thresholds.quantities
     ratio = found["lambda"].value / found["lambda_thres"].value
     check = found["lambda"].independent / found["lambda_thres"].independent
-    return all_of(
-        about(printed, Settled.of(ratio, check), "lambda_thres"),
-        f"lambda = {decimal(found['lambda'].value, 12)} kg m^3/s and lambda_thres = "
-        f"{decimal(found['lambda_thres'].value, 12)} kg m^3/s.",
+    return v.all_of(
+        v.about(printed, v.Settled.of(ratio, check), "lambda_thres"),
+        f"lambda = {v.decimal(found['lambda'].value, 12)} kg m^3/s and lambda_thres = "
+        f"{v.decimal(found['lambda_thres'].value, 12)} kg m^3/s.",
     )
 
 
@@ -84,12 +70,13 @@ def realistic_values() -> Finding:
     """The parameters are those of a typical toy, close to other authors' values."""
     body = load_scene("reference").body
     inertia = body.m * body.R**2
-    return all_of(
-        untestable("realistic, close to [Coh, Ued]"),
+    return v.all_of(
+        v.untestable("realistic, close to [Coh, Ued]"),
         "The values of the authors cited are not in the paper, and close has no measure. The body "
-        f"itself is possible: I1 = {decimal(body.I1 / inertia, 4)}, I3 = "
-        f"{decimal(body.I3 / inertia, 4)} m R^2 with I3 < 2 I1, m = {decimal(1000 * body.m, 2)} g, "
-        f"R = {decimal(100 * body.R, 2)} cm. mu = 0.3 lacks its unit, s/m.",
+        f"itself is possible: I1 = {v.decimal(body.I1 / inertia, 4)}, I3 = "
+        f"{v.decimal(body.I3 / inertia, 4)} m R^2 with I3 < 2 I1, "
+        f"m = {v.decimal(1000 * body.m, 2)} g, R = {v.decimal(100 * body.R, 2)} cm. mu = 0.3 lacks "
+        "its unit, s/m.",
     )
 
 
@@ -122,11 +109,11 @@ def growth_of_nu_y(
     for what, (low, high) in (("Summary", summary), ("section 2.1", orders)):
         for name, ratio in ratios.items():
             size = math.log10(ratio)
-            shown = f"factor {decimal(ratio, 4)}, {size:.2f} orders"
-            checks[f"{what}, {name}"] = statement(
+            shown = f"factor {v.decimal(ratio, 4)}, {size:.2f} orders"
+            checks[f"{what}, {name}"] = v.statement(
                 low <= size <= high, f"{low} to {high} orders", shown
             )
-    return readings(checks, "The two sentences state different factors.")
+    return v.readings(checks, "The two sentences state different factors.")
 
 
 @claim(
@@ -143,20 +130,20 @@ def at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) 
     span = Span(0.0, until)
     means = {name: run.mean(name, span) for name in (larger, smaller)}
     changes = len(run.zeros(smaller, span))
-    at, until_crossing = f"until {decimal(until, 5)} s", f"until {decimal(crossing, 5)} s"
+    at, until_crossing = f"until {v.decimal(until, 5)} s", f"until {v.decimal(crossing, 5)} s"
     size = _largest_size(smaller, run, run.synchronisation)
-    return all_of(
+    return v.all_of(
         {
-            f"{larger} > 0": statement(means[larger] > 0, "positive", at),
-            f"{larger} > {smaller}": statement(crossing > until, "larger", until_crossing),
-            f"{smaller} close to 0": statement(
+            f"{larger} > 0": v.statement(means[larger] > 0, "positive", at),
+            f"{larger} > {smaller}": v.statement(crossing > until, "larger", until_crossing),
+            f"{smaller} close to 0": v.statement(
                 changes > 1 and abs(means[smaller]) < means[larger] / 5,
                 "oscillates close to 0",
-                f"mean {decimal(means[smaller], 3)} against {decimal(means[larger], 3)} m/s {at}, "
-                f"{changes} changes of sign",
+                f"mean {v.decimal(means[smaller], 3)} against {v.decimal(means[larger], 3)} m/s "
+                f"{at}, {changes} changes of sign",
             ),
         },
-        f"The oscillation of {smaller} grows before the climb, to {decimal(size, 2)} m/s.",
+        f"The oscillation of {smaller} grows before the climb, to {v.decimal(size, 2)} m/s.",
     )
 
 
@@ -172,14 +159,14 @@ def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
     crossings = _crossings(run, rising=True, early=True)
     nearest = min(crossings, key=lambda t: abs(t - run.climb.begin))
     every = _crossings(run, early=True)
-    return readings(
+    return v.readings(
         {
-            "the crossing nearest to t_init": about(printed, nearest, "s"),
-            "the last crossing": about(printed, crossings[-1], "s"),
-            "the first crossing": about(printed, crossings[0], "s"),
+            "the crossing nearest to t_init": v.about(printed, nearest, "s"),
+            "the last crossing": v.about(printed, crossings[-1], "s"),
+            "the first crossing": v.about(printed, crossings[0], "s"),
         },
-        f"There is not one crossing but {len(every)}, both ways, between {decimal(every[0], 5)} "
-        f"and {decimal(every[-1], 5)} s; from the last one on nu_y stays above.",
+        f"There is not one crossing but {len(every)}, both ways, between {v.decimal(every[0], 5)} "
+        f"and {v.decimal(every[-1], 5)} s; from the last one on nu_y stays above.",
     )
 
 
@@ -193,12 +180,12 @@ def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = RE
     """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima)."""
     spans = run.nutations(run.climb)
     above = _count_above(higher, lower, spans, run)
-    check = statement(
+    check = v.statement(
         0 < above == len(spans),
         f"minima of {higher} above those of {lower}",
         f"in {above} of {len(spans)} nutations of the climb",
     )
-    return all_of(
+    return v.all_of(
         {"in every nutation": check},
         'The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".',
     )
@@ -222,14 +209,14 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Finding:
     parts = {
         "at every instant": (
             below == 0,
-            f"negative for {100 * below:.3g} % of the climb, down to {decimal(least, 4)} m/s",
+            f"negative for {100 * below:.3g} % of the climb, down to {v.decimal(least, 4)} m/s",
         ),
-        "averaged over each nutation": (average > 0, f"least average {decimal(average, 3)} m/s"),
+        "averaged over each nutation": (average > 0, f"least average {v.decimal(average, 3)} m/s"),
     }
-    return readings(
-        statements("positive", parts),
+    return v.readings(
+        v.statements("positive", parts),
         "Positive at every instant only between "
-        f"{decimal(max(early), 5)} and {decimal(min(late), 5)} s."
+        f"{v.decimal(max(early), 5)} and {v.decimal(min(late), 5)} s."
         if late
         else "It changes sign throughout.",
     )
@@ -247,13 +234,13 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
     before, during = run.synchronisation, run.climb
     first, then = (run.largest_swing(name, span) for span in (before, during))
     average = run.mean(name, during)
-    grown = statement(
-        then > first, "increase", f"from {decimal(first, 3)} to {decimal(then, 3)} m/s"
+    grown = v.statement(
+        then > first, "increase", f"from {v.decimal(first, 3)} to {v.decimal(then, 3)} m/s"
     )
-    mean = statement(-then / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s")
-    return all_of(
+    mean = v.statement(-then / 5 < average < 0, "slightly negative", f"{v.decimal(average, 4)} m/s")
+    return v.all_of(
         {"oscillations": grown, "mean": mean},
-        f"Before the climb the mean is {decimal(run.mean(name, before), 3)} m/s.",
+        f"Before the climb the mean is {v.decimal(run.mean(name, before), 3)} m/s.",
     )
 
 
@@ -271,11 +258,11 @@ def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
     longer = Run(variant(run.scene, until=LATER))
     spans = longer.nutations(Span(falling[-1], float(LATER)))
     lower = _count_above("nu_x", "nu_y", spans, longer)
-    shown = ", ".join(decimal(t, 5) for t in falling)
-    return all_of(
+    shown = ", ".join(v.decimal(t, 5) for t in falling)
+    return v.all_of(
         {
-            "time": about(printed, last, "s"),
-            "minima of nu_y": statement(
+            "time": v.about(printed, last, "s"),
+            "minima of nu_y": v.statement(
                 0 < lower == len(spans),
                 "lower than those of nu_x",
                 f"in {lower} of {len(spans)} nutations from there to {LATER} s",
@@ -319,12 +306,12 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Find
     known = run.thresholds.quantities
     ours = known["lambda"]
     factors = {
-        name: Settled.of(ours.value / one.value, ours.independent / one.independent)
+        name: v.Settled.of(ours.value / one.value, ours.independent / one.independent)
         for name, one in known.items()
         if name in ("lambda", "lambda_thres")
     }
-    return misprint(
-        (rounds_to("2", factors[name]) for name in (behind, "lambda_thres")),
+    return v.misprint(
+        (v.rounds_to("2", factors[name]) for name in (behind, "lambda_thres")),
         "lambda about 2 lambda_thres",
         "No lambda is twice itself.",
     )
@@ -339,8 +326,8 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Find
 )
 def weight(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
     """The weight of the toy top is 0.2 (N)."""
-    return all_of(
-        rounds_to(printed, run.weight, "N"),
+    return v.all_of(
+        v.rounds_to(printed, run.weight, "N"),
         "m g = 0.02 kg times 9.82 m/s^2; the caption leaves the unit out.",
     )
 
@@ -353,8 +340,8 @@ def weight(printed: str = "0.2", run: Run = REFERENCE) -> Finding:
 )
 def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Finding:
     """The spin about the axis is 155 rad/s at the start."""
-    return all_of(
-        rounds_to(printed, run.at("psi_dot", "0"), "rad/s"),
+    return v.all_of(
+        v.rounds_to(printed, run.at("psi_dot", "0"), "rad/s"),
         "It equals omega_3(0), because phi_dot(0) = 0.",
     )
 
@@ -367,8 +354,8 @@ def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Finding:
 )
 def spelling() -> Finding:
     """Wording and spelling of the text."""
-    return all_of(
-        untestable("as quoted"),
+    return v.all_of(
+        v.untestable("as quoted"),
         "Nothing to compute. To correct: sychronisation, synchronatisation (synchronisation), "
         "monotononous, monotonously (monotonically), transfered (transferred), 'the minimal of "
         "nu_y' (minima), 'lambda approx 2 lambda' (2 lambda_thres), 'features that does not', 'its "
@@ -387,10 +374,10 @@ def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> Finding:
     start = run.loaded.start
     cosine = math.cos(float(start.theta.offset))
     error = float(phi_dot) * (1 - cosine)
-    return all_of(
+    return v.all_of(
         {
-            "omega_3": approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
-            "cos theta": approximate("cos theta = 1", 1 - cosine, 1),
+            "omega_3": v.approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
+            "cos theta": v.approximate("cos theta = 1", 1 - cosine, 1),
         },
         "omega_3 = psi_dot + phi_dot cos theta; for the reference start itself phi_dot(0) = 0 and "
         "the two are equal.",

@@ -6,27 +6,13 @@ from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.proved import enclosed, proofs_of, settles, sign_of_precession
 from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    EXACT,
-    Check,
-    Finding,
-    about,
-    all_of,
-    decimal,
-    fraction_of,
-    misprint,
-    readings,
-    rounds_to,
-    statement,
-    statements,
-    theorem,
-    within,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
@@ -62,10 +48,14 @@ def quotient_before(phase: str = "synchronisation", run: Run = REFERENCE) -> Fin
         abs(run.extreme_of(bracket, ("omega_3", "kz"), largest=largest, span=span)[1])
         for largest in (False, True)
     )
-    return all_of(
+    return v.all_of(
         {
-            "sign": statement(len(zeros) >= MANY, "changes sign many times", f"{len(zeros)} times"),
-            "quotient": statement(size < 0.05, "close to 1", f"|1 - q| at most {decimal(size, 3)}"),
+            "sign": v.statement(
+                len(zeros) >= MANY, "changes sign many times", f"{len(zeros)} times"
+            ),
+            "quotient": v.statement(
+                size < 0.05, "close to 1", f"|1 - q| at most {v.decimal(size, 3)}"
+            ),
         },
         "The changes of sign are the zeros of phi_dot, found as events.",
     )
@@ -85,24 +75,24 @@ def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFE
     last = run.moment("C", "t_init")
     zeros = [t for t in run.events("phi_dot_zero")["t"] if climb.has(float(t))]
     inside = run.value("phi_dot", climb.middle)
-    at_last, known = about(printed, last, "s"), proofs_of(run.scene)
+    at_last, known = v.about(printed, last, "s"), proofs_of(run.scene)
     proved = (
-        settles(at_last, partial(about, printed), known.moment("C", "t_init"))
+        settles(at_last, partial(v.about, printed), known.moment("C", "t_init"))
         and not zeros
         and sign_of_precession(run.scene) * inside > 0
     )
     nearest = float(run.events("theta_min").sort_values("theta")["t"].iloc[0])  # to the pole
-    return all_of(
+    return v.all_of(
         {
             "at t_init": at_last,
-            "during the climb": statement(
+            "during the climb": v.statement(
                 not zeros and (inside > 0) == (sign == "positive"),
                 f"stays {sign}",
                 f"{'positive' if inside > 0 else 'negative'}, {len(zeros)} changes",
             ),
         },
         "Before the climb the axis passes nearest to the pole "
-        f"{decimal(nearest - float(last), 3)} s after the last change of sign.",
+        f"{v.decimal(nearest - float(last), 3)} s after the last change of sign.",
         known.says(proved, "its last zero before the climb, and that there is none within"),
     )
 
@@ -127,14 +117,14 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Finding:
     """omega_3 falls from 155 rad/s to about -85 rad/s."""
     number = run.at("omega_3", "8"), proofs_of(run.scene).at("omega_3", "8")
     tests = {
-        "to the last printed digit": lambda spin: rounds_to(printed, spin, "rad/s"),
-        "to the nearest multiple of 5": lambda spin: within(printed, spin, "2.5", "rad/s"),
+        "to the last printed digit": lambda spin: v.rounds_to(printed, spin, "rad/s"),
+        "to the nearest multiple of 5": lambda spin: v.within(printed, spin, "2.5", "rad/s"),
     }
     both = [enclosed(run.scene, check, {name: number}, "this value")
             for name, check in tests.items()]  # fmt: skip
-    return readings(
+    return v.readings(
         {name: check for checks, _ in both for name, check in checks.items()},
-        f"It ends at {decimal(number[0].value, 5)} rad/s.",
+        f"It ends at {v.decimal(number[0].value, 5)} rad/s.",
         min(proof for _, proof in both),
     )
 
@@ -148,9 +138,9 @@ def final_spin(printed: str = "-85", run: Run = REFERENCE) -> Finding:
 )
 def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Finding:
     """At the initiation time omega_3 is about 154 rad/s."""
-    return readings(
+    return v.readings(
         {
-            reading: rounds_to(printed, run.settled(partial(_spin_at, name)), "rad/s")
+            reading: v.rounds_to(printed, run.settled(partial(_spin_at, name)), "rad/s")
             for name, reading in DEFINITIONS.items()
         },
         "Friction has taken little of the spin until then.",
@@ -173,11 +163,11 @@ def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Finding:
         phi, psi, both = (_swing(name, run, span) for name in ("phi_dot", "psi_dot", sum_))
         parts[when] = (
             100 * both < min(phi, psi),
-            f"phi_dot swings by {decimal(phi, 3)}, psi_dot by {decimal(psi, 3)}, "
-            f"{sum_} by {decimal(both, 3)} rad/s",
+            f"phi_dot swings by {v.decimal(phi, 3)}, psi_dot by {v.decimal(psi, 3)}, "
+            f"{sum_} by {v.decimal(both, 3)} rad/s",
         )
-    return all_of(
-        statements("compensate each other", parts),
+    return v.all_of(
+        v.statements("compensate each other", parts),
         "omega_3 = psi_dot + phi_dot cos(theta), and cos(theta) is near 1 and -1 there. The height "
         "of the peaks is ill conditioned, the compensation is not.",
     )
@@ -193,11 +183,11 @@ def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """omega_3 decreases almost monotonously."""
     rise, fall = run.rises_and_falls(name)
     values = run.extrema(name)[1]
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             rise < 0.01 * (fall - rise),
             "almost monotonously decreasing",
-            f"rises sum up to {decimal(rise, 4)}, falls to {decimal(fall, 5)} rad/s",
+            f"rises sum up to {v.decimal(rise, 4)}, falls to {v.decimal(fall, 5)} rad/s",
         ),
         f"It has {len(values) - 2} local extrema, wherever nu_y vanishes, and starts with a "
         f"{'rise' if values[1] > values[0] else 'fall'}.",
@@ -222,13 +212,13 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     parts = {
         when: (
             abs(slope) < 0.02 * most,
-            f"slope {decimal(slope, 3)} against {decimal(most, 4)} rad/s^2",
+            f"slope {v.decimal(slope, 3)} against {v.decimal(most, 4)} rad/s^2",
         )
         for when, slope in (("beginning", slopes[0]), ("end", slopes[-1]))
     }
-    return all_of(
-        statements("almost horizontal", parts),
-        f"The steepest half second begins at {decimal(begin, 2)} s.",
+    return v.all_of(
+        v.statements("almost horizontal", parts),
+        f"The steepest half second begins at {v.decimal(begin, 2)} s.",
     )
 
 
@@ -254,13 +244,13 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
         return numpy.degrees(numpy.arctan2(numpy.sqrt(dot(across, across)), dot(omega, to)))
 
     when, largest = run.extreme_of(angle, VECTORS, largest=True)
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             largest < CLOSE_DEG,
             f"parallel to {axis}, within {CLOSE_DEG} degrees",
-            f"largest angle {decimal(largest, 5)} degrees, at {decimal(when, 5)} s",
+            f"largest angle {v.decimal(largest, 5)} degrees, at {v.decimal(when, 5)} s",
         ),
-        f"theta is {decimal(run.value('theta', when), 3)} rad there.",
+        f"theta is {v.decimal(run.value('theta', when), 3)} rad there.",
     )
 
 
@@ -273,8 +263,8 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """During the climb the projection of omega on the symmetry axis changes sign."""
     found, known = run.zeros(name), proofs_of(run.scene)
-    at = f", at {decimal(run.settled(_zero_of_spin).value, 16)} s" if found else ""
-    check = statement(
+    at = f", at {v.decimal(run.settled(_zero_of_spin).value, 16)} s" if found else ""
+    check = v.statement(
         len(found) == 1 and run.climb.has(found[0]),
         "changes sign during the climb",
         f"{len(found)} change{'' if len(found) == 1 else 's'} of sign{at}",
@@ -287,9 +277,9 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
         and len(zeros) == 1
         and begin.high < zeros[0]["t"].low <= zeros[0]["t"].high < end.low
     )  # fmt: skip
-    return all_of(
+    return v.all_of(
         check,
-        f"theta first passes pi/2 at {decimal(run.equator, 6)} s.",
+        f"theta first passes pi/2 at {v.decimal(run.equator, 6)} s.",
         known.says(proved, "this one, and that there is no other"),
     )
 
@@ -306,14 +296,16 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Finding:
     """The derivative of omega_3 has positive spikes near the initiation time."""
     t_init = run.climb.begin
     times, values = run.extrema(name)
-    near = [v for t, v in zip(times, values, strict=True) if abs(t - t_init) < 0.4 and v > 0]
+    near = [
+        value for t, value in zip(times, values, strict=True) if abs(t - t_init) < 0.4 and value > 0
+    ]
     early = [t for t in run.zeros(name) if run.climb.has(t) and t < t_init + 2]
     last = f" The last positive spike before mid-climb ends at {early[-1]:.3f} s." if early else ""
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             len(near) > 1,
             "positive spikes",
-            f"{len(near)} positive maxima, up to {decimal(max(near, default=0.0), 4)} rad/s^2",
+            f"{len(near)} positive maxima, up to {v.decimal(max(near, default=0.0), 4)} rad/s^2",
         ),
         f"omega_3_dot has the sign of -nu_y, as the paper says.{last}",
     )
@@ -345,9 +337,9 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> Finding:
     least, known = run.least("g_n"), proofs_of(run.scene)
     ended = run.trajectory().status
     holds = ended == "complete" and least.value > 0
-    return all_of(
-        statement(holds, "g_n > 0", f"least g_n {least} N, {ended}"),
-        f"The least g_n is {decimal(fraction_of(least) / run.weight, 4)} of m g.",
+    return v.all_of(
+        v.statement(holds, "g_n > 0", f"least g_n {least} N, {ended}"),
+        f"The least g_n is {v.decimal(v.fraction_of(least) / run.weight, 4)} of m g.",
         known.says(holds and known.g_n_positive, f"g_n > {known.least_g_n} m g {known.span}"),
     )
 
@@ -374,15 +366,15 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Find
         average = run.mean("g_n", span)
         parts[phase] = (
             abs(average / weight - 1) < 0.01 and crossings >= MANY,
-            f"mean {decimal(average / weight, 5)} m g, {crossings} crossings",
+            f"mean {v.decimal(average / weight, 5)} m g, {crossings} crossings",
         )
-    strongly = statement(
+    strongly = v.statement(
         amplitudes["climb"] > 10 * amplitudes["synchronisation"],
         "strongly in the climb",
-        " and ".join(f"{decimal(a, 2)} N in {phase}" for phase, a in amplitudes.items()),
+        " and ".join(f"{v.decimal(a, 2)} N in {phase}" for phase, a in amplitudes.items()),
     )
-    return all_of(
-        {**statements("oscillates about m g", parts), "amplitude": strongly},
+    return v.all_of(
+        {**v.statements("oscillates about m g", parts), "amplitude": strongly},
         "The mean has to be m g wherever the vertical velocity of the centre of mass ends as it "
         "began.",
     )
@@ -402,12 +394,12 @@ def precession_from_jellett(printed: str = PRECESSION) -> Finding:
     def compared(text: str) -> Check:
         return f.equal(f.read(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
 
-    return misprint(
+    return v.misprint(
         map(compared, (printed, CORRECT_PRECESSION)),
         f"phi_dot*sin(theta)**2 = {CORRECT_PRECESSION}",
         "The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3; the factor is "
         "positive, so what the paper says of signs stands.",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -429,12 +421,12 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> Finding:
     def compared(text: str) -> Check:
         return f.equal(f.read(text, known), f.read("-w0 + w", known), f"-w0 + w = {text}")
 
-    return misprint(
+    return v.misprint(
         map(compared, (printed, correct)),
         f"-w0 + w = {correct}",
         "The sign is lost. alpha - cos theta(0) < 0, so only with the minus does phi_dot have the "
         "sign of 1 - quotient, as the text goes on to say.",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -451,7 +443,7 @@ def jellett_of_the_start(printed: str = JELLETT_AT_START) -> Finding:
     started = symbols.field(f.quantity("lambda"))
     phi_dot = symbols.symbol["phi_dot"].numer
     at_rest = symbols.field(started.numer.subs(phi_dot, 0)) / symbols.field(started.denom)
-    return theorem(
+    return v.theorem(
         f.equal(printed, at_rest, f"lambda = {printed}"),
         "Jellett's integral at phi_dot(0) = 0, for every theta(0) and omega_3(0).",
     )

@@ -6,6 +6,7 @@ import math
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import variant
 from tt_precise.claims.evidence.sweeps import (
@@ -26,16 +27,7 @@ from tt_precise.claims.evidence.sweeps import (
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section22_starts import last_turn
-from tt_precise.claims.verdicts import (
-    Check,
-    Finding,
-    about,
-    all_of,
-    readings,
-    statement,
-    statements,
-    theorem,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import E, Motion, jellett
@@ -90,10 +82,10 @@ def shortened_to_zero(printed: str = VANISHES) -> Finding:
     for one in ABC:
         column = f"t_init_{one}"
         down, steps = trend(rising[column])
-        checks[f"{column} falls"] = statement(down, "falls", f"in {steps} of 0.5 rad/s")
+        checks[f"{column} falls"] = v.statement(down, "falls", f"in {steps} of 0.5 rad/s")
         zero = fine["phi_dot"][fine[column] == 0].min()
-        checks[f"{column} is zero from"] = about(printed, zero, "rad/s")
-    return all_of(
+        checks[f"{column} is zero from"] = v.about(printed, zero, "rad/s")
+    return v.all_of(
         checks,
         f"At {number(last['phi_dot'])} rad/s t_init_A is {number(last['t_init_A'], 2)} s, and "
         f"{number(after['t_init_A'], 2)} s at the next start, "
@@ -115,8 +107,8 @@ def gone_beyond(beyond: str = VANISHES) -> Finding:
         f"definition {one}": (0 < count == len(rows), f"{count} of {len(rows)} starts")
         for one, count in none.items()
     }
-    return readings(
-        statements("no synchronisation", parts),
+    return v.readings(
+        v.statements("no synchronisation", parts),
         f"{lost_between(beyond, '200')} starts up to 200 rad/s lose contact.",
     )
 
@@ -136,9 +128,9 @@ def climb_shortened(near: str = "150", far: str = "200") -> Finding:
     def check(end: str) -> Check:
         some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
         shown = f"from {number(some.iloc[0])} s to {number(some.iloc[-1])} s at {end} rad/s"
-        return statement(trend(some)[0], "falls", shown)
+        return v.statement(trend(some)[0], "falls", shown)
 
-    return readings(
+    return v.readings(
         {f"up to {end} rad/s": check(end) for end in (near, far)},
         f"The climbing time has a minimum, {number(least['climb_A'])} s at "
         f"{number(least['phi_dot'])} rad/s, from where on it grows; in "
@@ -164,9 +156,9 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Finding:
         first, last = (number(rows["t_init_A"].iloc[end]) for end in (0, -1))
         at = number(rows["phi_dot"].iloc[-1])
         shown = f"in {steps}, from {first} s at {start} rad/s to {last} s at {at} rad/s"
-        return statement(down, "falls", shown)
+        return v.statement(down, "falls", shown)
 
-    return readings(
+    return v.readings(
         {
             f"from {start} rad/s on, {reading}": check(start, contact)
             for start in (first, peak)
@@ -195,8 +187,8 @@ def longest_at_zero(zero: str = "0") -> Finding:
         distance = abs(peak["phi_dot"] - float(zero))
         parts[f"near zero, {one}"] = distance <= 5, shown
         parts[f"at zero itself, {one}"] = distance == 0, shown
-    return readings(
-        statements("at about 0", parts),
+    return v.readings(
+        v.statements("at about 0", parts),
         "The peak is sharp and lies beside zero, where t_init_A is "
         f"{number(reference()['t_init_A'])} s.",
     )
@@ -209,7 +201,7 @@ def longest_at_zero(zero: str = "0") -> Finding:
 )  # fmt: skip
 def all_invert(series: str = "phi_dot") -> Finding:
     """Every start with phi_dot(0) in [-200, 200] inverts."""
-    return readings(
+    return v.readings(
         both_ways(series, inverting),
         f"But {losing_contact(series)} lose contact on the way, and the theorem that the "
         "paper appeals to says nothing about them.",
@@ -231,7 +223,7 @@ def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
 def inverting(rows: pandas.DataFrame, how: str = " invert") -> Check:
     """Whether the climb of all rows ends, in definition A."""
     count = int(rows["t_end_A"].notna().sum())
-    return statement(0 < count == len(rows), "all invert", f"{count} of {len(rows)}{how}")
+    return v.statement(0 < count == len(rows), "all invert", f"{count} of {len(rows)}{how}")
 
 
 @claim(
@@ -242,7 +234,7 @@ def inverting(rows: pandas.DataFrame, how: str = " invert") -> Check:
 def flatter_is_calmer(upper: str = "0.1") -> Finding:
     """Below theta(0) = 0.1 oscillations grow and the climbing time falls with theta(0)."""
     rows, every = starts("theta", "through"), starts("theta", "unilateral")
-    return all_of(
+    return v.all_of(
         _trends(rows[rows["theta"] <= float(upper)]),
         f"{counted(every[every['theta'] <= float(upper)], 'contact_lost')} of these starts lose "
         "contact.",
@@ -266,13 +258,13 @@ def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Finding:
         rows = rows[rows["theta"].between(float(lower), float(upper))]
         parts = _trends(rows)
         shown = "; ".join(f"{name} {part.measured}" for name, part in parts.items())
-        return statement(
+        return v.statement(
             all(part.holds for part in parts.values()),
             "larger amplitudes, shorter climb",
             f"to {number(rows['theta'].max())} rad: {shown}",
         )
 
-    return readings(
+    return v.readings(
         {reading: check(contact) for contact, reading in CONTACTS.items()},
         "Up to 0.3 rad, where the paper's remark on omega_3(0) begins. Starts from "
         f"{number(lost)} rad on lose contact; integrated on, the climb is quickest from "
@@ -292,14 +284,14 @@ def more_spin_needed(beyond: str = "0.3") -> Finding:
     spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
     ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
     spin = float(reference()["omega_3"])
-    return all_of(
+    return v.all_of(
         {
-            "omega_3(0) kept": statement(
+            "omega_3(0) kept": v.statement(
                 bool((ratio < reference()["lambda_ratio"]).all()),
                 "lambda too small",
                 f"{number(ratio.iloc[0])} lambda_thres, {number(ratio.iloc[-1])} at 1 rad",
             ),
-            "lambda kept": statement(
+            "lambda kept": v.statement(
                 bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all()),
                 "omega_3(0) increased",
                 f"{number(spins.iloc[0])} rad/s, {number(spins.iloc[-1])} at 1 rad",
@@ -313,11 +305,11 @@ def _trends(rows: pandas.DataFrame) -> dict[str, Check]:
     checks = {}
     for name in AMPLITUDES:
         up, steps = trend(width(rows, name), 1)
-        checks[f"range of {name}"] = statement(up, "grows", f"grows in {steps}")
+        checks[f"range of {name}"] = v.statement(up, "grows", f"grows in {steps}")
     times = rows["climb_A"]
     down, steps = trend(times)
     shown = f"from {number(times.iloc[0])} s to {number(times.iloc[-1])} s"
-    checks["climbing time"] = statement(down, "falls", f"falls in {steps}, {shown}")
+    checks["climbing time"] = v.statement(down, "falls", f"falls in {steps}, {shown}")
     return checks
 
 
@@ -334,13 +326,13 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Fin
     def check(rows: pandas.DataFrame) -> Check:
         some = rows[rows["phi_dot"] > float(beyond)]
         count = int((some["t_init_A"] > 0).sum())
-        return statement(count > 0, "may reappear", f"in {count} of {len(some)} starts")
+        return v.statement(count > 0, "may reappear", f"in {count} of {len(some)} starts")
 
     every = starts(series, "unilateral")
     through = starts(series, "through")
     waiting = through[(through["phi_dot"] > float(beyond)) & (through["t_init_A"] > 0)]
     again = every[every["index"].isin(waiting["index"])]
-    return readings(
+    return v.readings(
         both_ways(series, check),
         f"{counted(again, 'contact_lost')} starts in which it reappears lose contact.",
     )
@@ -357,10 +349,12 @@ def climb_stays_short(limit: str = "8") -> Finding:
     def check(rows: pandas.DataFrame) -> Check:
         longest = greatest(rows, "climb_A")["climb_A"]
         shown = f"up to {number(longest)} s"
-        return statement(longest < float(limit), f"below {limit} s", shown)
+        return v.statement(longest < float(limit), f"below {limit} s", shown)
 
     longest = greatest(starts(EVERY, "through"), "climb_A")
-    return readings(both_ways(EVERY, check), f"The longest climb starts with {_start_of(longest)}.")
+    return v.readings(
+        both_ways(EVERY, check), f"The longest climb starts with {_start_of(longest)}."
+    )
 
 
 @claim(
@@ -370,7 +364,7 @@ def climb_stays_short(limit: str = "8") -> Finding:
 )  # fmt: skip
 def still_inverts(series: tuple[str, ...] = EVERY) -> Finding:
     """All these starts invert."""
-    return readings(
+    return v.readings(
         both_ways(series, partial(inverting, how="")),
         f"{losing_contact(series)} lose contact; without these "
         f"{climbed(starts(series, 'held'))} invert. The paper's theorem says nothing "
@@ -393,14 +387,14 @@ def stays_in_the_range(factor: str = "1") -> Finding:
             size = rows[[f"min_{name}", f"max_{name}"]].abs().max(axis=1)
             inside &= size <= float(limit) * float(factor)
             largest.append(f"{name} up to {number(size.max(), 3)}")
-        return statement(
+        return v.statement(
             bool(inside.all()),
             "within the range",
             f"{inside.sum()} of {len(rows)} starts; {', '.join(largest)}",
         )
 
     known = {str(name): number(value, 3) for name, value in reference()[list(BOUNDS)].items()}
-    return readings(
+    return v.readings(
         both_ways(EVERY, check),
         "The reference solution itself has nu_y up to {max_nu_y} m/s, nu_x within "
         "[{min_nu_x}, {max_nu_x}] m/s and theta_dot within [{min_theta_dot}, {max_theta_dot}] "
@@ -425,8 +419,8 @@ def small_changes(tolerance: str = "0.1") -> Finding:
             # NaN, and so no small change, where a start has no such time
             change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
             parts[f"{what}, {reading}"] = change <= float(tolerance), f"by up to {share(change)}"
-    return readings(
-        statements("not much", parts),
+    return v.readings(
+        v.statements("not much", parts),
         f"{climbed(starts('tenth', 'through'))} starts invert. The initiation time has "
         "a sharp peak beside the reference start (SWP-05).",
     )
@@ -455,11 +449,11 @@ def very_smooth(monotonous_from: str = "0.8", theta: str = "0.1") -> Finding:
     turns = {phi_dot: last_turn(theta, phi_dot)[1] for phi_dot in ENDS}
     turn = max(turns.values())
     shown = ", ".join(f"{number(angle, 2)} rad for {rate} rad/s" for rate, angle in turns.items())
-    monotonous = statement(
+    monotonous = v.statement(
         turn <= float(monotonous_from), f"from {monotonous_from} rad", f"from {number(turn)} rad"
     )
-    return all_of(
-        {**statements("very small", parts), "theta monotonous": monotonous},
+    return v.all_of(
+        {**v.statements("very small", parts), "theta monotonous": monotonous},
         f"The last turning points lie at {shown}.",
     )
 
@@ -480,8 +474,8 @@ def even_smoother(theta: str = "0.01") -> Finding:
         parts[f"range of {name}"] = bool((shares < 1).all()), shown
     lost = starts(SMOOTH, "unilateral")
     lost = lost[lost["theta"] == float(theta)]
-    return all_of(
-        statements("smaller", parts), f"{counted(lost, 'contact_lost')} starts lose contact."
+    return v.all_of(
+        v.statements("smaller", parts), f"{counted(lost, 'contact_lost')} starts lose contact."
     )
 
 
@@ -500,13 +494,13 @@ def longest_where_energy_is_least(close: str = CLOSE) -> Finding:
     least = least_energy()
     peak = starts("phi_dot near the peak", "held")
     longest = float(greatest(peak, "t_init_A")["phi_dot"])
-    there = statement(
+    there = v.statement(
         abs(least["phi_dot"] - longest) <= 5,
         "related",
         f"t_init is longest at {number(longest)} rad/s, the energy least at "
         f"{number(least['phi_dot'])} rad/s",
     )
-    return readings(
+    return v.readings(
         {
             "the energy is close to its minimum": closeness(close, least["E"]),
             "the energy is least there": there,
@@ -532,9 +526,9 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
 
     def check(name: str) -> Check:
         slope = sympy.simplify(sympy.diff(lambda_, getattr(state, name)))
-        return statement(slope == 0, "0", str(slope))
+        return v.statement(slope == 0, "0", str(slope))
 
-    return theorem(
+    return v.theorem(
         {f"d lambda/d {name}": check(name) for name in names},
         "Differentiated symbolically; it depends on theta, phi_dot and omega_3 only.",
     )
@@ -544,7 +538,7 @@ def closeness(close: str, least: float) -> Check:
     """Whether the reference's energy is at most the share ``close`` above ``least``."""
     energy = _energy({"phi_dot": 0.0})
     above = energy / least - 1
-    return statement(
+    return v.statement(
         above <= float(close),
         "close to minimal",
         f"{number(energy)} J, {share(above)} above {number(least)} J",
@@ -586,11 +580,11 @@ def least_energy() -> dict[str, float]:
     names, scales = ("phi_dot", "theta_dot", "nu_x", "nu_y"), (100.0, 1.0, 0.1, 0.1)
 
     def energy(x: Scalar) -> float:
-        return 100 * _energy({n: s * v for n, s, v in zip(names, scales, x.tolist(), strict=True)})
+        return 100 * _energy({n: s * x for n, s, x in zip(names, scales, x.tolist(), strict=True)})
 
     # a quadratic form in four variables, so any start leads to its one minimum
     found = minimize(energy, [0.0] * 4, tol=1e-12)
     return {
         "E": float(found.fun) / 100,
-        **{name: s * float(v) for name, s, v in zip(names, scales, found.x, strict=True)},
+        **{name: s * float(x) for name, s, x in zip(names, scales, found.x, strict=True)},
     }

@@ -7,21 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    Check,
-    Finding,
-    all_of,
-    decimal,
-    misprint,
-    readings,
-    rounds_to,
-    statement,
-    statements,
-    untestable,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.mechanics import newton
 from tt_precise.mechanics import thresholds as formulas
@@ -77,10 +67,12 @@ def torque_is_negative(sign: str = "negative", run: Run = REFERENCE) -> Finding:
         for one in (shares, climb)
     )
     least, measured = min(shares.values()), f"{sign} for {shown} of the time"
-    return readings(
+    return v.readings(
         {
-            "almost all the time": statement(least > 0.95, f"{sign} almost all the time", measured),
-            "predominantly": statement(least > 2 / 3, f"predominantly {sign}", measured),
+            "almost all the time": v.statement(
+                least > 0.95, f"{sign} almost all the time", measured
+            ),
+            "predominantly": v.statement(least > 2 / 3, f"predominantly {sign}", measured),
         },
         f"In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z "
         "have the sign of -nu_y.",
@@ -99,15 +91,15 @@ def _asymptotic(
         one: _lambda_of(_formula(one, body, fn), fn.mpf(value), guess, fn)
         for one, value in {**PRINTED, name: printed}.items()
     }
-    every = ", ".join(decimal(implied[one], 3) for one in PRINTED)
-    return readings(
+    every = ", ".join(v.decimal(implied[one], 3) for one in PRINTED)
+    return v.readings(
         {
-            "lambda of the reference start": rounds_to(printed, found[name].value, unit),
-            "lambda = 2 lambda_thres": rounds_to(printed, double, unit),
-            f"the value at {time} s itself": rounds_to(printed, run.at(quantity, time), unit),
+            "lambda of the reference start": v.rounds_to(printed, found[name].value, unit),
+            "lambda = 2 lambda_thres": v.rounds_to(printed, double, unit),
+            f"the value at {time} s itself": v.rounds_to(printed, run.at(quantity, time), unit),
         },
-        f"The printed value belongs to lambda = {decimal(implied[name], 4)}, not to the reference "
-        f"start's {decimal(guess, 4)} kg m^3/s. The four printed boundary values "
+        f"The printed value belongs to lambda = {v.decimal(implied[name], 4)}, not to the "
+        f"reference start's {v.decimal(guess, 4)} kg m^3/s. The four printed boundary values "
         f"belong to {every}: no one lambda has them all.",
     )
 
@@ -164,15 +156,15 @@ def ends_of_the_curve(
     limits = [known[name].value for name in ("D0", "E0", "D1", "E1")]
     parts = {}
     for reading, found in (("the curve's own ends", own), ("the limits", limits)):
-        checks = [rounds_to(text, value) for text, value in zip(printed, found, strict=True)]
+        checks = [v.rounds_to(text, value) for text, value in zip(printed, found, strict=True)]
         shown = "({}, {}) to ({}, {})".format(*(check.measured for check in checks))
         parts[reading] = all(check.holds for check in checks), shown
     off = [
         100 * float(abs(one.value / limit - 1))
         for one, limit in zip(own[:2], limits[:2], strict=True)
     ]
-    return readings(
-        statements("({}, {}) to ({}, {})".format(*printed), parts),
+    return v.readings(
+        v.statements("({}, {}) to ({}, {})".format(*printed), parts),
         "The start at theta(0) = 0.1 is no limit t to -infinity: there D is "
         f"{off[0]:.1f} % and E~ {off[1]:.1f} % off its limit. For the printed limits see NUM-26 to "
         "NUM-29.",
@@ -201,8 +193,8 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Finding:
             every < 0.01, f"{len(rises)} rises, in sum {100 * every:.1f} % of the fall"
         ),
     }  # fmt: skip
-    return readings(
-        statements("almost monotonously decreasing", parts),
+    return v.readings(
+        v.statements("almost monotonously decreasing", parts),
         "The reason given, D = I3 omega_3 sqrt(d(cos theta)), leaves the oscillation of "
         "d(cos theta), which is larger than that of omega_3.",
     )
@@ -221,8 +213,8 @@ def oscillation_of_the_modified_energy(
     """E~ oscillates relative to E."""
     changes = len(_sign_changes(pair, run))
     turns = len(run.extrema(pair[0])[0]) - 2
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             min(changes, turns) >= MANY,
             f"{pair[0]} oscillates relative to {pair[1]}",
             f"{turns} local extrema, {changes} changes of sign of the difference",
@@ -249,7 +241,7 @@ def modified_energy_is_larger(
     edges = [climb.begin, *changes, climb.end]
     middles = [(a + b) / 2 for a, b in pairwise(edges)]
     values = _difference(pair, middles, run)
-    below = sum(b - a for (a, b), v in zip(pairwise(edges), values, strict=True) if v < 0)
+    below = sum(b - a for (a, b), one in zip(pairwise(edges), values, strict=True) if one < 0)
     depth, height = (
         run.extreme_of(lambda c: c[pair[0]] - c[pair[1]], EXCESS, largest=largest, span=climb)
         for largest in (False, True)
@@ -262,17 +254,18 @@ def modified_energy_is_larger(
         ),
         "averaged over each nutation": (
             min(averages) > 0,
-            f"average difference from {decimal(min(averages), 2)} to "
-            f"{decimal(max(averages), 2)} J",
+            f"average difference from {v.decimal(min(averages), 2)} to "
+            f"{v.decimal(max(averages), 2)} J",
         ),
     }  # fmt: skip
     positive = (
-        f"; it is positive at every instant from {decimal(late[-1], 4)} s until the end of the "
+        f"; it is positive at every instant from {v.decimal(late[-1], 4)} s until the end of the "
         "climb comes near." if late else "."
     )  # fmt: skip
-    return readings(
-        statements(f"{pair[0]} > {pair[1]}", parts),
-        f"The difference goes from {decimal(depth[1], 3)} to {decimal(height[1], 3)} J{positive}",
+    return v.readings(
+        v.statements(f"{pair[0]} > {pair[1]}", parts),
+        f"The difference goes from {v.decimal(depth[1], 3)} to {v.decimal(height[1], 3)} J"
+        + positive,
     )
 
 
@@ -290,15 +283,15 @@ def largest_difference(angle: str = "", run: Run = REFERENCE) -> Finding:
     theta = run.value("theta", when)
     near = abs(theta - float(angle or math.pi / 2)) < 0.2
     middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
-    at = f"at {decimal(when, 5)} s"
-    return all_of(
+    at = f"at {v.decimal(when, 5)} s"
+    return v.all_of(
         {
-            "angle": statement(
-                near, f"theta about {angle or 'pi/2'}", f"theta = {decimal(theta, 4)}"
+            "angle": v.statement(
+                near, f"theta about {angle or 'pi/2'}", f"theta = {v.decimal(theta, 4)}"
             ),
-            "time": statement(middle, "in the middle of inversion", at),
+            "time": v.statement(middle, "in the middle of inversion", at),
         },
-        f"There E~ exceeds E by {decimal(value, 4)} J.",
+        f"There E~ exceeds E by {v.decimal(value, 4)} J.",
     )
 
 
@@ -344,19 +337,19 @@ def trends_in_the_climb(spin: int = -1, run: Run = REFERENCE) -> Finding:
     kz = ends["kz"]
     _, back = run.rises_and_falls("theta", climb)
     changes = "decreases" if spin < 0 else "grows"
-    return readings(
+    return v.readings(
         {
-            "from one end to the other": statement(
+            "from one end to the other": v.statement(
                 arms[2] > arms[0] and spin * (spins[2] - spins[0]) > 0 and kz[1] < kz[0],
                 f"|a| grows, |omega| {changes}, sin(theta) grows until pi/2",
-                f"|a| from {decimal(arms[0], 3)} to {decimal(arms[2], 3)} m, |omega| from "
-                f"{decimal(spins[0], 4)} to {decimal(spins[2], 4)} rad/s, sin(theta) from "
-                f"{decimal(math.sqrt(1 - kz[0] ** 2), 2)} to 1",
+                f"|a| from {v.decimal(arms[0], 3)} to {v.decimal(arms[2], 3)} m, |omega| from "
+                f"{v.decimal(spins[0], 4)} to {v.decimal(spins[2], 4)} rad/s, sin(theta) from "
+                f"{v.decimal(math.sqrt(1 - kz[0] ** 2), 2)} to 1",
             ),
-            "at every instant": statement(
+            "at every instant": v.statement(
                 back == 0,
                 "monotonous",
-                f"theta, and with it |a|, falls back by {decimal(back, 3)} rad in sum",
+                f"theta, and with it |a|, falls back by {v.decimal(back, 3)} rad in sum",
             ),
         },
         "|a| and sin(theta) follow theta, which oscillates.",
@@ -402,14 +395,14 @@ def _at_every_instant_or_on_average(
     lowest, highest = min(averages), max(averages)
     parts = {
         "at every instant": (
-            least > 0, f"least value {decimal(least, 4)} m/s at {decimal(when, 5)} s"
+            least > 0, f"least value {v.decimal(least, 4)} m/s at {v.decimal(when, 5)} s"
         ),
         "averaged over each nutation": (
-            lowest > 0, f"averages from {decimal(lowest, 2)} to {decimal(highest, 2)} m/s"
+            lowest > 0, f"averages from {v.decimal(lowest, 2)} to {v.decimal(highest, 2)} m/s"
         ),
-        "averaged over the climb": (over_all > 0, f"average {decimal(over_all, 3)} m/s"),
+        "averaged over the climb": (over_all > 0, f"average {v.decimal(over_all, 3)} m/s"),
     }  # fmt: skip
-    return readings(statements(printed, parts), note)
+    return v.readings(v.statements(printed, parts), note)
 
 
 def _along_y(vector: Sequence[Array], columns: dict[str, Array]) -> Array:
@@ -466,13 +459,13 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
 
     def says(named: Mapping[str, str]) -> Check:
         shown = (f"Fig. {one} shows {', '.join(sorted(PANELS[one]))}" for one in named.values())
-        return statement(
+        return v.statement(
             all(NEEDED[what] <= PANELS[panel] for what, panel in named.items()),
             "; ".join(f"{what}: Fig. {panel}" for what, panel in named.items()),
             "; ".join(shown),
         )
 
-    return misprint(
+    return v.misprint(
         map(says, (references, CORRECT_REFERENCE)),
         "Fig. 3a and Fig. 7c",
         "Fig. 3b shows the spin and Fig. 3c the normal force.",
@@ -487,8 +480,8 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Finding:
 )
 def colours() -> Finding:
     """The figures show the curves in the colours that captions and text name."""
-    return all_of(
-        untestable("colours of curves"),
+    return v.all_of(
+        v.untestable("colours of curves"),
         "The source at hand comes without the pictures, so their colours cannot be seen; the "
         "captions of Figs 4 and 6 name none, and Fig. 7 names only that of E.",
     )

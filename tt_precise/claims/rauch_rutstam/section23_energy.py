@@ -6,27 +6,13 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from itertools import pairwise
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.proved import digits, enclosed, proofs_of, settles
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    EXACT,
-    Check,
-    Finding,
-    Proof,
-    about,
-    all_of,
-    approximate,
-    decimal,
-    misprint,
-    readings,
-    rounds_to,
-    statement,
-    statements,
-    theorem,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics.vectors import cross, dot
@@ -68,13 +54,13 @@ PARTS = ("E_trans", "E_rot", "E_pot")
 def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> Finding:
     """The translational energy at the start is about 0.34 of the potential energy there."""
     ratio = run.settled(_translational_share)
-    return readings(
+    return v.readings(
         {
-            "about, within a unit of the last digit": about(printed, ratio),
-            "correctly rounded": rounds_to(printed, ratio),
+            "about, within a unit of the last digit": v.about(printed, ratio),
+            "correctly rounded": v.rounds_to(printed, ratio),
         },
         "m (R sin(0.1) omega_3)^2/2 over m g R (1 - alpha cos(0.1)): "
-        f"{decimal(ratio.value, 2)}, when rounded.",
+        f"{v.decimal(ratio.value, 2)}, when rounded.",
     )
 
 
@@ -99,13 +85,13 @@ def potential_energy_at_the_start(printed: str = AT_0_S, run: Run = REFERENCE) -
 @claim("NUM-22", quote="0.005106/0.002755=1.8534", control={"printed": "1.8544"})
 def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -> Finding:
     """E_pot(8 s)/E_pot(0) of the reference solution."""
-    check = rounds_to(printed, run.settled(_ratio))
-    quotient = rounds_to(printed, Fraction(AT_8_S) / Fraction(AT_0_S))
-    return readings(
+    check = v.rounds_to(printed, run.settled(_ratio))
+    quotient = v.rounds_to(printed, Fraction(AT_8_S) / Fraction(AT_0_S))
+    return v.readings(
         {"ratio of the energies": check, "quotient of the two rounded numbers": quotient},
         "The division of the printed, already rounded energies is right, but the fourth decimal "
         "is theirs, not the solution's.",
-        _proof_of_ratio(check, lambda ratio: rounds_to(printed, ratio), run),
+        _proof_of_ratio(check, lambda ratio: v.rounds_to(printed, ratio), run),
     )
 
 
@@ -113,8 +99,9 @@ def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -
 def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> Finding:
     """In theory E_pot grows by the factor (1 + alpha)/(1 - alpha)."""
     exact = (1 + Fraction(alpha)) / (1 - Fraction(alpha))
-    return all_of(
-        rounds_to(printed, exact), "(1 + alpha)/(1 - alpha) = 13/7 at alpha = 3/10: m, g, R cancel."
+    return v.all_of(
+        v.rounds_to(printed, exact),
+        "(1 + alpha)/(1 - alpha) = 13/7 at alpha = 3/10: m, g, R cancel.",
     )
 
 
@@ -125,25 +112,25 @@ def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Find
     def off(ratio: Scalar) -> Scalar:
         return 100 * (1 - ratio * 7 / 13)
 
-    check = rounds_to(printed, run.settled(lambda solution: off(_ratio(solution))), "%")
-    rounded = rounds_to(printed, off(Fraction(AT_8_S) / Fraction(AT_0_S)), "%")
-    return readings(
+    check = v.rounds_to(printed, run.settled(lambda solution: off(_ratio(solution))), "%")
+    rounded = v.rounds_to(printed, off(Fraction(AT_8_S) / Fraction(AT_0_S)), "%")
+    return v.readings(
         {"difference of the solution's ratio": check, "difference of the printed ratio": rounded},
         "Relative to the theoretical ratio 13/7; what is missing is mostly the start at theta = "
         "0.1 instead of 0.",
-        _proof_of_ratio(check, lambda ratio: rounds_to(printed, off(ratio), "%"), run),
+        _proof_of_ratio(check, lambda ratio: v.rounds_to(printed, off(ratio), "%"), run),
     )
 
 
 def _energy(printed: str, t: str, note: str, run: Run) -> Finding:
     number = run.at("E_pot", t), proofs_of(run.scene).potential_energy(t)
     checks, proof = enclosed(
-        run.scene, lambda energy: rounds_to(printed, energy, "J"), {"": number}, "this energy"
+        run.scene, lambda energy: v.rounds_to(printed, energy, "J"), {"": number}, "this energy"
     )
-    return all_of(checks, note, proof)
+    return v.all_of(checks, note, proof)
 
 
-def _proof_of_ratio(found: Check, check: Callable[[Scalar], Check], run: Run) -> Proof:
+def _proof_of_ratio(found: Check, check: Callable[[Scalar], Check], run: Run) -> v.Proof:
     known = proofs_of(run.scene)
     first, last = (known.potential_energy(t) for t in ("0", "8"))
     ratio = Interval(last.low / first.high, last.high / first.low) if first and last else None
@@ -167,7 +154,7 @@ def energy_split(
 ) -> Finding:
     """The three parts of the energy in Euler angles."""
     printed = {"E_trans": translational, "E_rot": rotational, "E_pot": potential}
-    return theorem(
+    return v.theorem(
         {name: f.equal(text, f.quantity(name)) for name, text in printed.items()},
         "The bracket of E_trans holds the components of s_dot = v_A - omega x a along 1, y, 3.",
     )
@@ -183,7 +170,7 @@ def energy_split(
 def chain_for_the_energy(lines: tuple[str, ...] = CHAIN) -> Finding:
     """Every step of the derivation of E_dot = -mu g_n v_A^2 is right."""
     derived, known = f.rate_of("E"), _vectors()
-    return theorem(
+    return v.theorem(
         {
             f"step {n}": f.equal(f.read(line, known), derived, line)
             for n, line in enumerate(lines, start=1)
@@ -207,11 +194,11 @@ def symmetry_of_inertia(factor: int = 1) -> Finding:
     top = f.equal(factor * omega_dot_L, dot(q.omega, L_dot), "omega_dot.L = omega.L_dot")
     needed = top.holds and not _holds_for_any_body(factor)
     shown = "needs axial symmetry" if needed else "holds for every rigid body"
-    symmetry = statement(needed, "valid due to axial symmetry", shown)
-    return readings(
+    symmetry = v.statement(needed, "valid due to axial symmetry", shown)
+    return v.readings(
         {"that the two are equal": top, "that it takes axial symmetry": symmetry},
         "The inertia tensor is a symmetric matrix in every rigid body, which is all that is used.",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -241,7 +228,7 @@ def transfers(
     to_potential, to_rotation = f.read(weight, known), f.read(torque, known)
     left = f.read("dot(v_A, F_f)", known) - to_potential - to_rotation
     shown = f"dot(v_A, F_f) - {weight} - {torque}"
-    return theorem(
+    return v.theorem(
         {
             "E_pot gains": f.equal(to_potential, f.rate_of("E_pot"), weight),
             "E_rot gains": f.equal(to_rotation, f.rate_of("E_rot"), torque),
@@ -261,7 +248,7 @@ def transfers(
 def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
     """The components of the torque a x F in the frame (x, y, z)."""
     parts = zip("xyz", printed, f.motion().torque, strict=True)
-    return theorem(
+    return v.theorem(
         {f"tau_{axis}": f.equal(text, value) for axis, text, value in parts},
         "a x F with a = R(alpha 3 - z) and F = g_n(z - mu v_A).",
     )
@@ -275,7 +262,7 @@ def torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
 def modified_energy_from_energy(printed: str = DIFFERENCE) -> Finding:
     """E~ is E - m v_A^2/2 + m v_A.(omega x a)."""
     difference = f.quantity("E_tilde") - f.quantity("E")
-    return theorem(
+    return v.theorem(
         f.equal(f.read(printed, _vectors()), difference, f"E~ - E = {printed}"),
         "From m (v_A - omega x a)^2/2 with and without v_A.",
     )
@@ -299,8 +286,8 @@ def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Findi
     estimate = mass / 2 * (climb["nu_y"] * (factor * length - climb["nu_y"]) - climb["nu_x"] ** 2)
     error = float(((estimate - truth) ** 2).mean() ** 0.5)
     scale = float((truth**2).mean() ** 0.5)
-    return all_of(
-        approximate("approximately equal", error, scale, "relative error"),
+    return v.all_of(
+        v.approximate("approximately equal", error, scale, "relative error"),
         "omega x a is taken to point along y. The line before it multiplies the vector omega x a "
         "by the vector y; |omega x a| y is meant.",
     )
@@ -327,12 +314,12 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Finding:
         shown = f"|omega x a| = |omega|*{text.replace('absolute_a', '|a|')}"
         return f.equal(factor**2 * times, truth, shown)
 
-    return misprint(
+    return v.misprint(
         map(squared, (printed, correct)),
         f"|omega| {correct}",
         "theta is the angle between z and 3, not between omega and a. With a = R(alpha 3 - z) the "
         "part along omega drops out; |a| is between R(1 - alpha) and R(1 + alpha).",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -348,7 +335,7 @@ def signs_of_the_torque(printed: tuple[str, str, str] = TORQUE) -> Finding:
     bound = "alpha*sin(theta)/(mu*(1 - alpha*cos(theta)))"
     slope = "R*mu*g_n*(1 - alpha*cos(theta))"
     below = f.read(slope) * (f.read("nu_x") - f.read(bound))
-    return theorem(
+    return v.theorem(
         {
             "tau_x per nu_y": f.equal(tau_x / known["nu_y"], f.read(f"-{slope}"), printed[0]),
             "tau_z per nu_y": f.equal(
@@ -388,18 +375,18 @@ def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) ->
     work = run.mean("E_dot", span) * span.length
     off = abs(last - (energy + work)) / energy + abs(first / energy - 1)
     rise, fall = run.rises_and_falls("E")
-    risen = f"rises by {decimal(rise, 3)} J" if rise else "never rises"
-    return all_of(
+    risen = f"rises by {v.decimal(rise, 3)} J" if rise else "never rises"
+    return v.all_of(
         {
-            "sum": statement(
+            "sum": v.statement(
                 off < 1e-9,
                 "parts add up to E",
-                f"off by {decimal(off, 1)} E(0) from E(0) minus the work of friction",
+                f"off by {v.decimal(off, 1)} E(0) from E(0) minus the work of friction",
             ),
-            "monotony": statement(
+            "monotony": v.statement(
                 rise == 0 and not run.zeros("E_dot"),
                 "monotonically decreasing",
-                f"falls by {decimal(fall, 12)} J, and {risen}",
+                f"falls by {v.decimal(fall, 12)} J, and {risen}",
             ),
         },
         "The work of friction comes from the contact force alone, so that it does not know the "
@@ -422,14 +409,14 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Fin
     falling = sum(b < a for a, b in pairwise(averages))
     parts = {
         "from start to end": (
-            last > first, f"from {decimal(first, 6)} to {decimal(last, 6)} J"
+            last > first, f"from {v.decimal(first, 6)} to {v.decimal(last, 6)} J"
         ),
         "in the climb, averaged over each nutation": (
             falling == 0 and len(averages) > 1, f"falls {falling} of {len(averages) - 1} times"
         ),
-        "at every instant": (fall == 0, f"all falls sum up to {decimal(fall, 4)} J"),
+        "at every instant": (fall == 0, f"all falls sum up to {v.decimal(fall, 4)} J"),
     }  # fmt: skip
-    return readings(statements("increases", parts), "It oscillates with theta.")
+    return v.readings(v.statements("increases", parts), "It oscillates with theta.")
 
 
 @claim(
@@ -448,7 +435,7 @@ def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
         swings = [abs(b - a) for a, b in pairwise(run.extrema(part)[1])]
         share = max(min(a, b) for a, b in pairwise(swings)) / height
         parts[part] = share < 0.01, f"swings of at most {100 * share:.2f} % of the height"
-    return all_of(statements("not seen", parts), "They are largest in the middle of the climb.")
+    return v.all_of(v.statements("not seen", parts), "They are largest in the middle of the climb.")
 
 
 @claim(
@@ -461,11 +448,11 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
     """E_trans tends to zero as the top inverts."""
     last = run.at(name, "8")
     share = float(last.value / run.at(name, "0").value)
-    shown = f"{last} J at 8 s, {decimal(share, 2)} of its first value"
-    return all_of(
-        statement(share < 0.01, "goes to zero", shown),
+    shown = f"{last} J at 8 s, {v.decimal(share, 2)} of its first value"
+    return v.all_of(
+        v.statement(share < 0.01, "goes to zero", shown),
         "It does not fall all the way: in the climb it oscillates up to "
-        f"{decimal(run.extrema(name, run.climb)[1].max(), 3)} J.",
+        f"{v.decimal(run.extrema(name, run.climb)[1].max(), 3)} J.",
     )
 
 
@@ -482,8 +469,8 @@ def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE)
     largest = {part: run.extreme(part, largest=True) for part in PARTS if part != name}
     shown = ", ".join(f"{part} {one} J" for part, one in largest.items())
     lost = 1 - float(least) / run.value(name, 0.0)
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             float(least) > sum(map(float, largest.values())),
             f"{name} is the greatest part",
             f"least {name} {least} J; largest {shown}",
@@ -510,23 +497,23 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Finding:
     names = ("nu_x", "nu_y", "gliding_speed")
     nu_x, nu_y, speed = (run.value(name, times[best]) for name in names)
     fastest = run.extrema("gliding_speed", span)[1].max()
-    return all_of(
+    return v.all_of(
         {
-            "E_dot": statement(
+            "E_dot": v.statement(
                 abs(rates[best]) < 0.01 * abs(peak),
                 "close to zero",
-                f"{decimal(rates[best], 3)} W at {decimal(times[best], 5)} s, against peaks of "
-                f"{decimal(peak, 3)} W",
+                f"{v.decimal(rates[best], 3)} W at {v.decimal(times[best], 5)} s, against peaks of "
+                f"{v.decimal(peak, 3)} W",
             ),
-            "gliding velocity": statement(
+            "gliding velocity": v.statement(
                 speed < 0.01 * fastest,
                 "both close to zero",
-                f"nu_x = {decimal(nu_x, 2)}, nu_y = {decimal(nu_y, 2)} m/s there, against speeds "
-                f"up to {decimal(fastest, 3)} m/s",
+                f"nu_x = {v.decimal(nu_x, 2)}, nu_y = {v.decimal(nu_y, 2)} m/s there, against "
+                f"speeds up to {v.decimal(fastest, 3)} m/s",
             ),
         },
         "|v_A| has a minimum in each nutation; the deepest of them comes "
-        f"{decimal(times[best] - centre, 2)} s after t_init.",
+        f"{v.decimal(times[best] - centre, 2)} s after t_init.",
     )
 
 
@@ -545,15 +532,15 @@ def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERE
     climb = run.climb
     shares = [run.share_below_zero(name, one) for one in (run.whole, climb)]
     alike = _correlation(name, run)
-    return all_of(
+    return v.all_of(
         {
-            "sign": statement(
+            "sign": v.statement(
                 shares[1] > 2 / 3,
                 "predominantly negative",
                 f"negative for {100 * shares[0]:.1f} % of the time, "
                 f"{100 * shares[1]:.1f} % of the climb",
             ),
-            "shape": statement(alike > 0.7, "similar to E_dot", f"correlation {alike:.2f}"),
+            "shape": v.statement(alike > 0.7, "similar to E_dot", f"correlation {alike:.2f}"),
         },
         "What fits both descriptions is E_rot_dot: negative for "
         f"{100 * run.share_below_zero('E_rot_dot', climb):.1f} % of the climb, "
@@ -576,11 +563,11 @@ def where_the_energy_comes_from(
     lost = {name: float(first - last) for name, (first, last) in ends.items()}
     share = {name: lost[name] / lost["E"] for name in PARTS}
     shown = ", ".join(f"{name} {100 * value:.1f} %" for name, value in share.items())
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             sum(share[name] for name in from_) > 0.5,
             f"most of it from {' and '.join(from_)}",
-            f"of {decimal(lost['E'], 5)} J lost: {shown}",
+            f"of {v.decimal(lost['E'], 5)} J lost: {shown}",
         ),
         "Nearly all of it is rotational; E_pot gains.",
     )
@@ -612,7 +599,7 @@ def rates_oscillate(run: Run = REFERENCE) -> Finding:
         oscillates = extrema > MANY and (changes > MANY or name == "E_dot")
         parts[name] = oscillates, f"{extrema} extrema, {changes} changes of sign"
     highest = float(run.extrema("E_dot")[1].max())
-    return all_of(
-        statements("oscillates", parts),
-        f"E_dot is at most {decimal(highest, 3)} W, so it oscillates without changing sign.",
+    return v.all_of(
+        v.statements("oscillates", parts),
+        f"E_dot is at most {v.decimal(highest, 3)} W, so it oscillates without changing sign.",
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.run import REFERENCE, Run, rows_of, variant
@@ -33,17 +34,7 @@ from tt_precise.claims.rauch_rutstam.section22_sweeps import (
     reference_body,
     reference_lambda,
 )
-from tt_precise.claims.verdicts import (
-    EXACT,
-    Check,
-    Finding,
-    all_of,
-    decimal,
-    readings,
-    rounds_to,
-    statement,
-    statements,
-)
+from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.vectors import cross, dot
 
@@ -68,9 +59,9 @@ def cross_reference(first: int = 2, last: int = 6) -> Finding:
     moving = {"theta_dot": "ddth", "phi_dot": "ddph", "omega_3": "dot_om"}
     needed = [moving.get(name, name) for name in euler.EulerState._fields[1:]]
     begin, end = (RAUCH_RUTSTAM.equations.index(name) + 1 for name in (needed[0], needed[-1]))
-    return all_of(
+    return v.all_of(
         {
-            "the numbers": statement(
+            "the numbers": v.statement(
                 list(cited) == needed, f"({first})-({last})", f"({begin})-({end})"
             ),
             FORMS: f.proved(FORMS),
@@ -95,11 +86,11 @@ def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) 
     tops = run.turns
     tops = tops[(tops["name"] == "theta_max") & (tops["t"] < span.end) & (tops["t"] > span.begin)]
     usual = float(abs(tops["phi_dot"]).max())
-    return all_of(
-        statement(
+    return v.all_of(
+        v.statement(
             float(lowest) < -FACTOR * usual,
             "large negative values",
-            f"{lowest} rad/s, against {decimal(usual, 3)} rad/s at the maxima of theta",
+            f"{lowest} rad/s, against {v.decimal(usual, 3)} rad/s at the maxima of theta",
         ),
         "How deep it goes hangs on how near the axis happens to pass the pole, and with it on the "
         "last digits of the parameters: no value to aim at.",
@@ -119,17 +110,17 @@ def threshold_of_the_summary(printed: str = "83", theta: str = "0.1") -> Finding
     root = threshold(theta)
     between = str((float(printed) + float(root.value)) / 2)
     at = {value: initiations(theta, value, 0)["A"] for value in (printed, between)}
-    shown = ", ".join(f"{decimal(float(k), 5)}: {decimal(v, 3)} s" for k, v in at.items())
-    return readings(
+    shown = ", ".join(f"{v.decimal(float(a), 5)}: {v.decimal(t, 3)} s" for a, t in at.items())
+    return v.readings(
         {
-            "as a threshold of two digits": rounds_to(printed, root, "rad/s"),
-            "as it stands": statement(
+            "as a threshold of two digits": v.rounds_to(printed, root, "rad/s"),
+            "as it stands": v.statement(
                 bool(at[printed]) and not at[between],
                 f"direct above {printed}, not at {printed}",
                 f"t_init by phi_dot(0) in rad/s: {shown}",
             ),
         },
-        f"Section 2.2 has 83.1, which is the better value; up to {decimal(root.value, 7)} rad/s "
+        f"Section 2.2 has 83.1, which is the better value; up to {v.decimal(root.value, 7)} rad/s "
         "there is still a synchronisation phase.",
     )
 
@@ -145,9 +136,11 @@ def needed_up_to(limit: str = "83") -> Finding:
     def check(rows: pandas.DataFrame) -> Check:
         some = rows[rows["phi_dot"] <= float(limit)]
         waiting = int(some[[f"t_init_{one}" for one in ABC]].gt(0).all(axis=1).sum())
-        return statement(0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts")
+        return v.statement(
+            0 < waiting == len(some), "t_init > 0", f"{waiting} of {len(some)} starts"
+        )
 
-    return readings(both_ways("phi_dot", check), "In all three definitions.")
+    return v.readings(both_ways("phi_dot", check), "In all three definitions.")
 
 
 @claim(
@@ -167,11 +160,11 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Finding:
     def check(rows: pandas.DataFrame) -> Check:
         count, apart = close(rows)
         shown = f"{count} of {len(rows)}, at most {number(apart.max(), 2)} s apart"
-        return statement(0 < count == len(rows), "for all tested IC", shown)
+        return v.statement(0 < count == len(rows), "for all tested IC", shown)
 
     held = starts(("phi_dot", *EVERY), "held")
     held = held[held["t_end_A"].notna()]
-    return readings(
+    return v.readings(
         both_ways(("phi_dot", *EVERY), check),
         f"Of the starts that invert and keep contact, {close(held)[0]} of {len(held)} have both "
         "within that time.",
@@ -197,8 +190,8 @@ def amplitudes_increase(usually: str = "0.5") -> Finding:
             larger = {name: wider(starts(series, contact), name) for name in AMPLITUDES}
             shown = ", ".join(f"{name} {share(part)}" for name, part in larger.items())
             parts[f"{series}, {reading}"] = min(larger.values()) > float(usually), shown
-    return readings(
-        statements("usually increase", parts),
+    return v.readings(
+        v.statements("usually increase", parts),
         "With nu_y(0) > 0 alone, theta_dot ranges wider for "
         f"{share(wider(ahead[ahead['nu_y'] > 0], 'theta_dot'))} of the starts.",
     )
@@ -213,7 +206,7 @@ def energy_close_toleast_energy(close: str = CLOSE) -> Finding:
     """The reference solution's energy is close to the least one with its lambda."""
     body = reference_body()
     inverted = float(thresholds.E1(body, reference_lambda()))
-    return readings(
+    return v.readings(
         {
             "among starts with theta(0) = 0.1": closeness(close, least_energy()["E"]),
             "among all states": closeness(close, inverted),
@@ -236,16 +229,16 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
     rotation = f.equal(power, f.rate_of("E_rot"), "E_rot_dot = omega.(a x F)")
     potential = f.equal("0", f.rate_of("E_pot"), "E_pot_dot without a torque = 0")
     work = "" if potential.holds else ": m g s_dot.z is the work of the weight"
-    every = statement(
+    every = v.statement(
         rotation.holds and potential.holds,
         "due to the torque",
         f"E_pot changes without a torque{work}",
     )
-    return readings(
+    return v.readings(
         {"between translation and rotation": rotation, "between all three modes": every},
         "E_trans and E_rot exchange omega.(a x F), E_trans and E_pot exchange m g s_dot.z, in "
         "which the torque has no part (EQ-34).",
-        EXACT,
+        v.EXACT,
     )
 
 
@@ -266,17 +259,17 @@ def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = START
     parts = {
         name: (
             ratio >= limit,
-            f"at least {decimal(ratio, 3)} times; {len(found)} of {len(starts)} solutions",
+            f"at least {v.decimal(ratio, 3)} times; {len(found)} of {len(starts)} solutions",
         )
         for name, ratio, limit in (
             ("twice as high as anything before", largest, 2),
             ("ten times as high as usual (median)", usual, 10),
         )
     }
-    return readings(
-        statements("well visible in all graphs", parts),
+    return v.readings(
+        v.statements("well visible in all graphs", parts),
         "The peaks are taken at events, so none is missed. For the start of Fig. 8, called "
-        f"exceptionally smooth, the peak is {decimal(smooth[0], 3)} times as high.",
+        f"exceptionally smooth, the peak is {v.decimal(smooth[0], 3)} times as high.",
     )
 
 
