@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from collections.abc import Sequence
 from decimal import Context, Decimal, InvalidOperation, localcontext
 from fractions import Fraction
@@ -32,8 +31,6 @@ RULE = (
 )
 EXACT = Context(prec=400)  # wide enough that no difference of computed values is rounded
 COARSE = Context(prec=9)  # for a count of digits
-NEARLY = 1e-12  # relative; far more than the rounding of a float
-SMALLEST_FLOAT = sys.float_info.min  # that is rounded relative to itself
 PRINTED = re.compile(r"-?(?:0|\d(?:\.\d+)?e[+-]\d+)", re.ASCII)
 ZERO = "0"
 INFINITE = Decimal("Infinity")
@@ -120,19 +117,10 @@ def is_near_zero(text: str, scale: Decimal) -> bool:
     return Decimal(1).scaleb(last_place(text)) <= scale.scaleb(1 - DIGITS)
 
 
-def scale_of(entries: Sequence[str], rounded: Sequence[float] = ()) -> Decimal:
-    """Largest magnitude among printed or computed entries, rounded to three digits.
-
-    ``rounded`` are the entries as floats, where these are known.
-    """
-    floats = rounded or [float(entry) if entry else 0.0 for entry in entries]
-    sizes = [(abs(size), entry) for size, entry in zip(floats, entries, strict=True) if entry]
-    # decimals take five times as long, so only those are made that may be the largest; where
-    # floats underflow or overflow, that is all of them
-    least = max((size for size, _ in sizes), default=0.0) * (1 - NEARLY) - SMALLEST_FLOAT
+def scale_of(entries: Sequence[str]) -> Decimal:
+    """Largest magnitude among printed or computed entries, rounded to three digits."""
     with localcontext(prec=3):
-        largest = (Decimal(entry) for size, entry in sizes if not size < least)
-        return max((+abs(entry) for entry in largest), default=Decimal(0))
+        return max((abs(Decimal(entry)) for entry in entries if entry), default=Decimal(0))
 
 
 def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:
