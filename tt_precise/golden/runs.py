@@ -3,11 +3,6 @@
 A ``Task`` says what to compute, a ``Run`` holds what came out, ``reconcile`` keeps the digits that
 all runs share. Runs are text, because heyoka's ``real`` numbers leak memory under NumPy 2.4 and
 later: each scene is computed in a process that is thrown away after it.
-
-An event is a change of sign. Where its function only touches zero (phi_dot at the cusps of a top
-on ice that starts with phi_dot = 0), rounding splits the double root into two beside each other,
-or none, or hides one of them behind the end of a Taylor step; so each hit is asked again whether
-the function changes sign around it.
 """
 
 from __future__ import annotations
@@ -140,7 +135,7 @@ def perform(task: Task) -> Run:
         status=trajectory.status,
         trajectory=Table.of_columns({name: list(map(_text, frame[name])) for name in names}),
         events=happened,
-        suspects=suspects(happened),
+        suspects=not_alternating(((row[0], int(row[2])) for row in happened.rows), EVENTS),
         seconds=time.process_time() - began,
     )
 
@@ -149,59 +144,18 @@ def _text(value: Scalar) -> str:
     return value if isinstance(value, str) else ""
 
 
-# Rounding splits a double root by about eps^(1/2), a triple one by eps^(1/3).
-ROOT_ORDER = 4
-
-
 def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
-    """Columns name, t, direction and the state ``names[1:]`` of each change of sign."""
+    """Columns name, t, direction and the state ``names[1:]`` of each event."""
     precision, found = trajectory.precision, trajectory.event_table(names[1:])
-    real = _changes(trajectory, found["name"], found["t"])
     wide = precision.wide
+
+    def texts(name: str) -> list[str]:
+        return [text or "" for text in wide.texts(wide.array(found[name]), precision.decimals)]
+
     with wide.precision():
-        texts = [
-            ["" if text is None else text for text in wide.texts(column, precision.decimals)]
-            for column in (wide.array(found[name]) for name in names)
-        ]
-    rows = zip(found["name"], texts[0], found["direction"], *texts[1:], strict=True)
-    return Table(
-        ("name", "t", "direction", *names[1:]),
-        tuple(
-            (name, t, str(int(direction)), *cells)
-            for kept, (name, t, direction, *cells) in zip(real, rows, strict=True)
-            if kept
-        ),
-    )
-
-
-def suspects(events: Table) -> tuple[str, ...]:
-    """Events whose directions do not alternate, so that one must be missing.
-
-    Minima and maxima of theta are zeros of one function and count together.
-    """
-    found = ((name, int(direction)) for name, _, direction, *_ in events.rows)
-    return not_alternating(found, EVENTS)
-
-
-def _changes(trajectory: Trajectory, names: Sequence[str], times: Sequence[Scalar]) -> list[bool]:
-    """Of each event whether its function changes sign around its time, by the dense output."""
-    context, unit = trajectory.precision.context, trajectory.start.units.time
-    width = unit * context.ldexp(1, -trajectory.precision.bits // ROOT_ORDER)
-    first, last = context.mpf(0), context.mpf(trajectory.t_end)
-    kinds: dict[str, list[int]] = {}
-    for place, name in enumerate(names):
-        if name not in JOINING:
-            kinds.setdefault(name, []).append(place)
-    found = [True] * len(names)
-    for name, places in kinds.items():
-        around = [
-            [max(times[i] - width, first) for i in places],
-            [min(times[i] + width, last) for i in places],
-        ]
-        signs = (trajectory.evaluated(EVENTS[name].function, side) for side in around)
-        for place, before, after in zip(places, *signs, strict=True):
-            found[place] = bool(before * after < 0)
-    return found
+        times, states = texts("t"), {name: texts(name) for name in names[1:]}
+    directions = [str(int(direction)) for direction in found["direction"]]
+    return Table.of_columns({"name": found["name"], "t": times, "direction": directions, **states})
 
 
 SAME_TIME = Decimal("1e-30")  # relative; events this close are one instant, listed by name
