@@ -12,6 +12,8 @@ import pandas
 import pytest
 
 import tt_precise as tt
+from tt_precise.golden import store
+from tt_precise.mechanics.euler import EulerState
 from tt_precise.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -134,3 +136,18 @@ def test_a_component_that_is_always_zero_has_a_scale() -> None:
     assert found.digits["kx"] == pytest.approx(12, abs=1e-6)  # of the axis, which is 1
     speed = max(155 * 0.02 * 0.7, math.sqrt(9.82 * 0.02))
     assert found.digits["vx"] == pytest.approx(12 + math.log10(speed), abs=1e-6)
+
+
+@pytest.mark.parametrize("scene", store.scenes())
+def test_a_wrong_rate_of_the_inclination_is_noticed_in_every_scene(scene: str) -> None:
+    """Near the vertical it counts beside |k_dot|/sin theta, elsewhere beside |omega|."""
+    golden = tt.golden.load(scene)
+    rng = numpy.random.default_rng(len(scene))
+    rows = golden.iloc[sorted(rng.choice(len(golden), 3, replace=False))].astype(float)
+    kept = rows[["t", *EulerState._fields]]
+    assert tt.golden.compare(kept, scene).worst > 14
+    if kept["theta_dot"].isna().any():
+        pytest.skip("upright or inverted, where the rate is undefined")
+    wrong = kept.copy()
+    wrong.iloc[1, list(wrong).index("theta_dot")] += 1e-6 * abs(wrong["omega_3"].iloc[1]) + 1e-4
+    assert tt.golden.compare(wrong, scene).digits["theta_dot"] < 8

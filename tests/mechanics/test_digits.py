@@ -45,6 +45,12 @@ def test_each_entry_counts_beside_what_it_belongs_to() -> None:
     fast = of_euler(theta=1e-3, phi_dot=1e5, nu_y=30.0)
     assert fast["phi_dot"] == pytest.approx(1e5)
     assert fast["nu_y"] == pytest.approx(30 / math.sin(1e-3))
+    # |k_dot|: of 40 rad/s through the pole the direction is uncertain; of a small precession not
+    through = of_euler(theta=1e-3, theta_dot=-40.0, omega_3=150.0)
+    assert through["theta_dot"] == pytest.approx(40 / math.sin(1e-3))
+    assert of_euler(theta=1e-3, phi_dot=40.0, omega_3=150.0)["theta_dot"] == pytest.approx(
+        math.hypot(150 - 0, 40 * math.sin(1e-3)), rel=1e-3
+    )
 
 
 def test_vectors_and_angles_agree_in_any_arithmetic() -> None:

@@ -24,7 +24,7 @@ from tt_precise.mechanics.quantities import (
     E,
     Motion,
 )
-from tt_precise.mechanics.vectors import Vector, dot
+from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Dimension, Parameters
 
@@ -35,8 +35,8 @@ RULE = (
     "for velocities, the larger of itself and |omega| for a rate, 1 rad for angles, the larger of "
     "the distance and R for positions, E for energies, the larger of itself and sqrt(R/g) for a "
     "time; at least I1 sqrt(g/R), sqrt(g R), sqrt(g/R), m g R. Near the vertical, where the "
-    "direction of the tilt is uncertain, |omega| for phi_dot and psi_dot, and |v_A| for nu_x and "
-    "nu_y, are divided by sin theta."
+    "direction of the tilt is uncertain, |omega| for phi_dot and psi_dot, |k_dot| for theta_dot, "
+    "and |v_A| for nu_x and nu_y, are divided by sin theta."
 )
 
 LENGTH = Dimension(0, 1, 0)
@@ -66,6 +66,8 @@ def sizes(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> dic
             found[name] = larger(abs(value), larger(omega / _tilt(q), spinning))
         elif name in ALONG_THE_TILT:
             found[name] = larger(slip / _tilt(q), moving)
+        elif name == "theta_dot":  # the part of k_dot in the direction of the tilt
+            found[name] = larger(_length(cross(q.omega, q.k), fn) / _tilt(q), spinning)
         elif dimension == ANGLE:
             found[name] = 1 + 0 * omega
         elif dimension == RATE:
