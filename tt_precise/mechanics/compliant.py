@@ -7,7 +7,8 @@ through zeta = 0. The linear force needs neither.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from tt_precise.mechanics import flight, friction
 from tt_precise.mechanics.flight import LiftedEulerState, LiftedState
@@ -15,34 +16,18 @@ from tt_precise.mechanics.vectors import Vector
 from tt_precise.runtime.arithmetic import Functions, Scalar
 
 
-class DeepState(NamedTuple):
+class DeepState(namedtuple("DeepState", "kx ky kz Lx Ly Lz vx vy zeta rise t")):
     """As ``LiftedState`` with the root zeta of the depth for the height, and the time."""
 
-    kx: Scalar
-    ky: Scalar
-    kz: Scalar
-    Lx: Scalar
-    Ly: Scalar
-    Lz: Scalar
-    vx: Scalar
-    vy: Scalar
-    zeta: Scalar
-    rise: Scalar
-    t: Scalar
+    __slots__ = ()
 
 
-class DeepEulerState(NamedTuple):
+class DeepEulerState(
+    namedtuple("DeepEulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y zeta rise t")
+):
     """As ``LiftedEulerState`` with the root zeta of the depth for the height, and the time."""
 
-    theta: Scalar
-    theta_dot: Scalar
-    phi_dot: Scalar
-    omega_3: Scalar
-    nu_x: Scalar
-    nu_y: Scalar
-    zeta: Scalar
-    rise: Scalar
-    t: Scalar
+    __slots__ = ()
 
 
 def linear_force(body: Any, height: Scalar, rise: Scalar) -> Scalar:

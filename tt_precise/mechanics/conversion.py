@@ -9,7 +9,7 @@ At the poles x-hat, and with it every Euler rate but omega_3, is undefined.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
 
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState, arm
@@ -18,23 +18,14 @@ from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 
-class RigidBodyState(NamedTuple):
+class RigidBodyState(namedtuple("RigidBodyState", "qw qx qy qz wx wy wz vcx vcy vcz")):
     """What physics engines write: orientation, angular velocity, velocity of the centre of mass.
 
     The quaternion q (scalar first, any length but 0) turns the body frame into the inertial one;
     the symmetry axis is the body's third axis. omega and s_dot in the inertial frame.
     """
 
-    qw: Scalar
-    qx: Scalar
-    qy: Scalar
-    qz: Scalar
-    wx: Scalar
-    wy: Scalar
-    wz: Scalar
-    vcx: Scalar
-    vcy: Scalar
-    vcz: Scalar
+    __slots__ = ()
 
 
 def horizontal_length(fn: Functions, x: Scalar, y: Scalar) -> Scalar:

@@ -6,25 +6,20 @@ These are what the paper integrates, and so what is verified. They are undefined
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
 
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 
-class EulerState(NamedTuple):
+class EulerState(namedtuple("EulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y")):
     """Inclination, its rate, precession rate, spin about the axis, gliding velocity.
 
     rad, rad/s, rad/s, rad/s, m/s, m/s; nu_x along x-hat (the horizontal direction towards which
     the axis is tilted), nu_y along y-hat = z x x-hat.
     """
 
-    theta: Scalar
-    theta_dot: Scalar
-    phi_dot: Scalar
-    omega_3: Scalar
-    nu_x: Scalar
-    nu_y: Scalar
+    __slots__ = ()
 
 
 def contact_terms(body: Parameters, state: EulerState, fn: Functions) -> tuple[Scalar, Scalar]:

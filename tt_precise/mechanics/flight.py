@@ -14,12 +14,12 @@ of mass falls freely.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
 
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.euler import EulerState
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.newton import NewtonState, OfAxis
 from tt_precise.mechanics.vectors import (
     Quaternion,
     Vector,
@@ -32,29 +32,10 @@ from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 
-class LiftedState(NamedTuple):
+class LiftedState(OfAxis, namedtuple("LiftedState", "kx ky kz Lx Ly Lz vx vy height rise")):
     """As ``NewtonState``, and the height of the lowest point above the table, and its rate."""
 
-    kx: Scalar
-    ky: Scalar
-    kz: Scalar
-    Lx: Scalar
-    Ly: Scalar
-    Lz: Scalar
-    vx: Scalar
-    vy: Scalar
-    height: Scalar
-    rise: Scalar
-
-    @property
-    def k(self) -> Vector:
-        """Symmetry axis 3-hat."""
-        return (self.kx, self.ky, self.kz)
-
-    @property
-    def L(self) -> Vector:
-        """Angular momentum about the centre of mass."""
-        return (self.Lx, self.Ly, self.Lz)
+    __slots__ = ()
 
     @property
     def v(self) -> Vector:
@@ -62,17 +43,12 @@ class LiftedState(NamedTuple):
         return (self.vx, self.vy, self.rise)
 
 
-class LiftedEulerState(NamedTuple):
+class LiftedEulerState(
+    namedtuple("LiftedEulerState", "theta theta_dot phi_dot omega_3 nu_x nu_y height rise")
+):
     """As ``EulerState``, and the height of the lowest point above the table, and its rate."""
 
-    theta: Scalar
-    theta_dot: Scalar
-    phi_dot: Scalar
-    omega_3: Scalar
-    nu_x: Scalar
-    nu_y: Scalar
-    height: Scalar
-    rise: Scalar
+    __slots__ = ()
 
 
 def rates(body: Parameters, state: LiftedState, force: Vector) -> LiftedState:

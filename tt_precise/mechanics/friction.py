@@ -13,7 +13,7 @@ accuracy down to any size. Twice, like every motion: as vectors, and in the pape
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
 
 from tt_precise.mechanics import euler, newton, rolling
 from tt_precise.mechanics.conversion import horizontal_length
@@ -58,32 +58,18 @@ def largest_coefficient(body: Parameters, speed: Scalar) -> Scalar:
     return body.friction.largest(speed, body.mu, *body.further)
 
 
-class PolarState(NamedTuple):
+class PolarState(namedtuple("PolarState", "kx ky kz Lx Ly Lz log_v ex ey t")):
     """Axis k, angular momentum L about CM, ln v, the unit direction e of gliding, and the time."""
 
-    kx: Scalar
-    ky: Scalar
-    kz: Scalar
-    Lx: Scalar
-    Ly: Scalar
-    Lz: Scalar
-    log_v: Scalar
-    ex: Scalar
-    ey: Scalar
-    t: Scalar
+    __slots__ = ()
 
 
-class PolarEulerState(NamedTuple):
+class PolarEulerState(
+    namedtuple("PolarEulerState", "theta theta_dot phi_dot omega_3 log_v ex ey t")
+):
     """Euler angles and rates, ln v, e in the frame of ``EulerState``, and the time."""
 
-    theta: Scalar
-    theta_dot: Scalar
-    phi_dot: Scalar
-    omega_3: Scalar
-    log_v: Scalar
-    ex: Scalar
-    ey: Scalar
-    t: Scalar
+    __slots__ = ()
 
 
 def along_direction(body: Parameters, state: NewtonState) -> NewtonState:

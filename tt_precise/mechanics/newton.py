@@ -16,34 +16,34 @@ variable of its own, and a product with it costs as much as one of two coordinat
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.scene.body import Parameters
 
 
-class NewtonState(NamedTuple):
+class OfAxis:
+    """What states in vectors share."""
+
+    __slots__ = ()
+
+    @property
+    def k(self: Any) -> Vector:
+        """Symmetry axis 3-hat."""
+        return self[:3]
+
+    @property
+    def L(self: Any) -> Vector:
+        """Angular momentum about the centre of mass."""
+        return self[3:6]
+
+
+class NewtonState(OfAxis, namedtuple("NewtonState", "kx ky kz Lx Ly Lz vx vy")):
     """Axis k (unit vector), angular momentum L about CM, velocity (vx, vy) of the contact."""
 
-    kx: Scalar
-    ky: Scalar
-    kz: Scalar
-    Lx: Scalar
-    Ly: Scalar
-    Lz: Scalar
-    vx: Scalar
-    vy: Scalar
-
-    @property
-    def k(self) -> Vector:
-        """Symmetry axis 3-hat."""
-        return (self.kx, self.ky, self.kz)
-
-    @property
-    def L(self) -> Vector:
-        """Angular momentum about the centre of mass."""
-        return (self.Lx, self.Ly, self.Lz)
+    __slots__ = ()
 
     @property
     def v(self) -> Vector:
@@ -155,17 +155,10 @@ def rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonS
     return NewtonState(*axis_rate(body, state), *torque, v_dot[0], v_dot[1])
 
 
-class CentreState(NamedTuple):
+class CentreState(namedtuple("CentreState", "kx ky kz Lx Ly Lz s_dot_x s_dot_y")):
     """Axis k (unit vector), angular momentum L about CM, horizontal velocity s_dot of CM."""
 
-    kx: Scalar
-    ky: Scalar
-    kz: Scalar
-    Lx: Scalar
-    Ly: Scalar
-    Lz: Scalar
-    s_dot_x: Scalar
-    s_dot_y: Scalar
+    __slots__ = ()
 
 
 def centre_from_vectors(body: Parameters, vectors: NewtonState) -> CentreState:

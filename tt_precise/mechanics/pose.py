@@ -6,7 +6,7 @@ Rz(phi) Ry(theta) Rz(psi); at t = 0 the Euler angles phi and psi are 0.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
 
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.quantities import Motion
@@ -14,7 +14,7 @@ from tt_precise.mechanics.vectors import Vector, dot
 from tt_precise.runtime.arithmetic import Functions, Scalar
 
 
-class Pose(NamedTuple):
+class Pose(namedtuple("Pose", "qw qx qy qz x y z vcx vcy vcz wx wy wz wbx wby wbz")):
     """Orientation (scalar first), position and velocity of the centre of mass, angular velocity.
 
     (qw, qx, qy, qz) turns the body frame into the inertial one, unit length; x, y, z and vcx, vcy,
@@ -22,22 +22,7 @@ class Pose(NamedTuple):
     inertial frame, wbx, wby, wbz the same vector in the body frame (rad/s).
     """
 
-    qw: Scalar
-    qx: Scalar
-    qy: Scalar
-    qz: Scalar
-    x: Scalar
-    y: Scalar
-    z: Scalar
-    vcx: Scalar
-    vcy: Scalar
-    vcz: Scalar
-    wx: Scalar
-    wy: Scalar
-    wz: Scalar
-    wbx: Scalar
-    wby: Scalar
-    wbz: Scalar
+    __slots__ = ()
 
 
 def half_angles(fn: Functions, k: Vector, s: Scalar) -> tuple[Scalar, Scalar]:

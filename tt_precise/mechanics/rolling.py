@@ -8,32 +8,24 @@ of the paper say with v_A_dot = 0: lambda, D and E~ are constant.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections import namedtuple
 
 from tt_precise.mechanics.newton import NewtonState, arm, axis_rate
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
-from tt_precise.runtime.arithmetic import Functions, Scalar
+from tt_precise.runtime.arithmetic import Functions
 from tt_precise.scene.body import Parameters
 
 
-class RollingState(NamedTuple):
+class RollingState(namedtuple("RollingState", "kx ky kz Lx Ly Lz")):
     """Axis k (unit vector) and angular momentum L about CM, inertial frame; v_A = 0."""
 
-    kx: Scalar
-    ky: Scalar
-    kz: Scalar
-    Lx: Scalar
-    Ly: Scalar
-    Lz: Scalar
+    __slots__ = ()
 
 
-class RollingEulerState(NamedTuple):
+class RollingEulerState(namedtuple("RollingEulerState", "theta theta_dot phi_dot omega_3")):
     """Inclination, its rate, precession rate, spin about the axis: rad, rad/s; v_A = 0."""
 
-    theta: Scalar
-    theta_dot: Scalar
-    phi_dot: Scalar
-    omega_3: Scalar
+    __slots__ = ()
 
 
 def constraint_force(body: Parameters, state: NewtonState) -> Vector:
