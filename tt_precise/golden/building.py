@@ -19,7 +19,7 @@ from typing import Any
 
 import mpmath
 
-from tt_precise.exact.jellett import jellett_along
+from tt_precise.exact.arithmetic import arithmetic_of, own_context
 from tt_precise.golden import store
 from tt_precise.golden.digits import DIGITS, RULE, column_digits, scale_of
 from tt_precise.golden.documents import Manifest
@@ -28,10 +28,13 @@ from tt_precise.golden.store import EVENTS, MANIFEST, OWN, SCENE, TRAJECTORY, Fo
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import EVENTS as CATALOGUE
 from tt_precise.integration.events import JOINING, TERMINAL
+from tt_precise.mechanics import euler
 from tt_precise.mechanics.conserved import conserved, drift
+from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.flight import LiftedState
+from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import Motion, described
+from tt_precise.mechanics.quantities import Motion, described, jellett
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.cache import UNREADABLE, Records, source_hash
 from tt_precise.runtime.errors import InputError
@@ -51,7 +54,7 @@ REPLACED, REFUSED, FAILED = "replaced", "refused", "failed"
 # The code that decides the digits of a run: when it changes, cached runs are void.
 CODE = (*SOURCES, "golden/digits.py", "golden/runs.py", "golden/table.py")
 
-WORKING_DIGITS = 60
+WORKING_DIGITS, GUARD_DIGITS = 60, 10
 
 # A row of 34 digits is rounded by 5e-35 in each of its entries, and the terms of an integral add
 # up a few of them; one digit is left for that.
@@ -402,16 +405,24 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
             worst = max(range(len(drifts)), key=drifts.__getitem__)
             digits = -context.log10(drifts[worst]) if drifts[worst] else context.mpf(DIGITS)
             found.append(Constancy(integral.name, min(float(digits), float(DIGITS)), worst))
-    euler = _jellett_euler(scene, trajectory)
-    return [*found, euler] if euler else found
+    by_angles = _jellett_euler(scene, trajectory)
+    return [*found, by_angles] if by_angles else found
 
 
 def _jellett_euler(scene: Scene, trajectory: Table) -> Constancy | None:
-    needed = ("theta", "phi_dot", "omega_3")
-    if any("" in trajectory.column(name) for name in needed):
-        return None  # a pole
-    track = jellett_along(trajectory.columns, trajectory.rows, scene, WORKING_DIGITS, "Euler")
-    if track.drift is None:
-        return None  # a scene with lambda = 0
-    digits = -track.context.log10(track.drift) if track.drift else DIGITS
-    return Constancy("jellett_euler", min(float(digits), float(DIGITS)), track.worst)
+    """Eq (14) at the printed Euler angles, beside lambda of the scene's exact start."""
+    columns = [trajectory.column(name) for name in ("theta", "phi_dot", "omega_3")]
+    context = own_context(WORKING_DIGITS + GUARD_DIGITS)
+    start = InitialState.in_si(scene, arithmetic_of(context))
+    first = jellett(start.motion(context))
+    if not first or any("" in column for column in columns):
+        return None  # a scene with lambda = 0, or a pole
+    wide = mpfr_of(context)
+    with wide.precision():
+        theta, phi_dot, omega_3 = map(wide.of_texts, columns)
+        state = EulerState(theta, 0, phi_dot, omega_3, 0, 0)
+        values = map(wide.back, euler.jellett(start.body.map(wide.number), state, wide))
+    drifts = [abs(value - first) / abs(first) for value in values]
+    worst = max(range(len(drifts)), key=drifts.__getitem__)
+    digits = -context.log10(drifts[worst]) if drifts[worst] else DIGITS
+    return Constancy("jellett_euler", min(float(digits), float(DIGITS)), worst)
