@@ -38,7 +38,7 @@ def with_entry(frame: pandas.DataFrame, row: int, name: str, value: object) -> p
     return frame.assign(**{name: pandas.Series(column, dtype=object)})
 
 
-@pytest.mark.parametrize("kind", ["float", "native", "longdouble"])
+@pytest.mark.parametrize("kind", ["float", "exact", "longdouble"])
 def test_rounded_numbers_agree_as_far_as_they_hold(small: Small, kind: str) -> None:
     if kind == "longdouble":
         frame = loaded(small).astype(numpy.longdouble)
@@ -46,8 +46,8 @@ def test_rounded_numbers_agree_as_far_as_they_hold(small: Small, kind: str) -> N
         frame = tt.golden.load("reference", kind, folder=small.folder)  # type: ignore[arg-type]
     found = tt.golden.compare(frame, "reference", folder=small.folder)
     # half an ulp of double is 1.1e-16 of its number
-    assert found.worst >= (34 if kind == "native" else 15.9)
-    assert found.worst <= (34 if kind == "native" else 17.5)
+    assert found.worst >= (34 if kind == "exact" else 15.9)
+    assert found.worst <= (34 if kind == "exact" else 17.5)
 
 
 def test_an_error_shows_in_its_column_at_its_time(small: Small) -> None:
