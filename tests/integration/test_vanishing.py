@@ -84,6 +84,18 @@ def test_what_touches_zero_is_no_event(name: str, precision: str) -> None:
     assert integrate(scene, digits=6, events=("phi_dot_zero",)).events.empty
 
 
+@pytest.mark.parametrize("chosen", [{"digits": 9}, {"precision": "double"}])
+def test_events_keep_their_digits_beside_the_opposite_pole(chosen: dict[str, Any]) -> None:
+    """1 + cos theta of L.k = L.z is 3e-10 there, and was known to six digits."""
+    scene = load_scene("regularised-1e-2").varied(
+        m="0.02", R="0.02", alpha="0.1111", I1="0.4565", I3="0.2501", g="9.8", mu="0.01358408",
+        theta="pi - 2.567711e-05", phi_dot="39.2246", omega_3="0", nu_x="0.3289", nu_y="0",
+        until="0.01",
+    )  # fmt: skip
+    (found,) = integrate(scene, events=("Lk_equals_Lz",), **chosen).events["t"]
+    assert float(found) == pytest.approx(1.990953186810724e-3, rel=1e-13)
+
+
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_what_almost_touches_zero_crosses_it(precision: str) -> None:
     """Two zeros a millionth of a radian deep."""
