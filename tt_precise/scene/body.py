@@ -64,7 +64,6 @@ class Parameters:
 
     @property
     def law(self) -> str:
-        """The name of the friction law."""
         return self.friction.name
 
     @property

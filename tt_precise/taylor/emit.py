@@ -61,11 +61,9 @@ class Emitter:
         self.b = ir.IRBuilder(self.function.append_basic_block("entry"))
 
     def i(self, value: int) -> Value:
-        """An integer."""
         return ir.Constant(INTEGER, value)
 
     def d(self, value: float) -> Value:
-        """A double."""
         return ir.Constant(DOUBLE, value)
 
     def table(self, values: Sequence[float]) -> Value:
@@ -221,7 +219,6 @@ class SeveralDoubles:
         return s0, *e.two_sum(s1, s2)
 
     def product(self, a: Number, b: Number) -> Number:
-        """a b."""
         return self.normal(self.times(a, b))
 
     def products(self, start: Number, *pairs: tuple[Number, Number]) -> Number:
@@ -240,7 +237,6 @@ class SeveralDoubles:
         return self.normal(first)
 
     def negative(self, a: Number) -> Number:
-        """-a."""
         return tuple(map(self.e.b.fneg, a))
 
     def quotient(self, a: Number, b: Number) -> Number:
@@ -261,7 +257,6 @@ class SeveralDoubles:
         return found
 
     def constant(self, value: Fraction) -> Number:
-        """An exact number."""
         return tuple(map(self.e.d, nearest(value, self.parts)))
 
     def exponential(self, a: Number) -> Number:

@@ -162,14 +162,12 @@ class Graph:
         return self._once(Constant, kind, (self.number(a), self.number(b)))
 
     def added(self, a: Scalar, b: Scalar) -> Scalar:
-        """a + b."""
         if not (isinstance(a, Traced) or isinstance(b, Traced)):
             return self.constant("+", a, b)
         (offset, terms), (more, others) = linear(a), linear(b)
         return self.sum(offset + more, terms + others)
 
     def times(self, a: Scalar, b: Scalar) -> Scalar:
-        """a b."""
         if isinstance(a, Traced):
             if isinstance(b, Traced):
                 return self.series("product", *sorted((a, b), key=self.place))
@@ -177,7 +175,6 @@ class Graph:
         return self.scaled(a, b) if isinstance(b, Traced) else self.constant("*", a, b)
 
     def divided(self, a: Scalar, b: Scalar) -> Scalar:
-        """a/b."""
         if isinstance(b, Traced):
             return self.series("quotient", self.named(a), b)
         if isinstance(a, Traced):
@@ -185,7 +182,6 @@ class Graph:
         return self.constant("/", a, b)
 
     def scaled(self, factor: Scalar, series: Traced) -> Scalar:
-        """A constant times a series."""
         if not isinstance(factor, Constant):
             if factor == 0:
                 return 0

@@ -170,11 +170,9 @@ class SeriesFunctions:
         return value.made(step)
 
     def sin(self, angle: Scalar) -> Scalar:
-        """The sine of an angle."""
         return self._turned(angle)[0]
 
     def cos(self, angle: Scalar) -> Scalar:
-        """The cosine of an angle."""
         return self._turned(angle)[1]
 
     def _turned(self, angle: Scalar) -> tuple[Scalar, Scalar]:
@@ -310,19 +308,15 @@ class SizedFunctions:
         return _moved(value, numpy.sqrt, lambda x: 0.5 / numpy.sqrt(x))
 
     def exp(self, value: Scalar) -> Scalar:
-        """The exponential."""
         return _moved(value, numpy.exp, numpy.exp)
 
     def sin(self, value: Scalar) -> Scalar:
-        """The sine."""
         return _moved(value, numpy.sin, numpy.cos)
 
     def cos(self, value: Scalar) -> Scalar:
-        """The cosine."""
         return _moved(value, numpy.cos, numpy.sin)
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
-        """The angle of the point (x, y)."""
         if not isinstance(y, Sized) and not isinstance(x, Sized):
             return numpy.arctan2(y, x)
         y, x = (one if isinstance(one, Sized) else Sized(one, 0.0) for one in (y, x))
