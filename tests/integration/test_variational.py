@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import numpy
 import pytest
@@ -76,3 +77,57 @@ def test_one_time_alone() -> None:
 def test_times_that_do_not_rise_from_0_are_refused(times: tuple[str, ...]) -> None:
     with pytest.raises(InputError, match="expected times in s that rise from 0"):
         sensitivity("kicked", times)
+
+
+@pytest.mark.parametrize(("name", "value"), [("omega_3", "155"), ("mu", "0.3"), ("R", "0.02")])
+def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
+    """Of columns and of the times of the climb, against two runs in double-double."""
+    at, columns, size = 4, ("theta", "g_n", "kx"), Fraction(value) / 10**12
+    run = integrate("kicked", until=at, sample_every=1, sensitivity=(name,))
+    assert run.sensitivity is not None
+    found = run.sensitivity.frame(*columns).iloc[-1]
+    sides = [
+        integrate(
+            load_scene("kicked").varied(**{name: Fraction(value) + sign * size}), "double-double",
+            until=at, events="all",
+        )
+        for sign in (1, -1)
+    ]  # fmt: skip
+    ends = [side.frame(*columns, times=[at], numbers="exact").iloc[0] for side in sides]
+    for column in columns:
+        quotient = float((ends[0][column] - ends[1][column]) / float(2 * size))
+        error = found[f"error:d {column}/d {name}"]
+        assert 0 < error < 1e-8 * abs(quotient)
+        assert found[f"d {column}/d {name}"] == pytest.approx(quotient, rel=1e-9, abs=20 * error)
+    climb = run.sensitivity.climb
+    assert {"equator", "A.t_init", "B.t_init", "C.t_init"} <= set(climb.index)
+    for place, row in climb.iterrows():
+        times: list[Any] = [side.inversion for side in sides]
+        for part in str(place).split("."):
+            times = [getattr(one, part) for one in times]
+        quotient = float((times[0] - times[1]) / float(2 * size))
+        assert row["t"] == pytest.approx(float(times[0]), abs=1e-9)
+        assert row[f"d/d {name}"] == pytest.approx(quotient, rel=1e-8, abs=1e-9)
+        assert row[f"error:d/d {name}"] < 1e-8 * abs(quotient) + 1e-12
+
+
+def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
+    run = integrate("reference", until="0.02", sensitivity=("theta", "omega_3"))
+    assert run.sensitivity is not None
+    first = run.sensitivity.frame("theta", "omega_3", "kx").iloc[0]
+    assert first["d theta/d theta"] == pytest.approx(1, rel=1e-15)
+    assert first["d omega_3/d omega_3"] == pytest.approx(1, rel=1e-15)
+    assert first["d theta/d omega_3"] == 0
+    assert first["d kx/d theta"] == pytest.approx(numpy.cos(0.1), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("scene", "names", "said"),
+    [
+        ("reference", ("lean",), "sensitivity: got 'lean', expected any of: "),
+        ("coulomb-gliding", ("mu",), "got a scene whose motion comes in pieces"),
+    ],
+)
+def test_derivatives_that_there_are_not(scene: str, names: tuple[str, ...], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        integrate(scene, until="0.01", sensitivity=names)

@@ -29,6 +29,7 @@ def integrate(
     tolerance: float = 0.0,
     until: str | int | Fraction | None = None,
     sample_every: str | int | Fraction | None = None,
+    sensitivity: Iterable[str] = (),
     progress: Progress | None = None,
 ) -> Trajectory:
     """Integrate a scene with an adaptive Taylor method.
@@ -61,6 +62,9 @@ def integrate(
         The relative tolerance; 0 stands for the eps of the precision (eps/16 in double).
     until, sample_every
         Horizon and spacing of the samples in s, instead of the scene's.
+    sensitivity
+        Entries of [body] and [start], such as theta, omega_3 and mu, by which
+        ``trajectory.sensitivity`` differentiates columns and the times of the climb.
     progress
         Called with the fraction done, now and then.
 
@@ -82,6 +86,13 @@ def integrate(
     record = None if record is None else tuple(record)
     watched = None if events is None else asked_for(events, loaded.model)
 
+    def differentiated(trajectory: Trajectory) -> Trajectory:
+        if names := tuple(sensitivity):
+            from tt_precise.integration.variational import Derivatives
+
+            trajectory.sensitivity = Derivatives(trajectory, names)
+        return trajectory
+
     def run(rung: Rung) -> Trajectory:
         setup = Setup.of(
             loaded, rung.precision, bits=rung.bits, tolerance=rung.tolerance,
@@ -90,10 +101,11 @@ def integrate(
         return Trajectory.of(loaded, setup, progress)
 
     if digits is None:
-        return run(Rung(precision or "double", tolerance, bits))
+        return differentiated(run(Rung(precision or "double", tolerance, bits)))
     for name, given in (("precision", precision), ("bits", bits), ("tolerance", tolerance)):
         if given:
             raise InputError(
                 f"digits: got a {name} too, which digits choose; expected one of the two"
             )
-    return integrate_to_digits(digits, loaded, run, euler=formulation == "euler")
+    found = integrate_to_digits(digits, loaded, run, euler=formulation == "euler")
+    return differentiated(found)

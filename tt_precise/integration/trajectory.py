@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
+    from tt_precise.integration.variational import Derivatives
+
 
 def is_estimate(name: Name) -> bool:
     """Whether a column of ``frame`` is one of estimated errors."""
@@ -62,7 +64,11 @@ class Trajectory:
         Taylor steps taken, and their order.
     state
         ``State`` at ``t_end``.
+    sensitivity
+        ``Derivatives`` by what ``integrate`` was given as ``sensitivity``, else None.
     """
+
+    sensitivity: Derivatives | None = None
 
     def __init__(self, scene: Scene, run: Run, *, rounded_otherwise: bool = False):
         self.scene, self.run, self.setup, self.start = scene, run, run.setup, run.start

@@ -8,24 +8,41 @@ whole d x(t)/d x(0) nearly singular.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from tt_precise.integration.api import integrate
+from tt_precise.integration.columns import VECTOR_COLUMNS
 from tt_precise.integration.equations import Equations
+from tt_precise.integration.errors import SMALL, deviations
+from tt_precise.integration.events import EVENTS
+from tt_precise.integration.inversion import NEEDED, from_events
 from tt_precise.integration.precision import precision_named
-from tt_precise.mechanics.formulations import Formulation, formulation
+from tt_precise.integration.run import integrated
+from tt_precise.integration.setup import Setup
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS, Formulation, formulation
 from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Adaptive
+from tt_precise.scene.body import Units
+from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+    import pandas
+
+Trajectory: TypeAlias = Any  # its module imports this one
+COARSER = 2.0**-44  # the tolerance of the run whose distance is the error: 256 eps
+START_BITS = 300  # in which the start is differentiated, by central differences
+NUDGE = 2**-90  # of an entry, or of 1
+LITTLE = 2.0**-40  # by which events are moved, of the 117 bits of their times
 
 
 @dataclass(frozen=True)
@@ -122,7 +139,9 @@ class Sensitivity:
         return numpy.abs(self.states).max(axis=1)
 
 
-def sensitivity(scene: str | Scene, times: Sequence[Scalar] | None = None) -> Sensitivity:
+def sensitivity(
+    scene: str | Scene, times: Sequence[Scalar] | None = None, tolerance: float = 0.0
+) -> Sensitivity:
     """Derivatives of the solution of ``scene`` at ``times`` (s), which rise from 0.
 
     By default at the scene's samples; times at which the model has ended are left out.
@@ -137,20 +156,16 @@ def sensitivity(scene: str | Scene, times: Sequence[Scalar] | None = None) -> Se
 
     heyoka.set_logger_level_critical()
     scene = load_scene(scene)
-    if scene.in_pieces:
-        raise InputError(
-            f"{scene.name}: got a scene whose motion comes in pieces, expected one set of smooth "
-            "equations: derivatives jump where pieces join"
-        )
+    _require_one_piece(scene)
     form = formulation(scene.model, "newton", scene.body.friction)
     start = InitialState.of(scene, precision_named("double").arithmetic)
     moments = [float(t) for t in (scene.sample_times if times is None else times)]
     if moments[:1] != [0.0] or not all(a < b for a, b in pairwise(moments)):
         shown = ", ".join(f"{t:g}" for t in moments[:4])
         raise InputError(f"times: got {shown or 'none'}, expected times in s that rise from 0")
-    end = float(integrate(scene, events=(), record=()).t_end)
+    end = float(integrated(scene, Setup.of(scene, events=(), record=())).end)
     moments = [t for t in moments if t <= end]
-    integrator = _integrator(heyoka, form)
+    integrator = _integrator(heyoka, form, tolerance)
     size, count = len(form.columns), len(form.parameters)
     values = [float(x) for x in start.parameters(form)]
     integrator.pars[:] = values
@@ -176,12 +191,190 @@ def sensitivity(scene: str | Scene, times: Sequence[Scalar] | None = None) -> Se
     )
 
 
-def _integrator(heyoka: ModuleType, form: Formulation) -> Adaptive:
+def _require_one_piece(scene: Scene) -> None:
+    if scene.in_pieces:
+        raise InputError(
+            f"{scene.name}: got a scene whose motion comes in pieces, expected one set of smooth "
+            "equations: derivatives jump where pieces join"
+        )
+
+
+def _integrator(heyoka: ModuleType, form: Formulation, tolerance: float) -> Adaptive:
     equations = Equations.of(form)
     wanted = [*equations.variables, *(heyoka.par[i] for i in range(len(form.parameters)))]
     system = heyoka.var_ode_sys(equations.system, wanted, order=1)
-    made = heyoka.taylor_adaptive(system, [0.0] * len(equations.variables), compact_mode=True)
+    made = heyoka.taylor_adaptive(
+        system, [0.0] * len(equations.variables), compact_mode=True, tol=tolerance
+    )
     names = [str(one) for one in made.vargs]
     if names != [str(one) for one in wanted]:
         raise RuntimeError(f"heyoka orders the derivatives as {names}")
     return made
+
+
+class Derivatives:
+    """Derivatives of a trajectory's columns and climb by entries of its scene.
+
+    ``names`` are entries of [body] and [start], in the units of the scene's file. By the
+    variational equations in double; an error is the distance from what they give with ``COARSER``.
+    """
+
+    def __init__(self, run: Trajectory, names: Sequence[str]):
+        self.run, self.names = run, tuple(names)
+        _require_one_piece(run.scene)
+        self._form = formulation(run.scene.model, "newton", run.scene.body.friction)
+        self._by_start = [_by_entry(run.scene, self._form, name) for name in names]
+
+    def frame(self, *columns: str) -> pandas.DataFrame:
+        """At the scene's samples: ``t``, and for each column and name "d COLUMN/d NAME" (SI).
+
+        "error:" before a name stands for the estimated error. By default theta and omega_3.
+        """
+        import numpy
+        import pandas
+
+        columns = columns or ("theta", "omega_3")
+        for column in columns:
+            if column not in {*VECTOR_COLUMNS, *QUANTITIES}:
+                raise InputError(
+                    f"sensitivity: got {column!r:.60}, expected a column or a quantity"
+                )
+        fine, coarse = self._paths
+        at = numpy.searchsorted(fine.times, [float(t) for t in self.run.sample_times])
+        at = at[at < len(fine.times)]
+        table = {"t": fine.times[at]}
+        for number, name in enumerate(self.names):
+            found, others = (self._at(how, number, at, columns) for how in (fine, coarse))
+            for column in columns:
+                table[f"d {column}/d {name}"] = found[column]
+                table[f"error:d {column}/d {name}"] = abs(found[column] - others[column])
+        return pandas.DataFrame(table)
+
+    @cached_property
+    def climb(self) -> pandas.DataFrame:
+        """Of the times of the climb, such as "A.t_end": t (s), "d/d NAME", "error:d/d NAME"."""
+        import pandas
+
+        times = self._times_of_climb(self._events)
+        table = {"t": {name: float(t) for name, t in times.items()}}
+        for number, name in enumerate(self.names):
+            found, others = (self._climb_by(how, number) for how in self._paths)
+            table[f"d/d {name}"] = found
+            table[f"error:d/d {name}"] = {one: abs(found[one] - others[one]) for one in found}
+        return pandas.DataFrame(table)
+
+    @cached_property
+    def _events(self) -> dict[str, Array]:
+        """Those that define the climb, from a run in double."""
+        import numpy
+
+        double = precision_named("double")
+        run = self.run.again(precision=double, tolerance=0.0, events=NEEDED, record=())
+        return {
+            name: numpy.asarray(column)
+            for name, column in run.event_table(("theta", "phi_dot")).items()
+        }
+
+    @cached_property
+    def _paths(self) -> tuple[Sensitivity, Sensitivity]:
+        times = sorted({*map(float, self.run.sample_times), *self._events["t"].tolist(), 0.0})
+        fine, coarse = (sensitivity(self.run.scene, times, tol) for tol in (0.0, COARSER))
+        return fine, coarse
+
+    def _at(
+        self, how: Sensitivity, number: int, at: Array, columns: Sequence[str], delay: Scalar = 0.0
+    ) -> dict[str, Array]:
+        """Derivatives of columns (SI) by one name, at times (s) that move by ``delay`` with it."""
+        units, by_units = self._units(number)
+        stretched = (delay - how.times[at] * by_units.time / units.time) / units.time
+        q = self._moving(how, number, at, stretched)
+        carried = Units(*(a + 1j * SMALL * b for a, b in zip(units, by_units, strict=True)))
+        found = {}
+        for name in columns:
+            vector = name in VECTOR_COLUMNS
+            dimension = STATE_DIMENSIONS[name] if vector else QUANTITIES[name].dimension
+            value = getattr(q.state, name) if vector else QUANTITIES[name].evaluate(q)
+            found[name] = (value * carried.of_dimension(dimension)).imag / SMALL
+        return found
+
+    def _units(self, number: int) -> tuple[Units, Units]:
+        units = Units(*map(float, self.run.start.units))
+        return units, Units(*self._by_start[number][2])
+
+    def _moving(self, how: Sensitivity, number: int | None, at: Array, delay: Scalar) -> Motion:
+        """The dimensionless motion; its deviation is by one name, if any, and by ``delay``."""
+        import numpy
+
+        form, states = self._form, how.states[at].T
+        rates = form.rates(form.body(how.values), form.State(*states), numpy)
+        moved = [rate * delay for rate in rates]
+        by_body = numpy.zeros(len(how.values))
+        if number is not None:
+            by_state, by_body, _ = self._by_start[number]
+            carried = how.by_start[at] @ by_state + how.by_parameters[at] @ by_body
+            moved = [a + b for a, b in zip(moved, carried.T, strict=True)]
+        entries = [x + 1j * SMALL * dx for x, dx in zip(states, moved, strict=True)]
+        body = form.body(list(how.values + 1j * SMALL * by_body))
+        with numpy.errstate(all="ignore"):
+            return form.motion(body, form.State(*entries), deviations())
+
+    def _climb_by(self, how: Sensitivity, number: int) -> dict[str, float]:
+        """The times of the climb, differentiated by moving its events a very little."""
+        import numpy
+
+        events, context = self._events, self.run.start.units.time.context
+        at = numpy.searchsorted(how.times, events["t"])
+        units, by_units = self._units(number)
+        aside, ahead = (self._moving(how, *kind) for kind in ((number, at, 0.0), (None, at, 1.0)))
+        late = numpy.zeros_like(events["t"], dtype=float)
+        for name in NEEDED:
+            here = events["name"] == name
+            by_name, by_time = (EVENTS[name].function(q).imag[here] for q in (aside, ahead))
+            late[here] = -by_name / by_time
+        late = late * units.time + events["t"] * by_units.time / units.time
+        moved = {"t": late, **self._at(how, number, at, ("theta", "phi_dot"), late)}
+        size = context.mpf(LITTLE)
+        ends = []
+        for sign in (1, -1):
+            shifted = {
+                name: [context.mpf(x) + sign * size * context.mpf(dx) for x, dx in
+                       zip(events[name].tolist(), moved[name].tolist(), strict=True)]
+                for name in moved
+            }  # fmt: skip
+            ends.append(self._times_of_climb({**events, **shifted}))
+        return {name: float((t - ends[1][name]) / (2 * size)) for name, t in ends[0].items()}
+
+    def _times_of_climb(self, events: Mapping[str, Array]) -> dict[str, Scalar]:
+        context = self.run.start.units.time.context
+        mirrored = bool(jellett(self.run.start.motion(context)) < 0)
+        found = from_events(events, context.pi, mirrored=mirrored)
+        known = {"equator": found.equator}
+        for name, climb in (("A", found.A), ("B", found.B), ("C", found.C)):
+            known |= {f"{name}.t_init": climb.t_init, f"{name}.t_end": climb.t_end}
+        return {name: t for name, t in known.items() if t is not None}
+
+
+def _by_entry(
+    scene: Scene, form: Formulation, name: str
+) -> tuple[Array, Array, tuple[float, float, float]]:
+    """Derivatives of the dimensionless start, of the parameters and of the units by an entry."""
+    import numpy
+
+    arithmetic = precision_named("mp", START_BITS).arithmetic
+    known = scene.body.in_file_units() | {
+        key: getattr(scene.start, key)
+        for key in ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
+    }
+    known["theta"] = as_fraction(scene.start.theta.radians(arithmetic.fn, arithmetic.exact))
+    if name not in known:
+        raise InputError(f"sensitivity: got {name!r:.60}, expected any of: {', '.join(known)}")
+    value = Fraction(known[name])
+    size = (abs(value) or 1) * Fraction(NUDGE)
+    sides = []
+    for sign in (1, -1):
+        start = InitialState.of(scene.varied(**{name: value + sign * size}), arithmetic)
+        sides.append([*start.state(form), *start.parameters(form), *start.units])
+    slopes = [float((a - b) / (2 * arithmetic.exact(size))) for a, b in zip(*sides, strict=True)]
+    entries = len(form.columns)
+    state, body, units = slopes[:entries], slopes[entries:-3], slopes[-3:]
+    return numpy.array(state), numpy.array(body), (units[0], units[1], units[2])
