@@ -116,8 +116,8 @@ def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[N
 
 def test_another_paper_is_a_folder_and_an_entry(another_paper: None) -> None:
     assert list(claims())[-1] == "OTHER-NUM-01"
-    found = judge("other-num-01")
-    assert (found.verdict, found.record.paper, found.record.section) == ("rounded", "Somebody", "4")
+    other = judge("other-num-01")
+    assert (other.verdict, other.record.paper, other.record.section) == ("rounded", "Somebody", "4")
     assert judge("OTHER-NUM-01", printed="1.8").verdict == "refuted"
 
 
@@ -150,9 +150,9 @@ def test_changes_reach_the_claim() -> None:
 
 def test_workers_find_the_same() -> None:
     seen: list[float] = []
-    found = judge_all([*CHEAP, "num-23"], seen.append, workers=2)
-    assert found == judge_all(CHEAP)
-    assert [one.id for one in found] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
+    judged = judge_all([*CHEAP, "num-23"], seen.append, workers=2)
+    assert judged == judge_all(CHEAP)
+    assert [one.id for one in judged] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
     assert seen == sorted(seen)
     assert seen[-1] == 1
 

@@ -13,18 +13,18 @@ PROVENANCE = {"date": "today", "commit": "abc", "versions": "heyoka 1", "command
 
 
 def test_every_claim_has_a_committed_verdict() -> None:
-    found = committed()
-    assert found is not None
-    assert list(found.by_id) == list(claims())
-    assert f"commit {found.run.commit}" in found.run.origin
-    assert f"{found.run.seconds} s with" in found.run.cost
+    verdicts = committed()
+    assert verdicts is not None
+    assert list(verdicts.by_id) == list(claims())
+    assert f"commit {verdicts.run.commit}" in verdicts.run.origin
+    assert f"{verdicts.run.seconds} s with" in verdicts.run.cost
 
 
 @pytest.mark.parametrize("id", ["NUM-23", "EQ-26", "EQ-29", "TH-17"])
 def test_what_is_committed_is_what_is_computed(id: str) -> None:
-    found = committed()
-    assert found is not None
-    assert found.by_id[id] == judge(id).record
+    verdicts = committed()
+    assert verdicts is not None
+    assert verdicts.by_id[id] == judge(id).record
 
 
 @pytest.mark.parametrize("changed", ["claims/verdicts.py", "scenes/reference.toml"])

@@ -17,13 +17,13 @@ def _every_claim() -> list[Any]:
 @pytest.mark.parametrize("one", _every_claim())
 def test_control_changes_the_verdict(one: str) -> None:
     control = claims()[one].control
-    found = judge(one)
-    assert found.finding.note
-    assert found.finding.printed
+    judged = judge(one)
+    assert judged.finding.note
+    assert judged.finding.printed
     if control is None:
-        assert found.verdict == "untestable", f"{one} can be tested, so it needs a control"
+        assert judged.verdict == "untestable", f"{one} can be tested, so it needs a control"
     else:
-        assert judge(one, **control).verdict != found.verdict
+        assert judge(one, **control).verdict != judged.verdict
 
 
 @pytest.mark.parametrize(

@@ -88,11 +88,11 @@ def test_a_check(check: Check, verdict: str) -> None:
     ],
 )
 def test_a_rule(rule: Any, checks: tuple[Check, Check], verdict: str, note: str) -> None:
-    found = rule(dict(zip("ab", checks, strict=True)), "A note.")
-    assert (found.verdict, found.note) == (verdict, "A note." + note)
-    assert [check.verdict for check in found.checks] == [check.verdict for check in checks]
+    finding = rule(dict(zip("ab", checks, strict=True)), "A note.")
+    assert (finding.verdict, finding.note) == (verdict, "A note." + note)
+    assert [check.verdict for check in finding.checks] == [check.verdict for check in checks]
     if checks == (TRUE, FALSE):
-        assert found.measured == "a: so; b: not so"
+        assert finding.measured == "a: so; b: not so"
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_they_have_the_states_that_quad_has(which: str) -> None:
 
 @pytest.mark.slow
 def test_eight_seconds_and_back_in_mp() -> None:
-    found = there_and_back("8", "mp")
-    assert found.right
+    observed = there_and_back("8", "mp")
+    assert observed.right
     # in 200 bits, more than double has in all
-    assert float(found.found.split("; ")[1].split()[0]) > 20
+    assert float(observed.found.split("; ")[1].split()[0]) > 20

@@ -30,8 +30,8 @@ def test_the_matrix_worked_out_by_hand_is_that_of_the_equations(side: int) -> No
     top = body()
     by_hand = theory.tilt_modes(top, side, FN.mpf(side), FN)
     differences = FN.matrix(linearised(top, side, FN.mpf(10) ** -20, FN))
-    found = sorted(FN.eig(differences)[0], key=lambda x: FN.re(x), reverse=True)
-    for a, b in zip(by_hand, found, strict=True):
+    numerical = sorted(FN.eig(differences)[0], key=lambda x: FN.re(x), reverse=True)
+    for a, b in zip(by_hand, numerical, strict=True):
         assert abs(a - b) < FN.mpf(10) ** -30
 
 

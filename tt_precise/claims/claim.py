@@ -248,13 +248,13 @@ def judge_all(
     """
     calls = calls_for(ids)
     groups = {call.group for call in calls}
-    found: dict[str, Finding] = {}
+    findings: dict[str, Finding] = {}
     with local_pool(max(1, min(workers, len(groups)))) as pool:
         for call, finding in pool.perform(finding_of, calls, progress):
             if isinstance(finding, Failure):
                 raise finding.error
-            found[call.key] = finding
-    return judgements(found)
+            findings[call.key] = finding
+    return judgements(findings)
 
 
 def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
@@ -275,10 +275,10 @@ def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
     return calls
 
 
-def judgements(found: Mapping[str, Finding]) -> list[Judgement]:
+def judgements(findings: Mapping[str, Finding]) -> list[Judgement]:
     """Findings by id as judgements, in the order of the list."""
-    ordered = sorted(map(claim_named, found), key=lambda one: one.order)
-    return [Judgement(one, found[one.id]) for one in ordered]
+    ordered = sorted(map(claim_named, findings), key=lambda one: one.order)
+    return [Judgement(one, findings[one.id]) for one in ordered]
 
 
 def counts(judgements: Iterable[Judgement]) -> dict[str, int]:

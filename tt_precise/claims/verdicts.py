@@ -274,8 +274,8 @@ def about(printed: str, measured: Measured, unit: str = "") -> Check:
     value, last = _printed(printed)
     significant = _printed(printed, zeros=False)[1]
     distance = abs(fraction_of(measured) - value)
-    shown, found = _united(f"about {printed}", unit), _text(measured, unit)
-    return Check(distance <= significant, shown, found, 2 * distance <= last)
+    shown, text = _united(f"about {printed}", unit), _text(measured, unit)
+    return Check(distance <= significant, shown, text, 2 * distance <= last)
 
 
 def within(printed: str, measured: Measured, tolerance: str, unit: str = "") -> Check:
@@ -310,10 +310,10 @@ def approximate(printed: str, error: Measured, scale: Measured, what: str = "off
 
 def agrees(printed: str, value: Measured, independent: Measured, digits: int) -> Check:
     """Whether a printed formula's value has ``digits`` digits of an independent determination."""
-    found = Settled.of(value, independent, most=digits)
-    agreed = decimal(independent, min(found.digits, MOST_DIGITS))
-    measured = f"{agreed} ({found.digits} digits agree)"
-    return Check(found.digits >= digits, printed, measured)
+    agreed_value = Settled.of(value, independent, most=digits)
+    agreed = decimal(independent, min(agreed_value.digits, MOST_DIGITS))
+    measured = f"{agreed} ({agreed_value.digits} digits agree)"
+    return Check(agreed_value.digits >= digits, printed, measured)
 
 
 def statement(holds: bool, printed: str, measured: str) -> Check:
@@ -385,13 +385,13 @@ _NUMBER = re.compile(
 
 def _printed(text: str, *, zeros: bool = True) -> tuple[Fraction, Fraction]:
     """A printed number, and one unit of its last digit (significant one without ``zeros``)."""
-    found = _NUMBER.fullmatch(text)
-    if not found:
+    number = _NUMBER.fullmatch(text)
+    if not number:
         raise ValueError(f"printed number: got {text!r}, expected such as '9.381e-4'")
-    places = len(found["part"] or "")
-    last = Fraction(10) ** (int(found["power"] or 0) - places)
+    places = len(number["part"] or "")
+    last = Fraction(10) ** (int(number["power"] or 0) - places)
     if not zeros and not places:
-        last *= 10 ** (len(found["whole"]) - len(found["whole"].rstrip("0") or "0"))
+        last *= 10 ** (len(number["whole"]) - len(number["whole"].rstrip("0") or "0"))
     return Fraction(text), last
 
 

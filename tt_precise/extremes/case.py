@@ -187,14 +187,14 @@ class NotFiniteError(ArithmeticError):
 def within(value: Scalar, limit: float, unit: str = "") -> Observation:
     """Right if ``value`` is at most ``limit``; in words "3.2 eps (allowed: 10)"."""
     number = float(value)
-    found = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
-    return Observation(found, number <= limit, number)
+    text = f"{number:.2g} {unit}".rstrip() + f" (allowed: {limit:g})"
+    return Observation(text, number <= limit, number)
 
 
 def same(got: object, expected: object, value: float | None = None) -> Observation:
     """Right if ``got`` equals ``expected``, such as a status."""
-    found = str(got) if got == expected else f"{got}, not {expected}"
-    return Observation(found, bool(got == expected), value)
+    text = str(got) if got == expected else f"{got}, not {expected}"
+    return Observation(text, bool(got == expected), value)
 
 
 def together(*findings: Observation) -> Observation:
@@ -214,11 +214,11 @@ def finite(values: Iterable[Scalar], what: str = "output") -> list[Scalar]:
     NotFiniteError
         One of them is NaN or infinite, which fails the case.
     """
-    found = [value for value in values if value is not None]
-    for value in found:
+    given = [value for value in values if value is not None]
+    for value in given:
         if value - value != 0:
             raise NotFiniteError(f"{what}: got {value}, expected a finite number")
-    return found
+    return given
 
 
 _registered: dict[str, ExtremeCase] = {}
@@ -367,16 +367,16 @@ def run_all(
         Call(one.name, (replace(one, control={}),), limit_s=one.limit_s)
         for one in sorted(wanted.values(), key=lambda one: -limits[one.family])
     ]
-    found: dict[str, Outcome] = {}
+    outcomes: dict[str, Outcome] = {}
     pool = local_pool(workers, inline=False, recycle_after=CASES_OF_A_WORKER)
     with pool:
         for call, finding in pool.perform(observed, calls, progress):
             one = wanted[call.key]
             if isinstance(finding, Failure):
-                found[one.name] = one.failed(str(finding.error))
+                outcomes[one.name] = one.failed(str(finding.error))
             else:
-                found[one.name] = Outcome(one, finding)
-    return [found[name] for name in wanted]
+                outcomes[one.name] = Outcome(one, finding)
+    return [outcomes[name] for name in wanted]
 
 
 def observed(one: ExtremeCase) -> Observation:

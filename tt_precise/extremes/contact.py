@@ -25,12 +25,15 @@ NARROW_S = Fraction("1e-13")
 PLANE = {"theta": "1", "theta_dot": "50", "omega_3": "0", "mu": "0", "until": "1"}
 LOSING = ("contact-lost", "mu = 2", "mu = 3", "mu = 4")
 # two tops: the paper's, and one with a greater eccentricity and three times the mass
-TOPS: dict[str, dict[str, str]] = {"toy": {}, "heavier": {"m": "0.06", "alpha": "0.4"}}
-MOTIONS = (
-    *(("toy", mu) for mu in ("2", "2.5", "3", "3.5", "4")),
-    *(("heavier", mu) for mu in ("2.5", "3", "3.5", "4")),
-)
-NAMES = tuple(f"{top} top, mu = {mu}" for top, mu in MOTIONS)
+MOTIONS: dict[str, dict[str, str]] = {
+    f"{top} top, mu = {mu}": {**changes, "mu": mu, "until": "2"}
+    for top, changes, frictions in (
+        ("toy", {}, ("2", "2.5", "3", "3.5", "4")),
+        ("heavier", {"m": "0.06", "alpha": "0.4"}, ("2.5", "3", "3.5", "4")),
+    )
+    for mu in frictions
+}
+NAMES = tuple(MOTIONS)
 THETA = "2"  # of the starts at both zeros; cos theta < 0 lets the numerator vanish
 
 
@@ -128,10 +131,10 @@ def bilateral(what: str, contact: str = "bilateral") -> Observation:
     run = integrate(varied(**_off_the_table(what)), contact=contact)
     table = run.frame("g_n", "E", numbers="exact")
     energy = finite(table["E"], "E")
-    found = "g_n = 0" if abs(table["g_n"][0]) < 1e-14 else "g_n < 0"
+    force = "g_n = 0" if abs(table["g_n"][0]) < 1e-14 else "g_n < 0"
     drift = (max(energy) - min(energy)) / abs(energy[0]) / EPS
     return together(
-        within(drift, 100, "eps in E"), same(found, what), same(run.status, "contact_ignored")
+        within(drift, 100, "eps in E"), same(force, what), same(run.status, "contact_ignored")
     )
 
 
@@ -164,8 +167,7 @@ def _plane() -> tuple[Scalar, Scalar]:
 
 def blowing_up(name: str) -> Scene:
     """The reference start on a rough table; it loses contact first."""
-    top, mu = dict(zip(NAMES, MOTIONS, strict=True))[name]
-    return varied(**TOPS[top], mu=mu, until="2")
+    return varied(**MOTIONS[name])
 
 
 @case(

@@ -204,9 +204,9 @@ PASSING: dict[str, Any] = {
 def passing(k: int, precision: str, integrate: Integrate = integrate) -> Observation:
     """The axis keeps an absolute accuracy of some eps, at every distance."""
     run = integrate(passage(k), precision, events=("theta_min",))
-    (found,) = finite(run.events["theta"])
+    (least,) = finite(run.events["theta"])
     fn = run.precision.context
-    error = abs(fn.mpf(found) - fn.convert(nearest(k)[0])) / run.precision.eps
+    error = abs(fn.mpf(least) - fn.convert(nearest(k)[0])) / run.precision.eps
     return together(within(error, 10, "eps"), same(run.status, "complete"))
 
 

@@ -177,13 +177,13 @@ def subnormal(tilt: str, flush: bool = False) -> Observation:
         for text in (tilt, "1e-20")
     )
     scale = 1e-20 / size
-    found = [0.0 if flush else getattr(one.state, name) for name in ("kx", "ky")]
+    tilt_at_end = [0.0 if flush else getattr(one.state, name) for name in ("kx", "ky")]
     wanted = [getattr(other.state, name) for name in ("kx", "ky")]
-    distance = math.hypot(*(x * scale - y for x, y in zip(found, wanted, strict=True)))
+    distance = math.hypot(*(x * scale - y for x, y in zip(tilt_at_end, wanted, strict=True)))
     # each of some 20 steps rounds some hundred Taylor coefficients to the spacing
     spacing = max(EPS, 2.0**-1074 / size)
     relative = distance / math.hypot(*wanted)
-    finite([*found, *NewtonState(*(one.state.values[n] for n in NewtonState._fields))])
+    finite([*tilt_at_end, *NewtonState(*(one.state.values[n] for n in NewtonState._fields))])
     return together(
         within(relative / spacing, 1000, "spacings"),
         same(one.status, "complete"),

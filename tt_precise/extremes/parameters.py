@@ -116,10 +116,10 @@ def ball(k: int, integrate: Integrate = integrate) -> Observation:
     fn, body = own_context(40), scene.body
     rate = body.mu * body.g * (1 + body.m * body.R**2 / body.I3)
     speed = fn.mpf("0.5") * fn.exp(-rounding_to(fn)(rate * scene.until))
-    found = fn.hypot(*finite((run.state.vx, run.state.vy)))
+    final = fn.hypot(*finite((run.state.vx, run.state.vy)))
     # the torque of gravity changes v by about alpha g t
     neglected = 10.0**-k + float(run.precision.eps)
-    return within(abs(found / speed - 1) / neglected, 30, "(eps + alpha)")
+    return within(abs(final / speed - 1) / neglected, 30, "(eps + alpha)")
 
 
 @case(
@@ -193,8 +193,8 @@ def thresholds_at_the_edge(side: str, sign: str, k: int, wrong_side: bool = Fals
 def _threshold(sign: str, inwards: Fraction) -> Determination:
     """The threshold that exists for gamma on the inner side of 1 - alpha or 1 + alpha."""
     gamma = 1 + (-1 if sign == "-" else 1) * (varied().body.alpha - inwards)
-    found = thresholds(varied(**with_gamma(gamma)), 40)
-    return found.quantities["lambda_up" if sign == "-" else "lambda_thres"]
+    known = thresholds(varied(**with_gamma(gamma)), 40)
+    return known.quantities["lambda_up" if sign == "-" else "lambda_thres"]
 
 
 def _none_with_a_reason(threshold: Determination) -> Observation:
@@ -425,9 +425,9 @@ def slaved_gliding(mu: str, integrate: Integrate = integrate) -> Observation:
     force = _constraint_force(rolling)
     speed = units.length / units.time
     stiff = fn.mpf(mu) * speed  # dimensionless
-    found = [stiff * fn.mpf(v) / speed for v in finite((gliding.state.vx, gliding.state.vy))]
+    scaled = [stiff * fn.mpf(v) / speed for v in finite((gliding.state.vx, gliding.state.vy))]
     expected = [-x / force[2] for x in force[:2]]
-    off = fn.hypot(*(a - b for a, b in zip(found, expected, strict=True))) / fn.hypot(*expected)
+    off = fn.hypot(*(a - b for a, b in zip(scaled, expected, strict=True))) / fn.hypot(*expected)
     distance = float(_from_rolling(gliding))
     return together(
         # the coefficient of 1/mu, which is 1.3 in the limit

@@ -51,17 +51,17 @@ def error_against_condition(scene: str, integrate: Integrate = integrate) -> Obs
 
     how = _sensitivity(scene)
     run: Trajectory = integrate(scene)
-    found = _errors(run, scene, how)
+    errors = _errors(run, scene, how)
     # where nothing moves there are no steps, but the start was rounded once
     a_sample = max(1.0, run.steps / max(1, len(how.times) - 1))
     possible = EPS * how.rounding * a_sample**0.5
-    ratio = found / possible
-    finite([*found, *possible])
+    ratio = errors / possible
+    finite([*errors, *possible])
     return together(
         within(ratio.max(), 1, "of what the condition allows"),
         Observation(
             f"condition up to {how.condition.max():.2g}, {how.condition[-1]:.2g} at the end; "
-            f"at the worst time {-numpy.log10(found.max()):.1f} digits",
+            f"at the worst time {-numpy.log10(errors.max()):.1f} digits",
             True,
         ),
     )
@@ -73,13 +73,13 @@ def _errors(run: Trajectory, scene: str, how: Sensitivity) -> Array:
 
     golden = load(scene, "exact")
     frame = run.frame(*how.columns, times=list(golden["t"][: len(how.times)]), numbers="exact")
-    found = numpy.zeros(len(how.times))
+    largest = numpy.zeros(len(how.times))
     for name in how.columns:
         unit = run.start.units.of_dimension(STATE_DIMENSIONS[name])
         pairs = zip(frame[name], golden[name][: len(how.times)], strict=True)
         errors = [float(abs(run.precision.context.mpf(x) - exact) / unit) for x, exact in pairs]
-        found = numpy.maximum(found, errors)
-    return found / how.sizes
+        largest = numpy.maximum(largest, errors)
+    return largest / how.sizes
 
 
 @case(

@@ -91,7 +91,7 @@ def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
     units, state = trajectory.start.units, trajectory.state
     momentum = units.mass * units.length**2 / units.time
     tilt = fn.sin(fn.mpf(offset.numerator) / offset.denominator)
-    found = [
+    computed = [
         fn.mpc(*(fn.convert(x) / fn.convert(unit) for x in finite(pair))) / tilt
         for pair, unit in (
             ((state.kx, state.ky), 1),
@@ -100,7 +100,7 @@ def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
         )
     ]
     scales = (*map(abs, expected[:2]), max(abs(expected.v), abs(omega_3 * expected.k)))
-    errors = [abs(a - b) / scale for a, b, scale in zip(found, expected, scales, strict=True)]
+    errors = [abs(a - b) / scale for a, b, scale in zip(computed, expected, scales, strict=True)]
     return float(max(errors) / fn.convert(trajectory.precision.eps))
 
 

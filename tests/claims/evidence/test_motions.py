@@ -75,11 +75,11 @@ def test_a_swing_is_what_a_rolling_top_does() -> None:
     turns = [float(t) for t in run.events["t"][:3]]
     first = run.frame("D", "E_tilde", "lambda", times=[0], numbers="exact").iloc[0]
     body = run.scene.body.numbers(float)
-    found = swing(body, float(first["D"]), float(first["E_tilde"]), float(first["lambda"]))
-    assert found is not None
-    assert found.time == pytest.approx(turns[2] - turns[1], rel=1e-8)
-    assert found.lowest == pytest.approx(float(run.events["theta"][:2].min()), rel=1e-8)
-    assert found.highest == pytest.approx(float(run.events["theta"][:2].max()), rel=1e-8)
+    expected_swing = swing(body, float(first["D"]), float(first["E_tilde"]), float(first["lambda"]))
+    assert expected_swing is not None
+    assert expected_swing.time == pytest.approx(turns[2] - turns[1], rel=1e-8)
+    assert expected_swing.lowest == pytest.approx(float(run.events["theta"][:2].min()), rel=1e-8)
+    assert expected_swing.highest == pytest.approx(float(run.events["theta"][:2].max()), rel=1e-8)
 
 
 @pytest.mark.parametrize("share", ["1e-4", "0.3", "0.5", "0.7", "0.9999"])
@@ -147,9 +147,9 @@ def test_tumbling_ends_at_the_thresholds() -> None:
         assert abs(limit - threshold(body, FN) ** 2) < FN.mpf(10) ** -35
 
 
-@pytest.mark.parametrize(("multiple", "found"), [("0.99", True), ("1.01", False)])
-def test_tumbling_is_found_below_the_thresholds_only(multiple: str, found: bool) -> None:
-    assert tumbles(replace(TOY, multiple=Fraction(multiple))) is found
+@pytest.mark.parametrize(("multiple", "exists"), [("0.99", True), ("1.01", False)])
+def test_tumbling_exists_below_the_thresholds_only(multiple: str, exists: bool) -> None:
+    assert tumbles(replace(TOY, multiple=Fraction(multiple))) is exists
 
 
 def test_the_past_leads_back_to_where_it_came_from() -> None:
@@ -173,9 +173,9 @@ def test_a_past_that_was_given_up_is_none(monkeypatch: pytest.MonkeyPatch) -> No
     whole = scipy_integrate.solve_ivp
 
     def given_up(*arguments: Any, **keywords: Any) -> Any:
-        found = whole(*arguments, **keywords)
-        found.status = -1
-        return found
+        solution = whole(*arguments, **keywords)
+        solution.status = -1
+        return solution
 
     monkeypatch.setattr(scipy_integrate, "solve_ivp", given_up)
     with pytest.raises(ArithmeticError, match="gave up"):

@@ -143,11 +143,11 @@ def test_both_ends_have_to_agree() -> None:
     def check(value: Any) -> Any:
         return rounds_to("1.5", value)
 
-    found = check(Fraction("1.51"))
-    assert settles(found, check, Interval(Fraction("1.5"), Fraction("1.54")))
-    assert not settles(found, check, Interval(Fraction("1.5"), Fraction("1.56")))
-    assert not settles(found, check, Interval(Fraction("1.6"), Fraction("1.61")))
-    assert not settles(found, check, None)
+    first = check(Fraction("1.51"))
+    assert settles(first, check, Interval(Fraction("1.5"), Fraction("1.54")))
+    assert not settles(first, check, Interval(Fraction("1.5"), Fraction("1.56")))
+    assert not settles(first, check, Interval(Fraction("1.6"), Fraction("1.61")))
+    assert not settles(first, check, None)
     # a verdict is one of three: what is "about" need not round
     near = about("1.5", Fraction("1.58"))
     assert not settles(near, lambda x: about("1.5", x), Interval(Fraction("1.5"), Fraction("1.51")))

@@ -22,10 +22,10 @@ def test_a_variant_changes_what_it_names_and_nothing_else() -> None:
 
 
 def test_settled_values_agree_with_a_finer_run() -> None:
-    found = SHORT.at("theta", "0.25")
-    assert found.digits >= 15
+    value = SHORT.at("theta", "0.25")
+    assert value.digits >= 15
     finer = integrate(SHORT.loaded, "mp", bits=160).at("0.25").theta
-    assert abs(found.value - finer) < abs(finer) * 10**-28
+    assert abs(value.value - finer) < abs(finer) * 10**-28
 
 
 @pytest.mark.slow
@@ -60,9 +60,9 @@ def test_double_does_not_confirm_itself(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_zeros_are_those_of_the_event() -> None:
     events = [float(t) for t in REFERENCE.events("nu_y_zero")["t"]]
-    found = REFERENCE.zeros("nu_y")
-    assert len(found) == len(events)
-    assert numpy.abs(numpy.array(found) - events).max() < 1e-11
+    zeros = REFERENCE.zeros("nu_y")
+    assert len(zeros) == len(events)
+    assert numpy.abs(numpy.array(zeros) - events).max() < 1e-11
 
 
 def test_rises_and_falls_make_the_difference() -> None:

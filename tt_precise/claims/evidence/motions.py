@@ -62,8 +62,8 @@ def minimum(body: Parameters, D: Scalar, lambda_: Scalar, fn: Functions) -> Scal
     near = {j for i in wells for j in range(i - COARSE + 1, i + COARSE)}
     lowest = min(near, key=lambda i: V(fn.mpf(i) / 8))
     bracket = fn.mpf(lowest - 1) / 8, fn.mpf(lowest + 1) / 8
-    found = fn.findroot(lambda u: fn.diff(V, u), bracket, solver="anderson", verify=False)
-    return fn.tanh(found)
+    lowest_u = fn.findroot(lambda u: fn.diff(V, u), bracket, solver="anderson", verify=False)
+    return fn.tanh(lowest_u)
 
 
 def minima(body: Parameters, D: float, lambda_: float) -> list[float]:
@@ -136,10 +136,10 @@ def cases(count: int, multiples: tuple[str, str] = ("1.001", "3")) -> list[Case]
     def between(a: Fraction, b: Fraction) -> Fraction:
         return a + (b - a) * Fraction(draw.randrange(1, 10**6), 10**6)
 
-    found = []
+    drawn = []
     for _ in range(count):
         alpha = between(Fraction(1, 20), Fraction(19, 20))
-        found.append(
+        drawn.append(
             Case(
                 alpha=alpha,
                 gamma=between(max(1 - alpha, Fraction(1, 2)), 1 + alpha),
@@ -148,7 +148,7 @@ def cases(count: int, multiples: tuple[str, str] = ("1.001", "3")) -> list[Case]
                 multiple=between(*map(Fraction, multiples)),
             )
         )
-    return found
+    return drawn
 
 
 def growth(case: Case, side: int) -> int:
@@ -214,19 +214,19 @@ def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
 
     carried.terminal = True  # type: ignore[attr-defined]
     begin = [float(entry) for entry in start.vectors]
-    found = solve_ivp(
+    solution = solve_ivp(
         rates, (0, -HORIZON), begin, method="DOP853", rtol=tolerance, atol=tolerance / 100,
         events=carried,
     )  # fmt: skip
-    if found.status < 0:
-        raise ArithmeticError(f"the past of {scene}: SciPy's DOP853 gave up: {found.message}")
+    if solution.status < 0:
+        raise ArithmeticError(f"the past of {scene}: SciPy's DOP853 gave up: {solution.message}")
     first, last = (
-        Motion(body, NewtonState(*found.y[:, column].tolist()), math) for column in (0, -1)
+        Motion(body, NewtonState(*solution.y[:, column].tolist()), math) for column in (0, -1)
     )
     energies = [QUANTITIES["E"].evaluate(q) for q in (first, last)]
     return Past(
-        contact_lost=found.status == 1,
-        t=float(found.t[-1]) * float(start.units.time),
+        contact_lost=solution.status == 1,
+        t=float(solution.t[-1]) * float(start.units.time),
         theta=QUANTITIES["theta"].evaluate(last),
         energy_ratio=energies[1] / energies[0],
     )

@@ -1,9 +1,7 @@
 """What the committed proofs of the golden digits settle for a claim (``golden certify``).
 
-A claim computes its verdict as ever. It may call it proved where rigorous enclosures of what the
-verdict rests on come to the same: for a number, at both ends of the interval that is proved to
-contain it. (What a check accepts is an interval, far wider than an enclosure; so what holds, or
-fails, at both ends does so in between.)
+A verdict counts as proved if it is the same at both ends of the interval that is proved to contain
+the number. (A check accepts an interval that is far wider, so it gives the same in between.)
 """
 
 from __future__ import annotations
@@ -69,8 +67,8 @@ class Proved:
 
         With ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
         """
-        found = self.proof.record.content["forever"] if self.proof else {}
-        return found.get("at_the_end", found.get("held"))
+        forever = self.proof.record.content["forever"] if self.proof else {}
+        return forever.get("at_the_end", forever.get("held"))
 
     @property
     def inverts(self) -> bool:
@@ -107,13 +105,13 @@ class Proved:
         """All events with one of these names, in order of time; None if any is undecided."""
         if self.proof is None:
             return None
-        found: list[Event] = []
+        happened: list[Event] = []
         for name in names:
             events = self.proof.happened(name)
             if events is None:
                 return None
-            found += events
-        return sorted(found, key=lambda event: event["t"])
+            happened += events
+        return sorted(happened, key=lambda event: event["t"])
 
     def at(self, column: str, t: str) -> Interval | None:
         """A column of the golden trajectory at the sampled time ``t``; None if not proved."""
@@ -134,16 +132,16 @@ class Proved:
 
 @cache
 def proofs_of(scene: SceneLike) -> Proved:
-    """What is proved about ``scene``, from the files beside its golden data."""
+    """What the files of its golden data prove about ``scene``."""
     try:
         return Proved(*proofs.established(load_scene(scene)))
-    except InputError as error:  # unusable golden data are named in the note, like missing ones
+    except InputError as error:  # the note names unusable golden data, like missing ones
         return Proved(None, str(error))
 
 
-def settles(found: Check, check: Callable[[Fraction], Check], interval: Interval | None) -> bool:
-    """Whether ``check`` comes to the same as ``found`` at both ends of a proved interval."""
-    return interval is not None and all(check(end).verdict == found.verdict for end in interval)
+def settles(computed: Check, check: Callable[[Fraction], Check], interval: Interval | None) -> bool:
+    """Whether ``check`` gives the verdict ``computed`` at both ends of a proved interval."""
+    return interval is not None and all(check(end).verdict == computed.verdict for end in interval)
 
 
 def enclosed(

@@ -193,12 +193,12 @@ class Run:
     def band(self) -> list[Turn]:
         """The nutation band at each turning point of theta, but beside a pause of the nutation."""
         turns = [(float(t), float(x)) for t, x in self.turns[["t", "theta"]].to_numpy()]
-        found = []
+        belts = []
         for (t0, a), (t1, b), (t2, c) in zip(turns, turns[1:], turns[2:], strict=False):
             if t2 - t0 < PAUSE_S:
                 across = a + (c - a) * (t1 - t0) / (t2 - t0)
-                found.append(Turn(t1, b, (b + across) / 2, abs(b - across)))
-        return found
+                belts.append(Turn(t1, b, (b + across) / 2, abs(b - across)))
+        return belts
 
     def nutations(self, span: Span | None = None) -> list[Span]:
         """The nutation periods within ``span``: from one maximum of theta to the next."""
@@ -237,8 +237,8 @@ class Run:
 
     def zeros(self, name: str, span: Span | None = None) -> list[float]:
         """When a quantity changes sign within ``span``: the event ``zero:QUANTITY``."""
-        found = _zeros(self.scene, name)
-        return [t for t in found if span is None or span.begin < t < span.end]
+        zeros = _zeros(self.scene, name)
+        return [t for t in zeros if span is None or span.begin < t < span.end]
 
     def share_below_zero(self, name: str, span: Span | None = None) -> float:
         """The part of the time in which a quantity is negative."""
@@ -279,8 +279,8 @@ class Run:
         finer = rough()
         if finer == "double":  # which would confirm itself to any digit
             finer = FINE if is_available(FINE) else WHERE_MISSING
-        found = [_extrema(self.scene, name, one)["value"].min() for one in (finer, "double")]
-        return Settled.of(*found)
+        values = [_extrema(self.scene, name, one)["value"].min() for one in (finer, "double")]
+        return Settled.of(*values)
 
     def extreme_of(
         self,
@@ -312,11 +312,11 @@ class Run:
         """The smallest value of a quantity in each of ``spans`` (in order), extrema included."""
         times, values = self.extrema(name)
         ends = self.columns([name], [t for span in spans for t in span])[name].reshape(-1, 2)
-        found = []
+        least = []
         for span, at_ends in zip(spans, ends, strict=True):
             inside = slice(bisect.bisect_left(times, span.begin), bisect.bisect(times, span.end))
-            found.append(float(min(*at_ends, *values[inside])))
-        return found
+            least.append(float(min(*at_ends, *values[inside])))
+        return least
 
     def course(self, names: tuple[str, ...], every: float = 0.001) -> pandas.DataFrame:
         """Columns over the whole run, at samples, at all their extrema, and where theta turns."""

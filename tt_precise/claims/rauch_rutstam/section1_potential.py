@@ -418,9 +418,9 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
     body, lambda_ = _double_body(REFERENCE)
     begin, end = thresholds.D0(body, lambda_, math), thresholds.D1(body, lambda_, math)
     shares = [until * (1e-4 + (1 - 2e-4) * i / POTENTIAL_STEPS) for i in range(POTENTIAL_STEPS + 1)]
-    found = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
-    alone = all(len(one) == 1 for one in found)
-    path = [one[0] for one in found]
+    wells = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
+    alone = all(len(one) == 1 for one in wells)
+    path = [one[0] for one in wells]
     return v.all_of(
         v.statement(
             alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,

@@ -143,12 +143,12 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> Finding:
 )
 def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Finding:
     """M contains one solution only, and every solution with g_n > 0 approaches it."""
-    found = [_NAMES[side] for side in candidates if _stays(_spin(side))]
-    steady = "in M, with g_n = m g, for ever: " + " and ".join(found)
-    every = _NAMES[UPRIGHT] not in found
+    steady_spins = [_NAMES[side] for side in candidates if _stays(_spin(side))]
+    steady = "in M, with g_n = m g, for ever: " + " and ".join(steady_spins)
+    every = _NAMES[UPRIGHT] not in steady_spins
     return v.all_of(
         {
-            "one solution in M": v.statement(len(found) == 1, "only one", steady),
+            "one solution in M": v.statement(len(steady_spins) == 1, "only one", steady),
             "every solution approaches it": v.statement(every, "every solution", steady),
         },
         "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
@@ -284,15 +284,15 @@ def _inverts(run: Trajectory) -> bool:
 )
 def limits_in_the_past(run: Run = REFERENCE) -> Finding:
     """Inverting solutions come from the upright spin as t goes to minus infinity."""
-    found, again = past(run.scene), past(run.scene, 1e-10)
+    end, again = past(run.scene), past(run.scene, 1e-10)
     start = float(run.loaded.start.theta.offset)
-    how = "contact is made at" if found.contact_lost else "still gliding at"
+    how = "contact is made at" if end.contact_lost else "still gliding at"
     return v.all_of(
         v.statement(
-            not found.contact_lost and found.theta <= 2 * start,
+            not end.contact_lost and end.theta <= 2 * start,
             "theta -> 0, L -> L0 z",
-            f"{how} t = {v.Settled.of(found.t, again.t)} s with theta = "
-            f"{v.decimal(found.theta, 4)} rad and {v.decimal(found.energy_ratio, 3)} times the "
+            f"{how} t = {v.Settled.of(end.t, again.t)} s with theta = "
+            f"{v.decimal(end.theta, 4)} rad and {v.decimal(end.energy_ratio, 3)} times the "
             "energy",
         ),
         "Backwards in time friction feeds the gliding, E grows and the solution ends where g_n = "
@@ -343,11 +343,11 @@ def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Finding:
                 ", ".join(part.measured for part in parts),
             )
     for phi_dot in pasts:
-        found = past(_with_the_same_lambda(phi_dot))
+        begin = past(_with_the_same_lambda(phi_dot))
         checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = v.statement(
-            not found.contact_lost,
+            not begin.contact_lost,
             "D -> D0, E~ -> E~0",
-            f"begins at t = {v.decimal(found.t, 6)} s, where g_n = 0",
+            f"begins at t = {v.decimal(begin.t, 6)} s, where g_n = 0",
         )
     return v.all_of(
         checks,

@@ -101,7 +101,8 @@ def initiation_time(printed: str = START, run: Run = REFERENCE) -> Finding:
 def ending_time(printed: str = END, run: Run = REFERENCE) -> Finding:
     """The climb ends at about 7.87 s."""
     times = _in_all_definitions("t_end", run)
-    times[TOP] = run.settled(_closest_to_the_pole), _highest(run)
+    highest = run.settled(lambda one: rows_of(one, "theta_max").sort_values("theta")["t"].iloc[-1])
+    times[TOP] = highest, _highest(run)
     off = min(abs(v.fraction_of(time) - Fraction(printed)) for time, _ in times.values())
     return _about(
         printed,
@@ -155,11 +156,6 @@ def _highest(run: Run) -> Interval | None:
     return highest["t"] if all(other < highest["theta"].low for other in others) else None
 
 
-def _closest_to_the_pole(run: Trajectory) -> Scalar:
-    tops = rows_of(run, "theta_max")
-    return max(zip(tops["theta"], tops["t"], strict=True))[1]
-
-
 @claim(
     "NUM-06",
     quote="during the climbing phase of TT between 3.2 and 7.86 seconds",
@@ -198,7 +194,7 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
 def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Finding:
     """The climb starts when phi_dot has been accelerated to about 80 rad/s."""
     values = {
-        "where L.k = L.z": _precession_where_aligned,
+        "where L.k = L.z": lambda solution: solution.at(solution.inversion.B.t_init).phi_dot,
         "last maximum of theta before": lambda solution: _precession_at_top(solution, 0),
         "first maximum of theta after": lambda solution: _precession_at_top(solution, 1),
     }
@@ -231,9 +227,9 @@ def reversals(
     printed: Sequence[tuple[str, str]] = (("-", "+"), ("-", "+")), run: Run = REFERENCE
 ) -> Finding:
     """At two moments phi_dot changes from large negative to large positive values."""
-    found = [_reversal(run, "theta_min", 0), _reversal(run, "theta_max", 1)]
-    signs = tuple(("-+"[a > 0], "-+"[b > 0]) for a, b in found)
-    values = [value for pair in found for value in pair]
+    jumps = [_reversal(run, "theta_min", 0), _reversal(run, "theta_max", 1)]
+    signs = tuple(("-+"[a > 0], "-+"[b > 0]) for a, b in jumps)
+    values = [value for pair in jumps for value in pair]
     large = all(abs(value) > LARGE for value in values)
     peaks = [*reversal(run.scene, "theta_min", "t_init"),
              *reversal(run.scene, "theta_max", "t_end")]  # fmt: skip
@@ -241,7 +237,7 @@ def reversals(
         peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
         for peak, value in zip(peaks, values, strict=True)
     )
-    shown = "; ".join(f"from {v.decimal(a, 3)} to {v.decimal(b, 3)} rad/s" for a, b in found)
+    shown = "; ".join(f"from {v.decimal(a, 3)} to {v.decimal(b, 3)} rad/s" for a, b in jumps)
 
     def says(wanted: Sequence[tuple[str, str]]) -> Check:
         text = "; ".join(f"from {a} to {b}" for a, b in wanted)
@@ -315,9 +311,9 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Finding
 @claim(
     "QUAL-25",
     quote="three main phases separated by two moments",
-    definition="the middle of the nutation band: lower before t_init "
-    "than at the start, rising from t_init to t_end, within 0.05 rad of pi after t_end "
-    "(definition A)",
+    definition="the middle of the nutation band: at the last turning point before t_init lower "
+    f"than at the first, of at least {MANY}; rising from each to the next from t_init to t_end; "
+    "within 0.05 rad of pi after t_end (definition A)",
     control={"run": Run("phi-dot-195")},
 )
 def three_phases(run: Run = REFERENCE) -> Finding:
@@ -352,10 +348,6 @@ def three_phases(run: Run = REFERENCE) -> Finding:
         },
         f"The middle is lowest at {v.decimal(lowest[0], 6)} s, where the axis passes the pole.",
     )
-
-
-def _precession_where_aligned(run: Trajectory) -> Scalar:
-    return run.at(run.inversion.B.t_init).phi_dot
 
 
 def _precession_at_top(run: Trajectory, place: int) -> Scalar:
@@ -460,9 +452,9 @@ def _logistic_fit(name: str, run: Run, span: Span) -> tuple[float, float, float]
         # the logistic curve as a tanh, which cannot overflow
         return values - math.pi / 2 * (1 + numpy.tanh(rate * (times - centre) / 2))
 
-    found = least_squares(rest, (2.0, span.begin + span.length / 2))
-    rate, centre = (float(x) for x in found.x)
-    return rate, centre, float((found.fun**2).mean() / values.var())
+    fit = least_squares(rest, (2.0, span.begin + span.length / 2))
+    rate, centre = (float(x) for x in fit.x)
+    return rate, centre, float((fit.fun**2).mean() / values.var())
 
 
 @claim(

@@ -11,11 +11,10 @@ from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
 from tt_precise.claims.verdicts import Check, Finding
-from tt_precise.integration import Trajectory
-from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.scene.scene import load_scene
 
 claim = claims_of(RAUCH_RUTSTAM, "2.1")
+LAST_FALLING = "name == 'nu_crossing' and direction < 0"
 LATER = "10"  # s, to see enough nutations behind the climb
 PERIOD = "a nutation period is the time from one maximum of theta to the next"
 
@@ -51,13 +50,13 @@ def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) 
 )
 def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Finding:
     """lambda of the reference start is about twice the threshold."""
-    found = run.thresholds.quantities
-    ratio = found["lambda"].value / found["lambda_thres"].value
-    check = found["lambda"].independent / found["lambda_thres"].independent
+    known = run.thresholds.quantities
+    ratio = known["lambda"].value / known["lambda_thres"].value
+    check = known["lambda"].independent / known["lambda_thres"].independent
     return v.all_of(
         v.about(printed, v.Settled.of(ratio, check), "lambda_thres"),
-        f"lambda = {v.decimal(found['lambda'].value, 12)} kg m^3/s and lambda_thres = "
-        f"{v.decimal(found['lambda_thres'].value, 12)} kg m^3/s.",
+        f"lambda = {v.decimal(known['lambda'].value, 12)} kg m^3/s and lambda_thres = "
+        f"{v.decimal(known['lambda_thres'].value, 12)} kg m^3/s.",
     )
 
 
@@ -254,7 +253,7 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Finding:
 def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Finding:
     """At the end of the climb nu_y crosses nu_x from above, and its minima lie lower then."""
     falling = _crossings(run, rising=False, early=False)
-    last = run.settled(_last_falling_crossing)
+    last = run.settled(lambda one: one.events.query(LAST_FALLING)["t"].iloc[-1])
     longer = Run(variant(run.scene, until=LATER))
     spans = longer.nutations(Span(falling[-1], float(LATER)))
     lower = _count_above("nu_x", "nu_y", spans, longer)
@@ -279,11 +278,6 @@ def _crossings(run: Run, *, early: bool, rising: bool | None = None) -> list[flo
         for t, direction in zip(events["t"], events["direction"], strict=True)
         if (t < run.climb.middle) == early and (rising is None or (direction > 0) == rising)
     ]
-
-
-def _last_falling_crossing(run: Trajectory) -> Scalar:
-    events = run.events
-    return events["t"][(events["name"] == "nu_crossing") & (events["direction"] < 0)].iloc[-1]
 
 
 def _count_above(higher: str, lower: str, spans: list[Span], run: Run) -> int:

@@ -10,7 +10,7 @@ from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.proved import enclosed, proofs_of, settles, sign_of_precession
-from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, rows_of, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.integration import Trajectory
@@ -262,12 +262,13 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Finding:
 )
 def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Finding:
     """During the climb the projection of omega on the symmetry axis changes sign."""
-    found, known = run.zeros(name), proofs_of(run.scene)
-    at = f", at {v.decimal(run.settled(_zero_of_spin).value, 16)} s" if found else ""
+    zeros_in_double, known = run.zeros(name), proofs_of(run.scene)
+    first = run.settled(lambda one: rows_of(one, "omega_3_zero")["t"].iloc[0])
+    at = f", at {v.decimal(first.value, 16)} s" if zeros_in_double else ""
     check = v.statement(
-        len(found) == 1 and run.climb.has(found[0]),
+        len(zeros_in_double) == 1 and run.climb.has(zeros_in_double[0]),
         "changes sign during the climb",
-        f"{len(found)} change{'' if len(found) == 1 else 's'} of sign{at}",
+        f"{len(zeros_in_double)} change{'' if len(zeros_in_double) == 1 else 's'} of sign{at}",
     )
     zeros = known.events("omega_3_zero") if name == "omega_3" else None
     begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
@@ -316,10 +317,6 @@ def _spin_at(definition: str, run: Trajectory) -> Scalar:
     return run.frame("omega_3", times=[t], numbers="exact")["omega_3"].iloc[0]
 
 
-def _zero_of_spin(run: Trajectory) -> Scalar:
-    return run.events["t"][run.events["name"] == "omega_3_zero"].iloc[0]
-
-
 def _swing(name: str, run: Run, span: Span) -> float:
     values = run.extrema(name, span)[1]
     return float(values.max() - values.min())
@@ -361,7 +358,7 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Find
     for phase in ("synchronisation", "climb"):
         span = getattr(run, phase)
         values = run.extrema("g_n", span)[1]
-        amplitudes[phase] = max(abs(b - a) for a, b in pairwise(values)) / 2
+        amplitudes[phase] = run.largest_swing("g_n", span) / 2
         crossings = sum((a - weight) * (b - weight) < 0 for a, b in pairwise(values))
         average = run.mean("g_n", span)
         parts[phase] = (

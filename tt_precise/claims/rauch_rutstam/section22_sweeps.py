@@ -189,7 +189,7 @@ def longest_at_zero(zero: str = "0") -> Finding:
         parts[f"at zero itself, {one}"] = distance == 0, shown
     return v.readings(
         v.statements("at about 0", parts),
-        "The peak is sharp and lies beside zero, where t_init_A is "
+        "The peak is sharp and lies next to zero, where t_init_A is "
         f"{number(reference()['t_init_A'])} s.",
     )
 
@@ -422,7 +422,7 @@ def small_changes(tolerance: str = "0.1") -> Finding:
     return v.readings(
         v.statements("not much", parts),
         f"{climbed(starts('tenth', 'through'))} starts invert. The initiation time has "
-        "a sharp peak beside the reference start (SWP-05).",
+        "a sharp peak next to the reference start (SWP-05).",
     )
 
 
@@ -583,8 +583,8 @@ def least_energy() -> dict[str, float]:
         return 100 * _energy({n: s * x for n, s, x in zip(names, scales, x.tolist(), strict=True)})
 
     # a quadratic form in four variables, so any start leads to its one minimum
-    found = minimize(energy, [0.0] * 4, tol=1e-12)
+    minimum = minimize(energy, [0.0] * 4, tol=1e-12)
     return {
-        "E": float(found.fun) / 100,
-        **{name: s * float(x) for name, s, x in zip(names, scales, found.x, strict=True)},
+        "E": float(minimum.fun) / 100,
+        **{name: s * float(x) for name, s, x in zip(names, scales, minimum.x, strict=True)},
     }

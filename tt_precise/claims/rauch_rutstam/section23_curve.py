@@ -83,10 +83,10 @@ def _asymptotic(
     name: str, quantity: str, time: str, unit: str, printed: str, run: Run = REFERENCE
 ) -> Finding:
     known = run.thresholds
-    found, fn = known.quantities, known.context
+    values, fn = known.quantities, known.context
     body = run.loaded.body.numbers(rounding_to(fn))
-    guess = found["lambda"].value
-    double = _formula(name, body, fn)(2 * found["lambda_thres"].value)
+    guess = values["lambda"].value
+    double = _formula(name, body, fn)(2 * values["lambda_thres"].value)
     implied = {
         one: _lambda_of(_formula(one, body, fn), fn.mpf(value), guess, fn)
         for one, value in {**PRINTED, name: printed}.items()
@@ -94,7 +94,7 @@ def _asymptotic(
     every = ", ".join(v.decimal(implied[one], 3) for one in PRINTED)
     return v.readings(
         {
-            "lambda of the reference start": v.rounds_to(printed, found[name].value, unit),
+            "lambda of the reference start": v.rounds_to(printed, values[name].value, unit),
             "lambda = 2 lambda_thres": v.rounds_to(printed, double, unit),
             f"the value at {time} s itself": v.rounds_to(printed, run.at(quantity, time), unit),
         },
@@ -155,8 +155,8 @@ def ends_of_the_curve(
     known = run.thresholds.quantities
     limits = [known[name].value for name in ("D0", "E0", "D1", "E1")]
     parts = {}
-    for reading, found in (("the curve's own ends", own), ("the limits", limits)):
-        checks = [v.rounds_to(text, value) for text, value in zip(printed, found, strict=True)]
+    for reading, numbers in (("the curve's own ends", own), ("the limits", limits)):
+        checks = [v.rounds_to(text, value) for text, value in zip(printed, numbers, strict=True)]
         shown = "({}, {}) to ({}, {})".format(*(check.measured for check in checks))
         parts[reading] = all(check.holds for check in checks), shown
     off = [

@@ -253,13 +253,13 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Finding:
 def oscillations_at_the_end(around: float = 0.3, starts: tuple[str, ...] = STARTS) -> Finding:
     """phi_dot oscillates with high amplitude at the ending time of every inverting solution."""
     peaks = [_peak(phi_dot, around) for phi_dot in starts]
-    found = [peak for peak in peaks if peak is not None]
+    inverting = [peak for peak in peaks if peak is not None]
     smooth = _peak("195", around) or (0.0, 0.0)
-    largest, usual = (min(ratios) for ratios in zip(*found, strict=True))
+    largest, usual = (min(ratios) for ratios in zip(*inverting, strict=True))
     parts = {
         name: (
             ratio >= limit,
-            f"at least {v.decimal(ratio, 3)} times; {len(found)} of {len(starts)} solutions",
+            f"at least {v.decimal(ratio, 3)} times; {len(inverting)} of {len(starts)} solutions",
         )
         for name, ratio, limit in (
             ("twice as high as anything before", largest, 2),
