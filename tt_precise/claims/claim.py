@@ -22,7 +22,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
-from typing import Protocol
 
 from tt_precise.claims import paper as papers
 from tt_precise.claims.committed import JudgedCheck, JudgedClaim
@@ -42,8 +41,8 @@ class Claim:
     ----------
     id
         Such as "NUM-20", after the paper's prefix; it names the ``kind``.
-    paper, section
-        The paper, and the number of the section that it stands in.
+    section
+        The number of the section that it stands in.
     statement
         What is claimed, in our own words: the function's docstring.
     quote, where
@@ -55,8 +54,8 @@ class Claim:
     control
         Keyword arguments that make the claim false; None for wording that nothing can test.
     slow
-        Whether judging it, and its control after it, takes a second of a core or more where
-        the evidence that others share is there; the tests leave such controls to ``make slow``.
+        Whether judging it and its control takes a second or more; ``make slow`` tests such
+        controls.
     """
 
     id: str
@@ -150,23 +149,7 @@ class Judgement:
 _registered: dict[str, Claim] = {}
 
 
-class Register(Protocol):
-    """What ``claims_of`` gives: the decorator of a section's claims; see ``Claim``."""
-
-    def __call__(
-        self,
-        id: str,
-        *,
-        quote: str,
-        control: Mapping[str, object] | None,
-        where: str = "",
-        definition: str = "",
-        statement: str = "",
-        slow: bool = False,
-    ) -> Callable[[Function], Function]: ...
-
-
-def claims_of(paper: Paper, section: str) -> Register:
+def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], Function]]:
     """The decorator for claims that stand in a section, at ``where`` ("Sec. 2.1" by default)."""
 
     def claim(
@@ -238,7 +221,7 @@ def judge_all(
 ) -> list[Judgement]:
     """Judge claims (by default all), in the order of the list.
 
-    Claims of one chapter share their evidence, so one process judges them. With more than one of
+    One process judges the claims of a module, which share their evidence. With more than one of
     ``workers``, which are new processes, a script needs ``if __name__ == "__main__"``.
 
     Raises
@@ -259,8 +242,6 @@ def judge_all(
 
 def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
     """The calls of ``finding_of`` for claims (all of them by default), keyed by id.
-
-    Claims of one chapter are a group.
 
     Raises
     ------

@@ -1,12 +1,12 @@
 """Measured numbers with the digits they have, and the rules that turn them into verdicts.
 
-A value is computed twice, in two arithmetics that err independently; the digits in which they
-agree are the digits it has. A *check* compares what the paper says with what was computed. A
-*finding* is what the checks of a claim come to; no claim ever names its own verdict:
+A value is computed twice, in two arithmetics that err independently, and has the digits in which
+they agree. A *check* compares what the paper says with what was computed. A *finding* is what the
+checks of a claim come to; no claim names its own verdict:
 
 - ``all_of(checks)``: every one has to hold; rounded, reproduced or refuted;
 - ``readings(checks)``: the same if all readings agree; "reading" if some hold and some do not;
-- ``misprint(printed, corrected)``: misprint if the printed form fails and the corrected one holds.
+- ``misprint(checks)``: misprint if the printed form fails and the corrected one holds.
 
 A claim whose words leave nothing to compute has the check ``untestable``.
 """
@@ -225,13 +225,12 @@ class Finding:
     @property
     def printed(self) -> str:
         """What the paper says, with unit."""
-        return (
-            _joined(self.checks, "printed") if self.form is Form.ALL_OF else self.checks[0].printed
-        )
+        checks = self.checks if self.form is Form.ALL_OF else self.checks[:1]
+        return _joined(checks, "printed")
 
     @property
     def measured(self) -> str:
-        """What was found, with unit and the digits that it has."""
+        """What was computed, with unit and the digits that it has."""
         first = self.checks[0]
         if self.form is not Form.MISPRINT:
             return _joined(self.checks, "measured")
@@ -362,10 +361,8 @@ def misprint(
 def _finding(
     form: Form, checks: Checks, remark: str, proof: Proof, correction: str = ""
 ) -> Finding:
-    if not isinstance(checks, Check):
-        named = tuple(replace(check, name=name) for name, check in checks.items())
-    else:
-        named = (checks,)
+    parts = {"": checks} if isinstance(checks, Check) else checks
+    named = tuple(replace(check, name=name) for name, check in parts.items())
     if not named:
         raise ValueError("claim: got no checks, expected one or more")
     return Finding(form, named, remark + proof.sentence, proof.settled, correction)

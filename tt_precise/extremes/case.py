@@ -73,8 +73,8 @@ class ExtremeCase:
 
     Attributes
     ----------
-    topic, family, name
-        Module; the name with its braces, and with them filled.
+    family, name
+        The name with its braces, and with them filled.
     expected, source
         The outcome expected, and what says so: a theory, a closed form, a higher precision;
         never the code under test.
@@ -313,9 +313,8 @@ class Family:
     @property
     def name(self) -> str:
         """The name of its one case, or what the names have in common: "mu = ... s/m"."""
-        return (
-            self.first.name if len(self.outcomes) == 1 else shown(self.first.family, self.outcomes)
-        )
+        one = len(self.outcomes) == 1
+        return self.first.name if one else shown(self.first.family, self.outcomes)
 
     @property
     def worst(self) -> Outcome:
@@ -358,18 +357,14 @@ def run_all(
     ``if __name__ == "__main__"``), and none is left behind, whatever happens.
     """
     wanted = {one.name: one for one in chosen}
-    # the families that may take longest first, so that no core idles at the end
-    limits: dict[str, float] = {}
-    for one in wanted.values():
-        limits.setdefault(one.family, one.limit_s)
     calls = [
-        # the controls are the tests' affair, and may be lambdas, which cannot be sent
+        # controls may be lambdas, which cannot be sent
         Call(one.name, (replace(one, control={}),), limit_s=one.limit_s)
-        for one in sorted(wanted.values(), key=lambda one: -limits[one.family])
+        # those that may take longest first, so that no core idles at the end
+        for one in sorted(wanted.values(), key=lambda one: -one.limit_s)
     ]
     outcomes: dict[str, Outcome] = {}
-    pool = local_pool(workers, inline=False, recycle_after=CASES_OF_A_WORKER)
-    with pool:
+    with local_pool(workers, inline=False, recycle_after=CASES_OF_A_WORKER) as pool:
         for call, finding in pool.perform(observed, calls, progress):
             one = wanted[call.key]
             if isinstance(finding, Failure):

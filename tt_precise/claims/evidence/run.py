@@ -102,7 +102,7 @@ class Run:
 
     def at(self, name: str, t: str) -> Settled:
         """A quantity or state entry by name at time ``t`` (exact, s), in SI, with its digits."""
-        return self.settled(lambda run: run.frame(name, times=[t], numbers="exact")[name].iloc[0])
+        return self.settled(lambda run: exact(run, name, t)[0])
 
     def moment(self, definition: str, which: str) -> Settled:
         """``t_init``, ``t_end`` or ``duration`` of the inversion, in s."""
@@ -269,9 +269,7 @@ class Run:
         times, values = self.extrema(name, span)
         at = int(values.argmax() if largest else values.argmin())
         if at in (0, len(values) - 1):
-            return self.settled(
-                lambda run: run.frame(name, times=[times[at]], numbers="exact")[name].iloc[0]
-            )
+            return self.settled(lambda run: exact(run, name, times[at])[0])
         return self.settled(lambda run: _vertex(run, name, times[at]))
 
     def least(self, name: str) -> Settled:
@@ -337,6 +335,11 @@ def rough() -> str:
         return "double"
 
 
+def exact(run: Trajectory, name: str, *times: Scalar) -> list[Scalar]:
+    """A quantity at some times, in the run's own arithmetic."""
+    return list(run.frame(name, times=times, numbers="exact")[name])
+
+
 def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
     """The rows of a trajectory's table of events that have one of these names."""
     return run.events[run.events["name"].isin(names)].reset_index(drop=True)
@@ -363,9 +366,7 @@ def _extrema(scene: SceneLike, name: str, precision: str) -> pandas.DataFrame:
 
     run = integrate(load_scene(scene), precision, events=(f"extremum:{name}",))
     times = [0, *run.events["t"], run.t_end]
-    return pandas.DataFrame(
-        {"t": times, "value": list(run.frame(name, times=times, numbers="exact")[name])}
-    )
+    return pandas.DataFrame({"t": times, "value": exact(run, name, *times)})
 
 
 @cache
@@ -397,9 +398,7 @@ def _vertex(run: Trajectory, name: str, t: float) -> Scalar:
     context = run.precision.context
     h = context.mpf(2) ** -30  # 1 ns: the third derivative no longer matters
     middle = context.mpf(t)
-    before, here, after = run.frame(name, times=[middle - h, middle, middle + h], numbers="exact")[
-        name
-    ]
+    before, here, after = exact(run, name, middle - h, middle, middle + h)
     slope, curvature = (after - before) / 2, after - 2 * here + before
     return here - slope * slope / (2 * curvature)
 

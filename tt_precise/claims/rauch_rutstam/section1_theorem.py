@@ -11,7 +11,7 @@ from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
 from tt_precise.claims.evidence.proved import count, proofs_of
-from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rough, variant
+from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, exact, rough, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.exact.arithmetic import own_context, rounding_to
@@ -215,7 +215,7 @@ def negative_normal_force(phi_dot: str = "-300") -> Finding:
     run = Run(variant(phi_dot=phi_dot, until="2"))
     solution = integrate(run.loaded, "double")
     end = solution.t_end
-    before, after = solution.frame("g_n", times=[end * 0.999, end], numbers="exact")["g_n"]
+    before, after = exact(solution, "g_n", end * 0.999, end)
     falling = solution.status == "contact_lost" and before > 1e-6 > after
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value

@@ -10,7 +10,16 @@ from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.proved import enclosed, proofs_of, settles, sign_of_precession
-from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, rows_of, variant
+from tt_precise.claims.evidence.run import (
+    DEFINITIONS,
+    MANY,
+    REFERENCE,
+    Run,
+    Span,
+    exact,
+    rows_of,
+    variant,
+)
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.integration import Trajectory
@@ -314,7 +323,7 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Finding:
 
 def _spin_at(definition: str, run: Trajectory) -> Scalar:
     t = getattr(run.inversion, definition).t_init
-    return run.frame("omega_3", times=[t], numbers="exact")["omega_3"].iloc[0]
+    return exact(run, "omega_3", t)[0]
 
 
 def _swing(name: str, run: Run, span: Span) -> float:

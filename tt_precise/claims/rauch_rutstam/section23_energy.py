@@ -10,7 +10,7 @@ from tt_precise.claims import verdicts as v
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import formulas as f
 from tt_precise.claims.evidence.proved import digits, enclosed, proofs_of, settles
-from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span, exact, variant
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.verdicts import Check, Finding
 from tt_precise.golden.proofs import Interval
@@ -53,12 +53,7 @@ PARTS = ("E_trans", "E_rot", "E_pot")
 )
 def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> Finding:
     """The translational energy at the start is about 0.34 of the potential energy there."""
-
-    def share(solution: Trajectory) -> Scalar:
-        begin = solution.frame("E_trans", "E_pot", times=["0"], numbers="exact").iloc[0]
-        return begin["E_trans"] / begin["E_pot"]
-
-    ratio = run.settled(share)
+    ratio = run.settled(lambda one: exact(one, "E_trans", "0")[0] / exact(one, "E_pot", "0")[0])
     return v.readings(
         {
             "about, within a unit of the last digit": v.about(printed, ratio),
@@ -139,7 +134,7 @@ def _proof_of_ratio(computed: Check, check: Callable[[Scalar], Check], run: Run)
 
 
 def _ratio(run: Trajectory) -> Scalar:
-    first, last = run.frame("E_pot", times=["0", "8"], numbers="exact")["E_pot"]
+    first, last = exact(run, "E_pot", "0", "8")
     return last / first
 
 
