@@ -80,13 +80,15 @@ def test_claims_are_sentences_in_order() -> None:
     every = list(claims().values())
     assert every == sorted(every, key=lambda one: one.order)
     assert {one.kind for one in every} == set(KINDS.values())
-    assert {one.section for one in every} == {each.key for each in RAUCH_RUTSTAM.sections}
+    assert {(one.paper.name, one.section) for one in every} == {
+        (each.name, section.key) for each in paper.PAPERS for section in each.sections
+    }
     assert all(one.statement.endswith(".") and len(one.quote) < 300 for one in every)
 
 
 def test_equations_and_figures_lie_in_the_sections_that_the_paper_has_them_in() -> None:
     for one in claims().values():
-        section = RAUCH_RUTSTAM.section(one.section)
+        section = one.paper.section(one.section)
         first = re.match(r"(?:Sec. [\d.]+, )?(eq|Fig\.) \(?(\d+)", one.where)
         if first and one.where.count("Sec.") < 2:
             known = section.equations if first[1] == "eq" else section.figures
@@ -105,7 +107,7 @@ def another_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[N
     (folder / "section4.py").write_text(CHAPTER, "utf-8")
     known = dict(claims())
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(paper, "PAPERS", (RAUCH_RUTSTAM, OTHER))
+    monkeypatch.setattr(paper, "PAPERS", (*paper.PAPERS, OTHER))
     monkeypatch.setattr(claim, "_registered", known)
     claims.cache_clear()
     yield
