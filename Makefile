@@ -77,7 +77,7 @@ costs:    ## what calls and commands cost, beside their baselines
 costs: $(DEV)
 	$(PYTEST) -n 0 -o addopts=--import-mode=importlib benchmarks $(ARGS)
 
-mutants:  ## 200 small mistakes in the core, each of which a test has to see (an hour or two)
+mutants:  ## 200 mutants of the core, of which the tests must kill 92 % (an hour)
 mutants: $(ALL)
 	$(BIN)/python -m benchmarks.mutants $(ARGS)
 
@@ -117,12 +117,12 @@ build:    ## wheel and sdist, into dist/
 build: $(DEV)
 	$(BIN)/hatchling build --clean
 
-# Wheel and sdist, each installed elsewhere, run README's examples without a network. .venv lends its
+# Wheel and sdist, each installed elsewhere, run the examples of README and start.md without a network. .venv lends its
 # packages through a path file that does not lead back to the checkout.
 OFFLINE = $(shell unshare -rn true 2> /dev/null && echo unshare -rn)
 LARGEST_WHEEL := 10000000
 
-smoke:    ## wheel and sdist, installed elsewhere, run README's examples offline
+smoke:    ## wheel and sdist, installed elsewhere, run the examples of README and start.md offline
 smoke: build
 	test $$(stat -c %s dist/*.whl) -lt $(LARGEST_WHEEL)
 	for built in dist/*.whl dist/*.tar.gz; do \
@@ -135,7 +135,8 @@ smoke: build
 			assert tt.__file__.startswith('$(SMOKE)'), tt.__file__" && \
 		$(SMOKE)/bin/tt-precise --version && \
 		$(OFFLINE) $(SMOKE)/bin/python -m pytest -q -n 0 -p no:cacheprovider \
-			-c $(CURDIR)/pyproject.toml $(CURDIR)/tests/test_documentation.py -k "examples_run and README") \
+			-c $(CURDIR)/pyproject.toml -o pythonpath= $(CURDIR)/tests/test_documentation.py \
+			-k "examples_run and (README or start)") \
 		|| exit 1; \
 	done
 
