@@ -74,65 +74,9 @@ class Crossing:
     rates: tuple[TaylorModel, ...]
 
 
-@dataclass(frozen=True)
-class _Look:
-    """Hypothesis S2 over one tube: its Jacobian, a norm, and how errors may grow in that norm."""
-
-    problem: Problem
-    piece: Piece
-    tube: tuple[TaylorModel, ...]
-    frame: Frame
-    jacobian: list[list[TaylorModel]]
-    weights: list[arb]
-    rate: arb
-    growth: arb
-
-    @classmethod
-    def into(
-        cls, problem: Problem, piece: Piece, centre: Sequence[TaylorModel], radii: Sequence[arb]
-    ) -> _Look:
-        tube = tuple(b.widened(radius) for b, radius in zip(centre, radii, strict=True))
-        frame = Frame(piece.end, FLOW_DEGREE)
-        jacobian = _jacobian(problem, piece, [TaylorModel.cut(b.polynomial, frame) for b in tube])
-        bound = _upper(jacobian)
-        weights = _weights(bound, _sizes(centre))
-        if not all(w.is_finite() and w > 0 for w in weights):
-            raise NotProved("S2", "no positive weights were found for the norm")
-        rate = largest((_norm(bound, weights), arb(0)))
-        growth = (rate * piece.end).exp().upper()
-        if not growth < MOST_GROWTH:
-            raise NotProved("S4", "the step is too long for a useful bound")
-        return cls(problem, piece, tube, frame, jacobian, weights, rate, growth)
-
-    @property
-    def gain(self) -> arb:
-        """G of the theorem."""
-        if not self.rate > 0:
-            return self.piece.end
-        return ((self.growth - 1) / self.rate).upper()
-
-    def flow(self) -> tuple[list[list[arb_poly]], arb]:
-        """S3: P and the bound q G of the norm of Q."""
-        flow, defects = _flow(self.jacobian, self.frame)
-        spread = (_norm(defects, self.weights) * self.gain).upper()
-        if not spread < MOST_SPREAD:
-            raise NotProved("S3", "the step is too long for a polynomial of the flow")
-        return flow, spread
-
-    @property
-    def moving(self) -> tuple[TaylorModel, ...]:
-        """Bands of unit f over the tube."""
-        rates = self.problem.traced(self.problem.parameters(), self.tube)
-        return tuple(TaylorModel.of(rate, self.tube[0].frame) * self.piece.unit for rate in rates)
-
-
 def _size(x: Sequence[arb], weights: Sequence[arb]) -> arb:
     """max |x_i|/w_i."""
     return largest(abs(one) / w for one, w in zip(x, weights, strict=True))
-
-
-def _at(flow: list[list[arb_poly]], time: arb) -> list[list[arb]]:
-    return [[p(time) for p in row] for row in flow]
 
 
 def _after(
@@ -152,24 +96,40 @@ def cross(problem: Problem, piece: Piece, errors: LohnerSet) -> Crossing:
     NotProved
         A hypothesis did not verify; that of a shorter step may.
     """
-    defects = _defects(problem, piece)
+    defects, end = _defects(problem, piece), piece.end
     with flint.ctx.workprec(TUBE_BITS):
-        centre = [TaylorModel.cut(p, Frame(piece.end, TUBE_DEGREE)) for p in piece.polynomials]
-        radii = [TUBE * size for size in _sizes(centre)]
-        look = _Look.into(problem, piece, centre, radii)
-        weights, defect = look.weights, _size(defects, look.weights)
+        centre = [TaylorModel.cut(p, Frame(end, TUBE_DEGREE)) for p in piece.polynomials]
+        sizes = _sizes(centre)
+        radii = [TUBE * size for size in sizes]
+        tube = tuple(b.widened(radius) for b, radius in zip(centre, radii, strict=True))
+        frame = Frame(end, FLOW_DEGREE)
+        jacobian = _jacobian(problem, piece, [TaylorModel.cut(b.polynomial, frame) for b in tube])
+        bound = _upper(jacobian)
+        weights = _weights(bound, sizes)
+        if not all(w.is_finite() and w > 0 for w in weights):
+            raise NotProved("S2", "no positive weights were found for the norm")
+        rate = largest((_norm(bound, weights), arb(0)))
+        growth = (rate * end).exp().upper()
+        if not growth < MOST_GROWTH:
+            raise NotProved("S4", "the step is too long for a useful bound")
+        gain = ((growth - 1) / rate).upper() if rate > 0 else end  # G of the theorem
+        flow, flow_defects = _flow(jacobian, frame)
+        spread = (_norm(flow_defects, weights) * gain).upper()  # bound of the norm of Q
+        if not spread < MOST_SPREAD:
+            raise NotProved("S3", "the step is too long for a polynomial of the flow")
+        defect = _size(defects, weights)
+        reached = ((_size(errors.hull, weights) + defect * end) * growth).upper()
         room = min((r / w).lower() for r, w in zip(radii, weights, strict=True))
-        flow, spread = look.flow()
-        reached = ((_size(errors.hull, weights) + defect * piece.end) * look.growth).upper()
         if not reached < room:
             raise NotProved(
                 "S4", f"errors up to {float(reached):.2g} may leave the tube of {float(room):.2g}"
             )
         bent = [[spread * wi / wj for wj in weights] for wi in weights]
-        added = [w * defect * look.gain for w in weights]
-        after = _after(errors, _at(flow, piece.end), bent, added)
-        radius = tuple((w * reached).upper() for w in weights)
-        return Crossing(radius, after, look.tube, look.moving)
+        at_end = [[p(end) for p in row] for row in flow]
+        after = _after(errors, at_end, bent, [w * defect * gain for w in weights])
+        moving = problem.traced(problem.parameters(), tube)
+        rates = tuple(TaylorModel.of(one, tube[0].frame) * piece.unit for one in moving)
+        return Crossing(tuple((w * reached).upper() for w in weights), after, tube, rates)
 
 
 def _defects(problem: Problem, piece: Piece) -> list[arb]:
