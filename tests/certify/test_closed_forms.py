@@ -21,7 +21,7 @@ from tt_precise.certify import NotProved, Problem, balls, enclose, problem_of, p
 from tt_precise.certify.balls import Balls, ball
 from tt_precise.certify.interval_newton import _Part
 from tt_precise.certify.onset import Onset
-from tt_precise.certify.problem import body_of, exact_zeros, restored, without
+from tt_precise.certify.problem import exact_zeros, form_of, restored, without
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 
@@ -116,7 +116,7 @@ def test_a_steady_precession_is_contained(seed: int) -> None:
     turning = Fraction(dice.choice((-1, 1)) * dice.randint(50, 300), 100)
 
     def start() -> list[arb]:
-        body = body_of(scene, problem.parameters())
+        body = form_of(scene).body(problem.parameters())
         sine, cosine, rate = ball(theta).sin(), ball(theta).cos(), ball(turning)
         spin = (body.I1 * rate * cosine - body.alpha / rate) / body.I3
         euler = EulerState(None, arb(0), rate, spin, arb(0), arb(0))

@@ -305,7 +305,7 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
     _write(changed, tmp_path)
     monkeypatch.setattr("tt_precise.certify.golden_proof.prove", None)
     with pytest.raises(
-        InputError, match=rf"{file}, line 3, {column}: got '{cell}', expected a dec"
+        InputError, match=rf"{file}, line 3, {column}: got '{cell}', expected a pri"
     ):
         certify(NAME, folder=tmp_path)
 

@@ -14,7 +14,7 @@ import flint
 import tt_precise as tt
 from tt_precise.certify import NotProved, prove
 from tt_precise.certify.onset import Exact, Onset, onset
-from tt_precise.certify.problem import FUNCTIONS, body_of, form_of, problem_of
+from tt_precise.certify.problem import FUNCTIONS, form_of, problem_of
 from tt_precise.integration.events import catalogue, event_named
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
@@ -108,7 +108,7 @@ def test_leading_coefficients_with_dry_friction_are_those_of_balls(name: str) ->
     scene = tt.load_scene(name)
     form = form_of(scene)
     with flint.ctx.workprec(200):
-        body = body_of(scene, problem_of(scene).parameters())
+        body = form_of(scene).body(problem_of(scene).parameters())
         start = list(problem_of(scene).start())
         series = solution(lambda y: form.rates(body, form.State(*y), FUNCTIONS), start)
         motion = form.motion(body, form.State(*series), FUNCTIONS)

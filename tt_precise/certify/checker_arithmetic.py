@@ -9,25 +9,9 @@ from operator import mul
 
 from flint import arb, arb_poly, arb_series, fmpq, fmpq_mpoly_ctx
 
-from tt_precise.certify.balls import series_length
+from tt_precise.certify.balls import Ring, series_length
 from tt_precise.certify.certificate import Refused
 from tt_precise.runtime.arithmetic import Scalar
-
-
-class Ring:
-    """What follows from addition, negation and multiplication."""
-
-    def __radd__(self: Scalar, other: Scalar) -> Scalar:
-        return self + other
-
-    def __sub__(self: Scalar, other: Scalar) -> Scalar:
-        return self + (-other)
-
-    def __rsub__(self: Scalar, other: Scalar) -> Scalar:
-        return -self + other
-
-    def __rmul__(self: Scalar, other: Scalar) -> Scalar:
-        return self * other
 
 
 class PowerSeries(Ring):

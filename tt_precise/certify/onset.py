@@ -23,7 +23,7 @@ from typing import Any
 import flint
 from flint import arb, fmpq, fmpq_poly
 
-from tt_precise.certify.balls import Balls, NotProved, ball
+from tt_precise.certify.balls import Balls, NotProved, Ring, ball
 from tt_precise.certify.problem import form_of
 from tt_precise.mechanics.conversion import vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
@@ -48,7 +48,7 @@ class Onset:
     sign: int
 
 
-class Exact:
+class Exact(Ring):
     """An element (A(t) + r B(t))/C(t), r^2 = ``square``, of the field Q(t)[r]."""
 
     __slots__ = ("a", "b", "c", "square")
@@ -83,24 +83,14 @@ class Exact:
         square = self.square or y.square
         return Exact(self.a * y.c + y.a * self.c, self.b * y.c + y.b * self.c, self.c * y.c, square)
 
-    __radd__ = __add__
-
     def __neg__(self) -> Exact:
         return Exact(-self.a, -self.b, self.c, self.square)
-
-    def __sub__(self, other: Scalar) -> Exact:
-        return self + (-Exact.of(other))
-
-    def __rsub__(self, other: Scalar) -> Exact:
-        return -self + other
 
     def __mul__(self, other: Scalar) -> Exact:
         y = Exact.of(other)
         plain = self.a * y.a + self._root_squared(y) * self.b * y.b
         crossed = self.a * y.b + self.b * y.a
         return Exact(plain, crossed, self.c * y.c, self.square or y.square)
-
-    __rmul__ = __mul__
 
     def __truediv__(self, other: Scalar) -> Exact:
         y = Exact.of(other)

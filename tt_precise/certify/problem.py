@@ -32,7 +32,7 @@ from tt_precise.mechanics.formulations import (
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.arithmetic import Arithmetic, Functions, Scalar
-from tt_precise.scene.body import Parameters, Units
+from tt_precise.scene.body import Units
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.graph import Constant, Graph, Operand, constants_of, in_order, numbers
 from tt_precise.taylor.series import SeriesFunctions
@@ -199,11 +199,6 @@ def problem_of(
 def form_of(scene: Scene) -> Formulation:
     """The equations that are enclosed at first, in vectors; others have the same columns."""
     return phases_of(scene)[0].form
-
-
-def body_of(scene: Scene, parameters: Sequence[Scalar]) -> Parameters:
-    """The dimensionless body whose open parameters are given."""
-    return form_of(scene).body(parameters)
 
 
 def units_of(scene: Scene) -> Units:

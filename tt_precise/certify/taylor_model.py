@@ -20,7 +20,7 @@ from collections.abc import Sequence
 
 from flint import arb, arb_poly, arb_series
 
-from tt_precise.certify.balls import NotProved, around, between, series_length
+from tt_precise.certify.balls import NotProved, Ring, around, between, series_length
 from tt_precise.runtime.arithmetic import Scalar
 
 
@@ -149,7 +149,7 @@ class TaylorModel:
         return self.inverse() * other
 
 
-class DualNumber:
+class DualNumber(Ring):
     """A value and its partial derivatives, keyed by variable; absent ones are zero."""
 
     __slots__ = ("partials", "value")
@@ -165,16 +165,8 @@ class DualNumber:
             merged[i] = merged[i] + slope if i in merged else slope
         return DualNumber(self.value + other.value, merged)
 
-    __radd__ = __add__
-
     def __neg__(self) -> DualNumber:
         return DualNumber(-self.value, {i: -slope for i, slope in self.partials.items()})
-
-    def __sub__(self, other: Scalar) -> DualNumber:
-        return self + (-other)
-
-    def __rsub__(self, other: Scalar) -> DualNumber:
-        return -self + other
 
     def __mul__(self, other: Scalar) -> DualNumber:
         if not isinstance(other, DualNumber):
@@ -186,8 +178,6 @@ class DualNumber:
             term = self.value * slope
             merged[i] = merged[i] + term if i in merged else term
         return DualNumber(self.value * other.value, merged)
-
-    __rmul__ = __mul__
 
     def inverse(self) -> DualNumber:
         """1/value, with the derivatives -slope/value^2."""
