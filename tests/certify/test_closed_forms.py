@@ -190,7 +190,7 @@ def test_zeros_of_an_oscillator() -> None:
 
 
 def test_zeros_of_a_component_that_is_tiny_beside_another() -> None:
-    # two oscillators that share a tube, one 1e-25 of the other: the coarse bands cannot show it
+    # two oscillators that share a tube, one 1e-25 of the other: the coarse models cannot show it
     # where the small one vanishes, the sharp ones can
     def rates(parameters: Sequence[Any], state: Sequence[Any], fn: Any) -> Sequence[Any]:
         x, v, y, w = state
@@ -219,7 +219,7 @@ def test_a_zero_at_the_start_is_passed_over() -> None:
     assert next(found).time.overlaps(arb.pi() / 2)
 
 
-def test_a_stretch_in_which_the_end_is_undecided_is_not_delivered() -> None:
+def test_a_step_in_which_the_end_is_undecided_is_not_delivered() -> None:
     asked: list[Any] = []
 
     def ends(step: Any) -> bool:

@@ -61,8 +61,8 @@ def test_one_step_of_the_reference_scene(problem: Problem, piece: Piece) -> None
     crossing = crossed(problem, piece)
     assert worst(crossing) < 1e-55
     # the exact state lies in the tube as well
-    for band, exact in zip(crossing.tube, ends(crossing, piece), strict=True):
-        assert band.polynomial(piece.end).overlaps(exact)
+    for model, exact in zip(crossing.tube, ends(crossing, piece), strict=True):
+        assert model.polynomial(piece.end).overlaps(exact)
 
 
 @pytest.mark.parametrize("order", [0, 1, 7])

@@ -25,8 +25,8 @@ END = Fraction(1, 6)
 BITS = 100
 
 
-def contains(band: TaylorModel, s: Fraction, value: Fraction) -> bool:
-    low, high = bounds(band.polynomial(ball(s)))
+def contains(model: TaylorModel, s: Fraction, value: Fraction) -> bool:
+    low, high = bounds(model.polynomial(ball(s)))
     return low <= value <= high
 
 
@@ -45,14 +45,14 @@ def frame() -> Iterator[Frame]:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_band_arithmetic_contains_exact_values(frame: Frame, seed: int) -> None:
+def test_model_arithmetic_contains_exact_values(frame: Frame, seed: int) -> None:
     dice = random.Random(seed)
     a, b = ([Fraction(dice.randint(-99, 99), 70) for _ in range(9)] for _ in range(2))
     b[0] = Fraction(3) + abs(b[0])
     f, g = TaylorModel(polynomial(a), frame), TaylorModel(polynomial(b), frame)
     for s in (Fraction(0), END / 3, END):
         x, y = at(a, s), at(b, s)
-        for band, value in (
+        for model, value in (
             (f * g, x * y),
             (f * f * g - f, x * x * y - x),
             (f / g, x / y),
@@ -60,11 +60,11 @@ def test_band_arithmetic_contains_exact_values(frame: Frame, seed: int) -> None:
             (1 / (g * g), 1 / (y * y)),
             ((g * g).sqrt(), y),
         ):
-            assert contains(band, s, value)
-            assert band.polynomial.degree() <= 8
+            assert contains(model, s, value)
+            assert model.polynomial.degree() <= 8
 
 
-def test_a_band_without_what_was_cut_off_would_be_wrong(frame: Frame) -> None:
+def test_a_model_without_what_was_cut_off_would_be_wrong(frame: Frame) -> None:
     # the negative control of the test above: the tail matters
     ones = [Fraction(1)] * 9
     product = polynomial(ones) * polynomial(ones)
@@ -73,7 +73,7 @@ def test_a_band_without_what_was_cut_off_would_be_wrong(frame: Frame) -> None:
     assert contains(TaylorModel.cut(product, frame), END, at(ones, END) ** 2)
 
 
-def test_a_widened_band_contains_all_it_should(frame: Frame) -> None:
+def test_a_widened_model_contains_all_it_should(frame: Frame) -> None:
     f = TaylorModel(polynomial([Fraction(1), Fraction(2)]), frame).widened(arb("0.001"))
     exact = 1 + 2 * END + Fraction(1, 1000)
     assert contains(f * f, END, exact * exact)
@@ -93,7 +93,7 @@ def test_a_divisor_with_a_zero_is_refused(frame: Frame) -> None:
         1 / nothing
 
 
-def test_slopes_are_the_partial_derivatives() -> None:
+def test_dual_numbers_have_the_partial_derivatives() -> None:
     x, y = Fraction(3, 7), Fraction(-5, 11)
     a, b = variables([x, y])
     f = (a * a * b - 2 * b + 1) / (3 - a * b) - 1 / (b - 4) + 0 * a
@@ -103,7 +103,7 @@ def test_slopes_are_the_partial_derivatives() -> None:
     assert f.partials[1] == ((x * x - 2) * v + u * x) / v**2 + 1 / (y - 4) ** 2
 
 
-def test_the_slope_of_a_root() -> None:
+def test_the_derivative_of_a_root() -> None:
     class Square(Fraction):
         def sqrt(self) -> Fraction:
             return Fraction(3, 2)
@@ -112,7 +112,7 @@ def test_the_slope_of_a_root() -> None:
     assert (root.value, root.partials[0]) == (Fraction(3, 2), Fraction(5, 3))
 
 
-def test_a_value_without_slopes_stays_constant() -> None:
+def test_a_value_without_derivatives_stays_constant() -> None:
     (a,) = variables([Fraction(2)])
     assert (a - a).partials[0] == 0
     assert DualNumber(Fraction(1), {}).partials == {}

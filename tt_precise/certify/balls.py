@@ -34,7 +34,7 @@ class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
 class Balls:
     """The elementary functions that the mechanics ask of an arithmetic, on balls.
 
-    Roots are taken of bands and slopes as well.
+    Roots are taken of Taylor models and dual numbers as well.
     """
 
     mpf = arb  # of a whole number

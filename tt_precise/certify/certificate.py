@@ -77,8 +77,8 @@ def content_of(stored: Stored, proof: Proof) -> dict[str, Json]:
 def packed(content: dict[str, Json]) -> bytes:
     """The certificate's file: JSON with its own hash, compressed."""
     text = json.dumps(content, separators=(",", ":"))
-    sealed = hashlib.sha256(text.encode()).hexdigest() + text
-    return lzma.compress(sealed.encode(), preset=6)
+    hashed = hashlib.sha256(text.encode()).hexdigest() + text
+    return lzma.compress(hashed.encode(), preset=6)
 
 
 def unpacked(data: bytes) -> dict[str, Json]:
@@ -91,15 +91,15 @@ def unpacked(data: bytes) -> dict[str, Json]:
     """
     try:
         unpacking = lzma.LZMADecompressor()
-        sealed = unpacking.decompress(data, MOST_BYTES).decode()
+        hashed = unpacking.decompress(data, MOST_BYTES).decode()
         if not unpacking.eof or unpacking.unused_data:
             raise Refused(
                 f"the certificate is cut off, more than one, or more than {MOST_BYTES / 1e6:g} MB"
             )
-        content = records.parse(sealed[64:])
+        content = records.parse(hashed[64:])
     except (lzma.LZMAError, EOFError, UnicodeDecodeError, ValueError) as error:
         raise Refused(f"the certificate cannot be read ({type(error).__name__})") from None
-    if hashlib.sha256(sealed[64:].encode()).hexdigest() != sealed[:64]:
+    if hashlib.sha256(hashed[64:].encode()).hexdigest() != hashed[:64]:
         raise Refused("the certificate was changed after it was written")
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         raise Refused(f"the certificate has another schema, expected {SCHEMA}")
@@ -114,7 +114,7 @@ def bounded(number: Json, least: int, most: int) -> int:
     Raises
     ------
     Refused
-        It is none, or beyond its bounds.
+        It is not a whole number, or is out of bounds.
     """
     if type(number) is not int or not least <= number <= most:
         raise Refused(f"got {str(number)[:20]}, expected a whole number from {least} to {most}")
@@ -132,7 +132,7 @@ def exactly(text: str) -> arb:
     Raises
     ------
     Refused
-        It is none.
+        The text is not such a number.
     """
     try:
         mantissa, exponent = text.split("p")

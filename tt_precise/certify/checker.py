@@ -104,7 +104,7 @@ class Checker:
     """Goes through the pieces of a certificate; the state is then proved within the present one.
 
     There, from ``time`` to ``finish``, |y - p(s)| <= reach for t = time + unit s; ``tube`` are
-    bands of y of low degree. Components that are not ``free`` are zero, exactly.
+    Taylor models of y of low degree. Components that are not ``free`` are zero, exactly.
     """
 
     def __init__(self, scene: Scene, bits: int, order: int):

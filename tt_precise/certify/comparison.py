@@ -1,10 +1,10 @@
 """Golden tables against what is proved of their numbers: one comparison, whoever enclosed them.
 
 The prover and the second checker both deliver an ``Enclosed``: balls around the exact state at each
-sample and event. Every cell of the tables is held against that. It has to be written as golden data
-are, with all 34 digits (0 stands for what is at most 1e-34 of the column's largest), and to be the
-correctly rounded number; rows, events, directions and their order have to be those of the motion.
-What differs is named, and belongs to no number that could be called proved.
+sample and event. Every cell of the tables is compared with that. It has to be written as golden
+data are, with all 34 digits (0 stands for what is at most 1e-34 of the column's largest), and to be
+the correctly rounded number; rows, events, directions and their order have to be those of the
+motion. What differs is named, and belongs to no number that could be called proved.
 """
 
 from __future__ import annotations

@@ -135,7 +135,7 @@ NEARLY, FORGETTING = 0.9, 1.01  # of the length of a step that failed; by which 
 class VerifiedStep:
     """One verified step: |y(t) - p(s)| <= radius for t = begin + unit s, 0 <= s <= end.
 
-    ``tube`` and ``rates`` are bands of y and dy/ds in s, good to about 17 digits of the largest
+    ``tube`` and ``rates`` are Taylor models of y and dy/ds, good to about 17 digits of the largest
     component; ``bits`` is the precision that the rest deserves. ``until`` is the time at which
     other equations take over, if they do in it.
     """

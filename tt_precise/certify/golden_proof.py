@@ -1,7 +1,7 @@
 """``certify``: golden tables whose every printed number is proved, by two programs.
 
 The prover encloses the exact solution and makes a certificate; the second checker encloses it anew
-from that. Either enclosure is held against the tables by the same comparison (``comparison``). Only
+from that. Both enclosures are compared with the tables in the same way (``comparison``). Only
 where both prove every printed number and every event are files written beside the tables:
 ``enclosure.csv`` and ``events-enclosure.csv`` (a ball around each exact number, as
 ``golden.proofs`` reads it) and ``proof.json`` (what is proved, about the tables with the hashes

@@ -1,16 +1,16 @@
 """Proved zeros and signs of functions along an enclosed solution.
 
-A function F of the state is followed with its derivative along the solution, F' = DF f, as bands
-in each step. Where the band of F excludes zero there is none. Where the band of F' excludes
+A function F of the state is followed with its derivative along the solution, F' = DF f, as
+Taylor models in each step. Where that of F excludes zero there is none. Where that of F' excludes
 zero, F is monotone: exactly one zero if its signs at the two ends differ, none if they agree. A
-part of a step where neither holds is halved; where that does not help, sharper bands may. A
+part of a step where neither holds is halved; where that does not help, sharper models may. A
 zero is then refined by interval Newton, N = m - F(m)/F'(T): it contains every zero in T (R. E.
 Moore, "Interval analysis", 1966).
 
 At t = 0 the order n to which F vanishes and the sign beside it are exact (``onset``). Where the
-band of the n-th derivative excludes zero on [0, b], F has no zero in (0, b], by Taylor's theorem.
+model of the n-th derivative excludes zero on [0, b], F has no zero in (0, b], by Taylor's theorem.
 Likewise F has no other zero than an instant of which it is known that F = F' = 0 there, in a part
-where the band of F'' excludes zero; and it does not change sign there.
+where the model of F'' excludes zero; and it does not change sign there.
 """
 
 from __future__ import annotations
@@ -87,15 +87,15 @@ def lower_bound(
     Raises
     ------
     NotProved
-        There is none to be found.
+        The function could not be bounded.
     """
     with flint.ctx.workprec(step.bits):
-        band = function(step.tube)
+        model = function(step.tube)
         end = step.piece.end
         if until is not None and until < step.finish:
             end = min(end, ((until - step.begin) / step.piece.unit).upper())
         part = end / pieces
-        parts = (band.polynomial(between(i * part, (i + 1) * part)) for i in range(pieces))
+        parts = (model.polynomial(between(i * part, (i + 1) * part)) for i in range(pieces))
         return -largest(-part for part in parts)
 
 
@@ -155,9 +155,9 @@ class _Part:
     def _first_part(self, begins: Onset) -> arb:
         """Some b > 0 such that F has no zero in (0, b], or one at most if F(0) is not zero."""
         end = self.step.piece.end
-        bands = [self.value, self.slope] if not begins.order else [self.derivative(begins.order)]
+        models = [self.value, self.slope] if not begins.order else [self.derivative(begins.order)]
         for _ in range(MOST_HALVINGS_AT_START):
-            ranges = [band.polynomial(between(arb(0), end)) for band in bands]
+            ranges = [model.polynomial(between(arb(0), end)) for model in models]
             if not all(found.contains(0) for found in ranges):
                 return end
             end = (end / 2).mid()
@@ -187,11 +187,11 @@ class _Part:
 
     @cached_property
     def second(self) -> TaylorModel:
-        """Half the band of F''."""
+        """Half the model of F''."""
         return self.derivative(2)
 
     def derivative(self, order: int) -> TaylorModel:
-        """The band of the derivative of this order divided by its factorial, in problem time."""
+        """The model of the derivative of this order divided by its factorial, in problem time."""
         problem = self.step.problem
         tube = self.step.sharp[0] if self.sharp else self.step.tube
         parameters = problem.parameters()

@@ -258,7 +258,7 @@ def restored(
 
 
 class Observer:
-    """A scene's dimensionless ``Motion`` at entries of its state: balls, bands or slopes of bands.
+    """A scene's dimensionless ``Motion`` at entries of its state, in any arithmetic.
 
     Functions of one observer share what they compute of the state that they saw last.
     """

@@ -65,7 +65,7 @@ class Crossing:
     after
         The set of errors y - p at the end of the step.
     tube, rates
-        Bands that contain y and unit f(y) in the step, of low degree (about 17 digits).
+        Taylor models of y and unit f(y) in the step, of low degree (about 17 digits).
     """
 
     radius: tuple[arb, ...]
@@ -135,8 +135,8 @@ def cross(problem: Problem, piece: Piece, errors: LohnerSet) -> Crossing:
 def _defects(problem: Problem, piece: Piece) -> list[arb]:
     """S1: bounds of |unit f(p) - dp/ds| on the step, in the working precision."""
     frame = Frame(piece.end, max(1, *(p.degree() for p in piece.polynomials)))
-    bands = [TaylorModel(p, frame) for p in piece.polynomials]
-    rates = problem.traced(problem.parameters(), bands)
+    models = [TaylorModel(p, frame) for p in piece.polynomials]
+    rates = problem.traced(problem.parameters(), models)
     found = []
     for rate, p in zip(rates, piece.polynomials, strict=True):
         defect = TaylorModel(
@@ -149,7 +149,7 @@ def _defects(problem: Problem, piece: Piece) -> list[arb]:
 
 
 def _jacobian(problem: Problem, piece: Piece, tube: list[TaylorModel]) -> list[list[TaylorModel]]:
-    """S2: bands of unit Df over the tube; that they exist there proves f analytic."""
+    """S2: models of unit Df over the tube; that they exist there proves f analytic."""
     frame = tube[0].frame
     zero = arb_poly([])
     rows = []
@@ -196,9 +196,9 @@ def _flow(
     return flow, defects
 
 
-def _sizes(bands: Sequence[TaylorModel]) -> list[arb]:
+def _sizes(models: Sequence[TaylorModel]) -> list[arb]:
     """Rough sizes of the components, none smaller than 1/16 of the largest."""
-    found = [band.range.abs_upper() for band in bands]
+    found = [model.range.abs_upper() for model in models]
     floor = largest(found) / 16
     return [largest((size, floor)) for size in found]
 
