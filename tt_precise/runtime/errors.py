@@ -1,4 +1,4 @@
-"""What can go wrong with what a user hands in: one line that says got, expected, what to do."""
+"""Errors in a user's input: one line that says what was got, what is expected, what to do."""
 
 
 class InputError(ValueError):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tt_precise.runtime.errors import InputError
 
-A_PAGE = 4096  # bytes: what an empty file does not need, and the smallest one does
+A_PAGE = 4096  # bytes: the room that the smallest file needs
 
 
 class _GivenUpError(Exception):
@@ -107,7 +107,7 @@ def atomic_write(path: str | Path, content: str | bytes) -> None:
 
 
 def write_together(files: Mapping[str | Path, str | bytes]) -> None:
-    """Write several files, each whole, and none before there is room for all of them."""
+    """Write several files, each whole, and none before all have room."""
     with ExitStack() as stack:
         for path, content in files.items():
             data = content.encode("utf-8") if isinstance(content, str) else content
@@ -115,12 +115,12 @@ def write_together(files: Mapping[str | Path, str | bytes]) -> None:
 
 
 def require_writable(path: str | Path) -> None:
-    """Find out before long work that a file cannot be written, or that its disk is full.
+    """Refuse a file that cannot be written, or whose disk is full, before long work.
 
     Raises
     ------
     InputError
-        It is so.
+        It cannot be written.
     """
     with suppress(_GivenUpError), replacing(path) as temporary:
         temporary.write_bytes(bytes(A_PAGE))

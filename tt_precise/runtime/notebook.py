@@ -1,4 +1,4 @@
-"""How a notebook shows what has a name and values: a table in HTML."""
+"""Tables in HTML for notebooks."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 def table(caption: str, rows: Iterable[tuple[str, object]]) -> str:
-    """Two columns in HTML: a name and what it is."""
+    """Two columns in HTML: names and values."""
     from html import escape  # here, because every scene imports this
 
     body = "".join(

@@ -37,7 +37,7 @@ __all__ = [
 
 Unset = UnsetType
 Found = TypeVar("Found")
-# what taking a file's content apart may raise when it is not what was written
+# errors of taking a file's content apart that has another form
 MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
 
 
@@ -58,7 +58,7 @@ def encode(record: Record) -> str:
 
 
 def load(path: Path, kind: type[Document], what: str) -> Document:
-    """The record in a file that somebody may have edited; ``what`` it should have been.
+    """The record in a file; errors say that ``what`` is expected.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def parse_strictly(content: bytes) -> Json:
 
 
 def read(path: Path, what: str) -> dict[str, Json]:
-    """The JSON object in a file; ``what`` it should have been.
+    """The JSON object in a file; errors say that ``what`` is expected.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def read_as(path: Path, what: str, take: Callable[[dict[str, Json]], Found]) -> 
 
 @contextmanager
 def of_its_form(path: Path, what: str) -> Iterator[None]:
-    """What goes wrong in reading a file is the file's fault, if it exists: an ``InputError``."""
+    """Turn errors of taking a file's content apart into an ``InputError``."""
     try:
         yield
     except InputError:

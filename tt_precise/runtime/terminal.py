@@ -1,8 +1,7 @@
-r"""What reaches the terminal: whatever a file, a header or a title holds, it is only shown.
+r"""Output to the terminal, without escape sequences from files, headers or titles.
 
-Escape sequences in them could move the cursor, hide lines or talk to the terminal. Everything that
-a command prints goes through ``sanitized``, which writes such characters as \u001b. Only what rich
-draws itself, progress bars and coloured tables, goes around it.
+They could move the cursor or hide lines. ``sanitized`` filters everything that a command prints and
+writes such characters as \u001b, except what rich draws: progress bars and coloured tables.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, TextIO
 if TYPE_CHECKING:
     from rich.console import Console
 
-# control characters but tab and newline; separators of lines; bytes of file names that are no UTF-8
+# control characters but tab and newline; line separators; bytes of file names that are not UTF-8
 HIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 

@@ -1,4 +1,4 @@
-"""TOML that anybody may have written, read within bounds of size and time."""
+"""TOML from users, read within bounds of size and time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_DOTS = 2_000
 
 
 def read_text(path: Path, what: str) -> str:
-    """The text of a TOML file, without a byte order mark; ``what`` it should have been.
+    """The text of a TOML file, without a byte order mark; errors say that ``what`` is expected.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def parse(text: str) -> dict[str, Json]:
     Raises
     ------
     InputError
-        It is no TOML, or of a kind that nobody writes.
+        It is not TOML, or exceeds the bounds.
     """
     if any(line.count(".") > MOST_DOTS for line in text.splitlines()):
         raise InputError(f"not a TOML file: more than {MOST_DOTS} dots in a line")

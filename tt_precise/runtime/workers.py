@@ -264,13 +264,11 @@ class Pool:
 
 def cores() -> int:
     """Processor cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return len(os.sched_getaffinity(0))
 
 
 def most_workers() -> int:
-    """As many processes as anybody's machine has use for, and the system can live with."""
+    """The largest number of worker processes that is accepted."""
     return max(64, 4 * cores())
 
 
@@ -282,16 +280,16 @@ def local_pool(
     recycle_after: int = 0,
     prepare: Callable[[], object] | None = None,
 ) -> Pool:
-    """So many processes of this machine, by default one for each core.
+    """``workers`` processes of this machine, by default one for each core.
 
-    A single one is this process, unless ``inline`` is False.
+    A single worker is this process, unless ``inline`` is False.
 
     Parameters
     ----------
     recycle_after
-        Tasks of a process, which is then replaced; 0: it stays.
+        A process is replaced after this many tasks; 0: never.
     prepare
-        Called first in each process, such as a function that imports what takes long.
+        Called first in each process, for example to import slow modules.
 
     Raises
     ------
@@ -320,7 +318,7 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
     except ImportError:
         raise InputError("dask: not installed, expected pip install 'tt-precise[dask]'") from None
     try:
-        # a client that fails for its address is half made, and complains again when it is deleted
+        # a client that fails because of its address complains again when it is deleted
         if not address.startswith(WITHOUT_PORT):
             get_address_host_port(address)
         client = Client(address, timeout="10s", set_as_default=False)
@@ -332,7 +330,7 @@ def dask_pool(address: str, *, tries: int = 1) -> Pool:
         ) from None
     # pure=False: two equal calls are two calls; dask itself repeats those of a worker that died
     executor = client.get_executor(pure=False)
-    # what it logs of a scheduler that has gone is said by the error below
+    # the error below says what it would log of a scheduler that has gone
     log = logging.getLogger("distributed")
     level = log.level
     log.setLevel(logging.CRITICAL)
