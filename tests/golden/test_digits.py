@@ -28,32 +28,26 @@ ONE = Decimal(1)
 TWO_THIRDS = Decimal("0." + "6" * 60)
 
 
-def test_prints_34_digits_correctly_rounded() -> None:
-    text = common_text([TWO_THIRDS, EXACT.add(TWO_THIRDS, Decimal("1e-45"))], ONE)
-    assert text == "6." + "6" * 32 + "7e-1"
+TIE, STEP = Decimal("1." + "0" * 33 + "5"), Decimal("1e-40")
 
 
-def test_prints_fewer_digits_where_values_differ() -> None:
-    text = common_text([TWO_THIRDS, EXACT.add(TWO_THIRDS, Decimal("4e-20"))], ONE)
-    assert text == "6." + "6" * 17 + "7e-1"
-
-
-def test_a_rounding_that_is_undecided_is_not_printed() -> None:
-    # 5e-35 below and above a tie at the 34th digit: 33 digits are common
-    tie = Decimal("1." + "0" * 33 + "5")
-    step = Decimal("1e-40")
-    text = common_text([EXACT.subtract(tie, step), EXACT.add(tie, step)], ONE)
-    assert text == "1." + "0" * 32 + "e+0"
-
-
-def test_prints_nothing_where_not_even_the_sign_is_common() -> None:
-    assert common_text([Decimal("1e-3"), Decimal("-1e-3")], ONE) == ""
-
-
-def test_prints_0_below_1e_34_of_the_scale_and_not_above() -> None:
-    noise = [Decimal("9e-35"), Decimal("-3e-40")]
-    assert common_text(noise, ONE) == "0"
-    assert common_text([Decimal("1.1e-34"), Decimal("-3e-40")], ONE) == ""
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        # all 34 digits, correctly rounded; fewer where values differ
+        ([TWO_THIRDS, EXACT.add(TWO_THIRDS, Decimal("1e-45"))], "6." + "6" * 32 + "7e-1"),
+        ([TWO_THIRDS, EXACT.add(TWO_THIRDS, Decimal("4e-20"))], "6." + "6" * 17 + "7e-1"),
+        # a rounding that is undecided: 33 digits are common
+        ([EXACT.subtract(TIE, STEP), EXACT.add(TIE, STEP)], "1." + "0" * 32 + "e+0"),
+        # not even the sign is common
+        ([Decimal("1e-3"), Decimal("-1e-3")], ""),
+        # 0 below 1e-34 of the scale, and not above
+        ([Decimal("9e-35"), Decimal("-3e-40")], "0"),
+        ([Decimal("1.1e-34"), Decimal("-3e-40")], ""),
+    ],
+)
+def test_what_is_printed_is_common_to_all_values(values: list[Decimal], text: str) -> None:
+    assert common_text(values, ONE) == text
 
 
 def test_agreement_is_relative_to_the_entry() -> None:

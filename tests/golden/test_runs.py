@@ -69,28 +69,29 @@ def test_an_entry_without_a_common_digit_is_a_contradiction(small: Small) -> Non
     assert not consensus.complete
 
 
-def test_missing_event_is_a_contradiction(small: Small) -> None:
-    run = small.runs[2]
-    fewer = Table(run.events.columns, run.events.rows[:-1])
-    with pytest.raises(ArithmeticError, match="number of events"):
-        reconcile(small.scene, [*small.runs[:2], replace(run, events=fewer)])
+def fewer_events(run: Run) -> Run:
+    return replace(run, events=Table(run.events.columns, run.events.rows[:-1]))
 
 
-def test_another_direction_is_a_contradiction(small: Small) -> None:
-    other = "1" if small.runs[1].events.column("direction")[0] == "-1" else "-1"
-    run = spoiled(small.runs[1], 0, "direction", other, events=True)
-    with pytest.raises(ArithmeticError, match="where newton 160 has"):
-        reconcile(small.scene, [small.runs[0], run])
+def other_direction(run: Run) -> Run:
+    other = str(-int(run.events.column("direction")[0]))
+    return spoiled(run, 0, "direction", other, events=True)
 
 
-def test_another_end_is_a_contradiction(small: Small) -> None:
-    with pytest.raises(ArithmeticError, match="ended"):
-        reconcile(small.scene, [small.runs[0], replace(small.runs[1], status="contact_lost")])
-
-
-def test_a_suspect_event_list_is_refused(small: Small) -> None:
-    with pytest.raises(ArithmeticError, match="missed"):
-        reconcile(small.scene, [small.runs[0], replace(small.runs[1], suspects=("theta_min",))])
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (fewer_events, "number of events"),
+        (other_direction, "where newton 160 has"),
+        (lambda run: replace(run, status="contact_lost"), "ended"),
+        (lambda run: replace(run, suspects=("theta_min",)), "missed"),
+    ],
+)
+def test_what_happened_otherwise_is_a_contradiction(
+    small: Small, spoil: Callable[[Run], Run], words: str
+) -> None:
+    with pytest.raises(ArithmeticError, match=words):
+        reconcile(small.scene, [small.runs[0], spoil(small.runs[1])])
 
 
 def test_a_run_that_ends_at_a_pole_testifies_before_it(small: Small) -> None:

@@ -21,10 +21,9 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 from tt_precise.golden import store
-from tt_precise.golden.digits import DIGITS, ZERO, column_digits, misprinted
+from tt_precise.golden.digits import DIGITS, ZERO, column_digits, last_place, misprinted
 from tt_precise.golden.documents import Proof
 from tt_precise.golden.store import EVENTS, PROOF, PROOF_HASH, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
@@ -66,11 +65,6 @@ def _digits_of(text: str) -> tuple[int, int]:
     if len(exponent) > LONGEST_EXPONENT:
         raise ValueError(f"got {text[:50]!r}, expected a number")
     return int(front + decimals), int(exponent or 0) - len(decimals)
-
-
-def _number(text: str) -> tuple[int, Fraction]:
-    number, place = _digits_of(text)
-    return number, Fraction(10) ** place
 
 
 class Interval:
@@ -190,11 +184,7 @@ def ball_text(text: str, low: Fraction, high: Fraction, scale: Decimal) -> str:
         power += 1
 
 
-class ProofEvent(NamedTuple):
-    """A proved event: time and columns of the state there, and +1 or -1."""
-
-    cells: dict[str, Interval]
-    direction: int
+Event = dict[str, Interval]  # time and columns of the state there; and ``direction``, +1 or -1
 
 
 @dataclass(frozen=True)
@@ -435,7 +425,7 @@ def _times(stored: Stored, record: Record) -> Iterator[str]:
 def inversion(stored: Stored, record: Record) -> InversionTimes:
     """The times of the climb, from the enclosed events."""
     events = proved_events(stored, record)
-    rising = [one.cells for one in events.get("equator", []) if one.direction < 0]
+    rising = [one for one in events.get("equator", []) if one["direction"] < 0]
     if not rising:
         return from_marks(Marks([], NO_TURNS, NO_TURNS, [], [], []), PI)
     first = enclosed(stored, record, TRAJECTORY, 0)
@@ -444,15 +434,18 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
     sign = -1 if QUANTITIES["lambda"].evaluate(motion) < 0 else 1
 
     def times(name: str) -> list[Interval]:
-        return [one.cells["t"] for one in events.get(name, [])]
+        return [one["t"] for one in events.get(name, [])]
 
     def turns(name: str) -> Turns:
-        found = [one.cells for one in events.get(name, [])]
-        theta, rate = ([cells[column] for cells in found] for column in ("theta", "phi_dot"))
-        return Turns(times(name), theta, [sign * one for one in rate])
+        found = events.get(name, [])
+        return Turns(
+            times(name),
+            [one["theta"] for one in found],
+            [sign * one["phi_dot"] for one in found],
+        )
 
     marks = Marks(
-        equator=[cells["t"] for cells in rising],
+        equator=[one["t"] for one in rising],
         minima=turns("theta_min"),
         maxima=turns("theta_max"),
         phi_dot_zero=times("phi_dot_zero"),
@@ -463,12 +456,13 @@ def inversion(stored: Stored, record: Record) -> InversionTimes:
     return from_marks(marks, PI)
 
 
-def proved_events(stored: Stored, record: Record) -> dict[str, list[ProofEvent]]:
+def proved_events(stored: Stored, record: Record) -> dict[str, list[Event]]:
     """The enclosed events by name, in order of time."""
-    found: dict[str, list[ProofEvent]] = {}
+    found: dict[str, list[Event]] = {}
     for position, row in enumerate(stored.events.rows):
-        cells = enclosed(stored, record, EVENTS, position)
-        found.setdefault(row[0], []).append(ProofEvent(cells, int(row[2])))
+        event = enclosed(stored, record, EVENTS, position)
+        event["direction"] = Interval.of(int(row[2]))
+        found.setdefault(row[0], []).append(event)
     return found
 
 
@@ -500,8 +494,8 @@ def _contact(stored: Stored, record: Record) -> Iterator[str]:
 
 def _rounding_to(text: str) -> Interval:
     """What rounds to a printed number."""
-    number, unit = _number(text)
-    return Interval((number - Fraction(1, 2)) * unit, (number + Fraction(1, 2)) * unit)
+    number, half = Fraction(text), Fraction(10) ** last_place(text) / 2
+    return Interval(number - half, number + half)
 
 
 @dataclass(frozen=True)
@@ -521,7 +515,7 @@ class Established:
         return {t: row for row, t in enumerate(self.stored.trajectory.column("t"))}
 
     @cached_property
-    def _events(self) -> dict[str, list[ProofEvent]]:
+    def _events(self) -> dict[str, list[Event]]:
         return proved_events(self.stored, self.record)
 
     def at(self, column: str, t: str) -> Interval | None:
@@ -535,17 +529,13 @@ class Established:
         ball = self.record.content["inversion"].get(definition, {}).get(which)
         return Interval.around(ball["middle"], ball["radius"]) if ball else None
 
-    def happened(self, name: str) -> list[dict[str, Interval]] | None:
+    def happened(self, name: str) -> list[Event] | None:
         """Time, state and direction at all events of that name after t = 0, in order.
 
         None if undecided. A zero of the event's function at t = 0 itself is not an event.
         """
-        if name not in self.record.content["proved_events"]:
-            return None
-        return [
-            {**one.cells, "direction": Interval.of(one.direction)}
-            for one in self._events.get(name, [])
-        ]
+        proved = name in self.record.content["proved_events"]
+        return self._events.get(name, []) if proved else None
 
 
 def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | None:

@@ -31,8 +31,8 @@ from tt_precise.runtime.toml import shown
 from tt_precise.runtime.untyped import Json
 
 __all__ = [
-    "UNSET", "Meta", "Record", "Unset", "encode", "json_schema", "load", "of_its_form", "parse",
-    "parse_strictly", "read", "read_as",
+    "UNSET", "Meta", "Record", "Unset", "encode", "json_schema", "load", "means", "of_its_form",
+    "parse", "parse_strictly", "read", "read_as",
 ]  # fmt: skip
 
 Unset = UnsetType
@@ -49,6 +49,11 @@ class Record(Struct, frozen=True):
 
 
 Document = TypeVar("Document", bound=Record)
+
+
+def means(description: str) -> Meta:
+    """What a field means, for ``Annotated``."""
+    return Meta(description=description)
 
 
 def encode(record: Record) -> str:
