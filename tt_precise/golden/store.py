@@ -44,8 +44,9 @@ WORK = "golden build"  # what nobody else may be at in a folder meanwhile
 # scenes that ship with a proof, so that none is deleted unnoticed
 PROVED = frozenset(
     {
-        "below-threshold", "beside-the-pole", "contact-lost", "coulomb-gliding", "frictionless",
-        "from-initiation", "inverted", "just-above-threshold", "just-below-threshold", "kicked",
+        "below-threshold", "beside-the-pole", "contact-lost", "coulomb-gliding", "elastic-linear",
+        "flight", "frictionless", "from-initiation", "inverted", "just-above-threshold",
+        "just-below-threshold", "kicked",
         "phi-dot-195", "phi-dot-83", "phi-dot-minus-10", "reference", "regularised-1e-2",
         "regularised-1e-4", "rocking", "rolling", "smoothest", "stays-upright", "steep",
         "tippetopsim", "track", "upright"
@@ -218,7 +219,8 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
 @lru_cache(maxsize=64)
 def _whole(place: Path, manifest: str) -> Stored:
     stored = read(place.name, place.parent)
-    problems = changed_files(stored) or missing_proof(stored)
+    problems = [f"{one} changed since it was built" for one in changed_files(stored)]
+    problems += [] if problems else missing_proof(stored)
     if problems:
         raise InputError(
             f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` says where"
@@ -308,7 +310,7 @@ def _json_hash(content: Json) -> str:
 
 
 def changed_files(stored: Stored) -> list[str]:
-    """Which files are not those that were built, by their hashes; in one line, or []."""
+    """Which files are not those that were built, by their hashes."""
     manifest = stored.manifest
     found = {
         SCENE: scene_sha256(stored.scene_text),
@@ -318,9 +320,7 @@ def changed_files(stored: Stored) -> list[str]:
     changed = [
         file for file, sha256 in found.items() if sha256 != manifest["files"][file]["sha256"]
     ]
-    if self_hash(manifest) != manifest[MANIFEST_HASH]:
-        changed.append(MANIFEST)
-    return [f"{', '.join(changed)} changed since it was built"] if changed else []
+    return changed if self_hash(manifest) == manifest[MANIFEST_HASH] else [*changed, MANIFEST]
 
 
 def require_manifest(stored: Stored) -> None:
@@ -331,8 +331,8 @@ def require_manifest(stored: Stored) -> None:
     InputError
         The manifest is not the one that its own hash is of.
     """
-    manifest, name = stored.manifest, stored.name
-    if self_hash(manifest) != manifest[MANIFEST_HASH]:
+    name = stored.name
+    if MANIFEST in changed_files(stored):
         raise InputError(
             f"{name}: {MANIFEST} has changed since it was built; "
             f"`tt-precise golden verify {name}` says where"

@@ -6,7 +6,7 @@ import csv
 import hashlib
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,7 +29,7 @@ class Table:
                 )
 
     @classmethod
-    def of_columns(cls, columns: dict[str, Sequence[str]]) -> Table:
+    def of_columns(cls, columns: Mapping[str, Sequence[str]]) -> Table:
         """A table from its columns."""
         return cls(tuple(columns), tuple(zip(*columns.values(), strict=True)))
 
