@@ -21,7 +21,7 @@ import mpmath
 
 from tt_precise.exact.arithmetic import arithmetic_of, own_context
 from tt_precise.golden import store
-from tt_precise.golden.digits import DIGITS, RULE, column_digits, scale_of
+from tt_precise.golden.digits import DIGITS, RULE, column_digits, scales_of
 from tt_precise.golden.documents import Manifest
 from tt_precise.golden.runs import LADDER, Consensus, Run, Task, perform, reconcile, tasks
 from tt_precise.golden.store import EVENTS, MANIFEST, OWN, SCENE, TRAJECTORY, Folder, Stored
@@ -35,7 +35,7 @@ from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion, described, jellett
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.cache import UNREADABLE, Records, source_hash
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import locked
@@ -238,7 +238,9 @@ def _settle(
         MANIFEST: store.manifest_text(content),
     }
     digits = int(content["digits"])
-    if old and all(_same(place / scene.name / name, text) for name, text in files.items()):
+    if old and all(
+        (place / scene.name / name).read_bytes() == text.encode() for name, text in files.items()
+    ):
         return UNCHANGED, "", digits
     store.replace_folder(place / scene.name, files)
     if change:
@@ -262,10 +264,6 @@ def _compared(name: str, place: Path, new: Consensus) -> tuple[Stored | None, st
         if difference:
             return old, f"{file}, {difference}"
     return old, ""
-
-
-def _same(path: Path, text: str) -> bool:
-    return path.read_bytes() == text.encode()
 
 
 def compose(
@@ -304,7 +302,7 @@ def compose(
 
 def derive(scene: Scene, trajectory: Table, events: Table) -> dict[str, Json]:
     """What of a manifest follows from the scene and the printed tables alone."""
-    scales = {name: scale_of(trajectory.column(name)) for name in trajectory.columns}
+    scales = scales_of(trajectory)
     files = {
         SCENE: {"sha256": store.scene_sha256(scene.text)},
         TRAJECTORY: _table(trajectory, scales),
@@ -337,22 +335,14 @@ def versions() -> dict[str, str]:
 def _table(table: Table, scales: dict[str, Decimal]) -> dict[str, Json]:
     columns: dict[str, Json] = {}
     for name in table.columns:
-        unit, meaning = _described(name)
+        unit, meaning = _EVENT_COLUMNS.get(name) or described(name)
         columns[name] = {"unit": unit, "meaning": meaning, "digits": None}
         if name == "t":
             computed = [cell for cell in table.column(name) if "e" in cell]
             columns[name]["digits"] = column_digits(computed, scales[name]).digits
         elif name in scales:
             columns[name] |= column_digits(table.column(name), scales[name]).as_dict()
-    return {
-        "rows": len(table.rows),
-        "sha256": table.sha256,
-        "columns": columns,
-    }
-
-
-def _described(name: str) -> tuple[str, str]:
-    return _EVENT_COLUMNS.get(name) or described(name)
+    return {"rows": len(table.rows), "sha256": table.sha256, "columns": columns}
 
 
 def _run(run: Run) -> dict[str, Json]:
@@ -401,10 +391,8 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
             for state in ([entry[0] for entry in entries], entries)
         )
         for integral in conserved(scene.model, scene.body):
-            drifts: list[Scalar] = list(map(wide.back, drift(integral, [first, rows])[1]))
-            worst = max(range(len(drifts)), key=drifts.__getitem__)
-            digits = -context.log10(drifts[worst]) if drifts[worst] else context.mpf(DIGITS)
-            found.append(Constancy(integral.name, min(float(digits), float(DIGITS)), worst))
+            drifts = list(map(wide.back, drift(integral, [first, rows])[1]))
+            found.append(_constancy(integral.name, drifts, context))
     by_angles = _jellett_euler(scene, trajectory)
     return [*found, by_angles] if by_angles else found
 
@@ -423,6 +411,10 @@ def _jellett_euler(scene: Scene, trajectory: Table) -> Constancy | None:
         state = EulerState(theta, 0, phi_dot, omega_3, 0, 0)
         values = map(wide.back, euler.jellett(start.body.map(wide.number), state, wide))
     drifts = [abs(value - first) / abs(first) for value in values]
+    return _constancy("jellett_euler", drifts, context)
+
+
+def _constancy(name: str, drifts: Sequence[Scalar], context: Functions) -> Constancy:
     worst = max(range(len(drifts)), key=drifts.__getitem__)
     digits = -context.log10(drifts[worst]) if drifts[worst] else DIGITS
-    return Constancy("jellett_euler", min(float(digits), float(DIGITS)), worst)
+    return Constancy(name, min(float(digits), float(DIGITS)), worst)

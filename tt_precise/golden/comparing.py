@@ -44,7 +44,6 @@ class Comparison:
 
     @property
     def worst(self) -> float:
-        """The fewest digits of all."""
         return float(self.digits.min())
 
     def __str__(self) -> str:

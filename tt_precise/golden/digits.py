@@ -61,7 +61,6 @@ class ColumnDigits(NamedTuple):
     undefined: int
 
     def as_dict(self) -> dict[str, object]:
-        """For the manifest."""
         return self._asdict()
 
 
@@ -121,6 +120,11 @@ def scale_of(entries: Sequence[str]) -> Decimal:
     """Largest magnitude among printed or computed entries, rounded to three digits."""
     with localcontext(prec=3):
         return max((abs(Decimal(entry)) for entry in entries if entry), default=Decimal(0))
+
+
+def scales_of(table: Table) -> dict[str, Decimal]:
+    """``scale_of`` each column."""
+    return {name: scale_of(table.column(name)) for name in table.columns}
 
 
 def column_digits(entries: Sequence[str], scale: Decimal) -> ColumnDigits:

@@ -260,7 +260,6 @@ class FewestDigits:
     _columns: dict[str, _Column] = field(default_factory=dict)
 
     def add(self, found: Measured) -> None:
-        """The next rows."""
         self.rows += int(found.compared.sum())
         for name, errors in found.errors.items():
             bounds, there = found.bounds[name], ~numpy.isnan(errors)
@@ -291,7 +290,6 @@ class FewestDigits:
 
     @property
     def worst(self) -> float:
-        """The fewest of all."""
         return min(self.digits.values())
 
 

@@ -114,7 +114,6 @@ class Interval:
         return f"Interval({float(self.low):.17g}, {float(self.high):.17g})"
 
     def meets(self, other: Interval) -> bool:
-        """Whether it has a number in common with another interval."""
         return self.low <= other.high and other.low <= self.high
 
     def __lt__(self, other: Scalar) -> bool:
@@ -222,7 +221,6 @@ class Record:
 
     @property
     def complete(self) -> bool:
-        """Whether every printed number is enclosed, and every event and time is proved."""
         return not self.incomplete
 
     @property

@@ -23,7 +23,7 @@ from tt_precise.golden.digits import (
     common_text,
     digits_of,
     is_near_zero,
-    scale_of,
+    scales_of,
 )
 from tt_precise.golden.table import Table
 from tt_precise.integration.events import EVENTS, JOINING, TERMINAL, not_alternating
@@ -59,7 +59,6 @@ class Task:
 
     @property
     def scene(self) -> Scene:
-        """The scene to integrate."""
         return parse_scene(self.text, self.name, f"{self.name}.toml")
 
     @property
@@ -198,7 +197,7 @@ class Consensus:
 
         And whether the runs agree far enough that the last digit is no luck.
         """
-        scales = {n: scale_of(self.trajectory.column(n)) for n in self.trajectory.columns}
+        scales = scales_of(self.trajectory)
         if self.contradictions or self.agreement < ENOUGH:
             return False
         return all(
@@ -232,7 +231,7 @@ def reconcile(scene: Scene, runs: Sequence[Run]) -> Consensus:
             raise ArithmeticError(
                 f"{scene.name}: {run.label} may have missed an event: {', '.join(run.suspects)}"
             )
-    scales = {name: scale_of(first.trajectory.column(name)) for name in first.trajectory.columns}
+    scales = scales_of(first.trajectory)
     rows = [_rows(run) for run in runs]
     if not any(rows[1:]):
         raise ArithmeticError(f"{scene.name}: no run has a row to compare with {first.label}")

@@ -21,7 +21,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from tt_precise.golden.digits import scale_of
+from tt_precise.golden.digits import scales_of
 from tt_precise.golden.documents import Manifest, Proof
 from tt_precise.golden.table import Table
 from tt_precise.runtime import records
@@ -64,7 +64,6 @@ class Located(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """The folder of its files."""
         return self.folder / self.name
 
 
@@ -179,8 +178,7 @@ class Stored:
     @cached_property
     def scales(self) -> dict[str, Decimal]:
         """For each column its largest printed entry; 0 for times, which count by themselves."""
-        table = self.trajectory
-        return {n: scale_of(table.column(n)) if n != "t" else Decimal(0) for n in table.columns}
+        return {**scales_of(self.trajectory), "t": Decimal(0)}
 
     def table(self, file: str) -> Table:
         """The table in ``file``."""

@@ -30,7 +30,6 @@ class Table:
 
     @classmethod
     def of_columns(cls, columns: Mapping[str, Sequence[str]]) -> Table:
-        """A table from its columns."""
         return cls(tuple(columns), tuple(zip(*columns.values(), strict=True)))
 
     @classmethod
@@ -51,7 +50,6 @@ class Table:
         return cls(lines[0], tuple(lines[1:]))
 
     def csv(self) -> str:
-        """The content of the CSV file."""
         return "".join(",".join(row) + "\n" for row in (self.columns, *self.rows))
 
     def column(self, name: str) -> tuple[str, ...]:

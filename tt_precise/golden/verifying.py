@@ -95,7 +95,6 @@ class Verification:
 
     @property
     def verdict(self) -> str:
-        """Either "pass" or "fail"."""
         return "fail" if self.problems else "pass"
 
 
