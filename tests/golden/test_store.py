@@ -36,13 +36,6 @@ def test_the_package_knows_the_proofs_that_ship() -> None:
         assert stored.manifest[store.PROOF_HASH] == store.proof_hash(store.home() / name)
 
 
-def test_the_hash_of_a_proof_is_put_in_and_taken_out() -> None:
-    known = {"schema": "s", store.MANIFEST_HASH: "old"}
-    with_it = store.with_proof(known, "ab")
-    assert with_it == {"schema": "s", store.PROOF_HASH: "ab"}
-    assert store.with_proof(with_it, None) == {"schema": "s"}
-
-
 def flip_last_digit(place: Path) -> None:
     lines = (place / TRAJECTORY).read_text().splitlines()
     cells = lines[40].split(",")
