@@ -10,6 +10,7 @@
 
 static double m, R, alpha, I1, I3, g, mu;
 static const char *law, *fault;
+static int lost; /* a rigid table would have to pull: the run ends */
 static int is(const char *name) { return !strcmp(fault, name); }
 static void cross(const double *a, const double *b, double *c) {
     c[0] = a[1]*b[2] - a[2]*b[1]; c[1] = a[2]*b[0] - a[0]*b[2]; c[2] = a[0]*b[1] - a[1]*b[0];
@@ -52,6 +53,7 @@ static void rates(const double *y, double *d) {
         n = (g - free[2] - x[2])/(1/m + push[2]);
     }
     if (is("normal force is the weight")) n = m*g;
+    if (n < 0 && !is("the table pulls")) lost = 1;
     d[0] = -(w[0]*q[1] + w[1]*q[2] + w[2]*q[3])/2; d[1] = (w[0]*q[0] + w[1]*q[3] - w[2]*q[2])/2;
     d[2] = (w[1]*q[0] + w[2]*q[1] - w[0]*q[3])/2;  d[3] = (w[2]*q[0] + w[0]*q[2] - w[1]*q[1])/2;
     double drill[3] = {0, 0, is("torsional friction") ? -1e-3*m*g*R*(w[2] > 0 ? 1 : -1) : 0}, s[3];
@@ -100,6 +102,7 @@ int main(int count, char **argv) {
     if (is("mu a tenth more")) mu *= 1.1;
     puts("t,qw,qx,qy,qz,wx,wy,wz,vcx,vcy,vcz,x,y,z");
     for (int n = 0; n <= until*rate + 1e-9; n++) {
+        if (lost) break;
         row(n/rate, y);
         for (int j = 0; j < inner; j++) {
             double k1[13], k2[13], k3[13], k4[13], z[13];

@@ -15,7 +15,7 @@ from numbers import Real
 import numpy
 
 from tt_precise.check.equations import EquationResidual, SummedResidual
-from tt_precise.check.kinematics import ContactMomentum, Kinematics
+from tt_precise.check.kinematics import ContactMomentum, FrictionPower, Kinematics, normal_force
 from tt_precise.check.result import Sense
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import quantities
@@ -271,6 +271,20 @@ def _momentum_skipped(setup: CheckSetup, first: Samples) -> str:
     return "" if rises or not (setup.scene.lifts or setup.flies) else _no_height(setup)
 
 
+def _push_skipped(setup: CheckSetup, first: Samples) -> str:
+    if setup.flies:
+        return "there is no contact in flight"
+    if setup.velocity_given and (setup.height_given or setup.columns.name == "rigid body"):
+        return ""
+    return "needs the vertical velocity: column vcz"
+
+
+def _power_skipped(setup: CheckSetup, first: Samples) -> str:
+    if setup.flies or not setup.velocity_given:
+        return _push_skipped(setup, first) if setup.flies else _no_velocity(setup)
+    return _momentum_skipped(setup, first)
+
+
 def _fall_skipped(setup: CheckSetup, first: Samples) -> str:
     if setup.columns.name == "rigid body" and setup.velocity_given:
         return ""
@@ -320,6 +334,15 @@ CHECKS = (
         "the angular momentum about the lowest point changes as weight and motion make it, in "
         "units of m g R alpha; every law",
         ContactMomentum, _momentum_skipped, 1e-4,
+    ),
+    RowCheck(
+        "normal_force",
+        "F_z/(m g) in the mean from row to row: the table does not pull; every law",
+        normal_force, _push_skipped, -1e-3, "at least",
+    ),
+    RowCheck(
+        "friction_power", "F_t.v_A over m g R omega at the start: never above 0; every law",
+        FrictionPower, _power_skipped, 1e-3,
     ),
     RowCheck(
         "contact", "g_n/(m g): the table pushes, it does not pull; eq (7)",

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
+from tt_precise.check.causes import cause
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.conserved import INTEGRALS
@@ -241,6 +242,9 @@ HORIZON = 100.0  # in sqrt(R/g), over which RESOLVED is shared out; the referenc
 MARGIN, MOST = 100.0, 10.0
 WIDEST_BOUND = 1e-6  # of one interval through which the solution is followed
 FEWEST_RESOLVED = 0.5  # of the intervals: a few resolved ones do not vouch for all the others
+# the cause is sought in so many intervals on either side of the worst, or the first so far off
+NEAR, ENOUGH = 15, 1e-3
+FITS = 1e-3  # of it may be left: a smaller I3 explains a missing gyroscopic term to 3e-3
 CLOSEST = 0.005  # in sqrt(R/g): nearer rows say nothing new about the equations
 Rates = Callable[[tuple[Scalar, ...]], Sequence[Scalar]]
 
@@ -294,7 +298,6 @@ class EquationResidual:
         if setup.flies and setup.height_given:
             self._form = raised("newton")
         self._width = 10 if setup.height_given else len(self._form.columns)
-        self._time = float(numpy.sqrt(setup.body.R / setup.body.g))
         self._begins = float(first.t[0])
         self._energy_size = float(INTEGRALS["energy"].scale(first.first)) or 1.0
         self._entry_sizes = self._sizes_at(first.first)
@@ -326,9 +329,9 @@ class EquationResidual:
 
     def _apart(self, t: numpy.ndarray) -> numpy.ndarray:
         last = len(t) - 1
-        if t[-1] - t[0] > last * CLOSEST * self._time:
+        if t[-1] - t[0] > last * CLOSEST * self.setup.time:
             return numpy.arange(len(t))
-        cell = numpy.floor((t - t[0]) / (CLOSEST * self._time))
+        cell = numpy.floor((t - t[0]) / (CLOSEST * self.setup.time))
         apart = numpy.flatnonzero(numpy.diff(cell, prepend=-1.0))
         return apart if apart[-1] == last else numpy.append(apart, last)
 
@@ -398,7 +401,7 @@ class EquationResidual:
         return joined | ~(glides | rests)
 
     def _wanted(self, steps: numpy.ndarray) -> numpy.ndarray:
-        return numpy.maximum(self._resolved * steps / (HORIZON * self._time), 4 * EPS)
+        return numpy.maximum(self._resolved * steps / (HORIZON * self.setup.time), 4 * EPS)
 
     def _followed(self, samples: Samples, found: Residuals) -> Residuals:
         """The balance with the solution followed through what the quadrature left open."""
@@ -505,6 +508,7 @@ class SummedResidual:
             lifts = residual.setup.scene.lifts
             self._joins = "landing, a loss of contact" if lifts else "stick or slip"
         self._sum: Array = 0.0
+        self._largest = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
         self._within = numpy.inf  # s: what was followed of the unresolved interval that is worst
         self.intervals = self.unresolved = 0
@@ -519,6 +523,7 @@ class SummedResidual:
         self.unresolved += int((~resolved).sum())
         self._within = min(self._within, float(found.within[~resolved].min(initial=numpy.inf)))
         mismatch = numpy.atleast_2d(getattr(found, self._part))
+        self._remember(samples, found, numpy.where(resolved, abs(mismatch).max(axis=0), 0.0))
         sums = numpy.cumsum(numpy.where(resolved, mismatch, 0.0), axis=1)
         sums += numpy.reshape(self._sum, (-1, 1))
         bounds = self._bound + numpy.cumsum(numpy.where(resolved, bound, 0.0))
@@ -527,6 +532,28 @@ class SummedResidual:
         # a row that was passed over has the value of the end before it
         before = numpy.searchsorted(found.ends, numpy.arange(len(samples.t)), side="right")
         return numpy.concatenate(([0.0], values))[before]
+
+    def _remember(self, samples: Samples, found: Residuals, sizes: Array) -> None:
+        sizes = numpy.minimum(sizes, ENOUGH)
+        worst = int(numpy.argmax(sizes))
+        if sizes[worst] > self._largest:
+            self._largest = float(sizes[worst])
+            ends = found.ends[max(worst - NEAR, 0) : worst + NEAR + 1]
+            begin = found.ends[worst - NEAR - 1] if worst > NEAR else 0
+            self._rows = samples.rows(numpy.concatenate(([begin], ends)))
+
+    def _cause(self) -> str:
+        """The change of the scene that would explain the balance where it is worst."""
+        setup = self._residual.setup
+        failed = float(abs(numpy.atleast_1d(self._sum)).max()) > self._bound + self._limit
+        if self._part != "state" or setup.joins or not failed or not self._largest:
+            return ""
+
+        def residual(rows: Samples, gyroscopic: float) -> Array:
+            found = EquationResidual(rows.setup, self._rows).balance(rows)
+            return numpy.where(found.bound <= self._limit, found.state, 0.0).ravel()
+
+        return cause(residual, self._rows, FITS)
 
     @property
     def error_bound(self) -> float:
@@ -541,7 +568,7 @@ class SummedResidual:
     @property
     def note(self) -> str:
         """What was not resolved, and from which spacing of the rows on it would be."""
-        said = f"error bound {self.error_bound:.0e}"
+        said = "; ".join(filter(None, (self._cause(), f"error bound {self.error_bound:.0e}")))
         if self.unresolved:
             what = f"hold a {self._joins}, or are too wide" if self._joins else "too wide"
             said += f"; {self.unresolved} of {self.intervals} intervals {what}"

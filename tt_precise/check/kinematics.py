@@ -10,14 +10,15 @@ a check with more open windows than others is skipped.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy
 
+from tt_precise.check.causes import cause
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import lowest_point
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Vector, cross, dot
+from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.arithmetic import Array
 
 ROWS = 5  # of a window
@@ -30,6 +31,9 @@ ROUNDING = 8 * float(numpy.finfo(float).eps)
 # friction is seen where at least so many windows show it, and is as a law where what that keeps
 # deviates by less than this part; gliding below this part of the fastest says nothing
 FEWEST, ALIKE, STILL = 8, 0.05, 0.05
+NONE = 1e-9  # of F_z: rounding
+FITS = 0.03  # of what is left over, by a change that explains it
+NEAR = 40  # windows on either side of the worst one, from which its cause is sought
 
 
 class Windows:
@@ -39,7 +43,7 @@ class Windows:
     """
 
     def __init__(self, t: Array, apart: float):
-        stride = max(1, math.ceil(apart * (len(t) - 1) / (t[-1] - t[0]))) if len(t) > 1 else 1
+        stride = stride_of(t, apart)
         width = (ROWS - 1) * stride
         if len(t) <= width:
             stride, width = 1, ROWS - 1
@@ -55,22 +59,30 @@ class Windows:
         # most rows are evenly spaced
         x = x[:1] if len(x) and numpy.ptp(x, axis=0).max() < EVEN else x
         self._boole, self._slope = _weights(x), _slopes(x)
+        self._inner_slope = numpy.pad(_slopes(x[:, 1:4]), ((0, 0), (1, 1)))
         half, other = _weights(x[:, :3]), _weights(x[:, 2:])
         self._simpson = numpy.concatenate(
             (half[:, :2], half[:, 2:] + other[:, :1], other[:, 1:]), 1
         )
 
     def unexplained(self, values: Sequence[Array], rates: Sequence[Array]) -> tuple[Array, Array]:
-        """|change - integral of the rate| of a vector in each window, and how far to trust it."""
+        """Change - integral of the rate of a vector (entries, windows), and how far to trust it."""
         apart = numpy.array([self.change(value) for value in values])
         integrals = numpy.array([self.integral(rate) for rate in rates])
         coarse = numpy.array([self.integral(rate, self._simpson) for rate in rates])
-        rough = MARGIN * numpy.sqrt(((integrals - coarse) ** 2).sum(axis=0))
-        return numpy.sqrt(((apart - integrals) ** 2).sum(axis=0)), spread(rough)
+        return apart - integrals, spread(MARGIN * length(integrals - coarse))
 
     def middle_rate(self, value: Array) -> Array:
         """Of an entry, in the middle row of each window, by the polynomial through all five."""
-        found: Array = (value[self.rows] * self._slope).sum(axis=1) / self.spans
+        return self._rate(value, self._slope)
+
+    def middle_rate_error(self, value: Array) -> Array:
+        """How far the polynomial through the inner three rows is from that."""
+        return self._rate(value, self._slope - self._inner_slope)
+
+    def _rate(self, value: Array, weights: Array) -> Array:
+        entries = numpy.broadcast_to(value, self.rows.max(initial=-1) + 1)
+        found: Array = (entries[self.rows] * weights).sum(axis=1) / self.spans
         return found
 
     def change(self, value: Array) -> Array:
@@ -83,6 +95,25 @@ class Windows:
         entries = numpy.broadcast_to(rate, self.rows.max(initial=-1) + 1)[self.rows]
         found: Array = self.spans * (entries * (self._boole if weights is None else weights)).sum(1)
         return found
+
+
+def stride_of(t: Array, apart: float) -> int:
+    """The fewest rows that are ``apart`` (s) in the mean."""
+    return max(1, math.ceil(apart * (len(t) - 1) / (t[-1] - t[0]))) if len(t) > 1 else 1
+
+
+def windows_of(samples: Samples) -> Windows:
+    """The windows of these rows, made once for all checks."""
+    if "windows" not in samples.shared:
+        samples.shared["windows"] = Windows(samples.t, CLOSEST * samples.setup.time)
+    found: Windows = samples.shared["windows"]
+    return found
+
+
+def length(vectors: Array) -> Array:
+    """Of vectors (entries, n)."""
+    found: Array = numpy.sqrt((vectors**2).sum(axis=0))
+    return found
 
 
 def spread(values: Array) -> Array:
@@ -103,8 +134,8 @@ def _weights(x: Array) -> Array:
 
 def _slopes(x: Array) -> Array:
     """Weights of the slope in the middle node of the polynomial through the nodes ``x``."""
-    powers = numpy.arange(x.shape[1])
-    matrix = (x - x[:, 2:3])[:, None, :] ** powers[None, :, None]
+    powers, middle = numpy.arange(x.shape[1]), x.shape[1] // 2
+    matrix = (x - x[:, middle : middle + 1])[:, None, :] ** powers[None, :, None]
     right = numpy.broadcast_to(powers == 1, x.shape).astype(float)[:, :, None]
     found: Array = numpy.linalg.solve(matrix, right)[:, :, 0]
     return found
@@ -131,21 +162,20 @@ class _OverWindows:
 
     def __init__(self, setup: CheckSetup, first: Samples, limit: float):
         self._setup, self._limit = setup, limit
-        self._apart = CLOSEST * float(numpy.sqrt(setup.body.R / setup.body.g))
+        self._worst = 0.0
         self.windows = self.open = 0
         self._bounds: list[float] = []
         self._wide, self._apart_now = math.inf, 0.0
 
     def __call__(self, samples: Samples) -> Array:
         values = numpy.zeros(len(samples.t))
-        windows = Windows(samples.t, self._apart)
+        windows = windows_of(samples)
         if not len(windows.rows):
             return values
         q = motion_as_given(samples)
-        excess, bound = self._look(windows, samples, q)
         turning = numpy.sqrt(dot(samples.state.L, samples.state.L)) / q.body.I1
-        turned = windows.widest * turning[windows.rows].max(axis=1)
-        seen = turned <= FARTHEST
+        seen = windows.widest * turning[windows.rows].max(axis=1) <= FARTHEST
+        excess, bound = self._look(windows, samples, q, seen)
         open_ = ~(bound <= self._limit) | ~seen
         self.windows += len(excess)
         self.open += int(open_.sum())
@@ -157,7 +187,9 @@ class _OverWindows:
         numpy.maximum.at(values, windows.rows[:, -1], excess)
         return values
 
-    def _look(self, windows: Windows, samples: Samples, q: Motion) -> tuple[Array, Array]:
+    def _look(
+        self, windows: Windows, samples: Samples, q: Motion, seen: Array
+    ) -> tuple[Array, Array]:
         """By what each window is off beyond its bound, at least 0, and that bound."""
         raise NotImplementedError
 
@@ -191,57 +223,108 @@ def motion_as_given(samples: Samples) -> Motion:
 class ContactMomentum(_OverWindows):
     """The torque about the lowest point that neither weight nor motion explains (m g R alpha)."""
 
-    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
-        super().__init__(setup, first, limit)
-        self._worst, self._vertical = 0.0, False
-        self._force: list[Array] = []  # |F_t|/F_z and |v_A| in the middle of windows
-
-    def _look(self, windows: Windows, samples: Samples, q: Motion) -> tuple[Array, Array]:
-        about, rate = lowest_point.momentum(q), lowest_point.momentum_rate(q)
-        unit = lowest_point.torque_unit(q) * windows.spans
-        value, bound = windows.unexplained(about, rate)
-        bound = (bound + ROUNDING * numpy.sqrt(dot(about, about)).max()) / unit
-        excess = numpy.maximum(value / unit - bound, 0.0)
-        worst = int(numpy.argmax(excess))
-        if excess[worst] > self._worst:
+    def _look(
+        self, windows: Windows, samples: Samples, q: Motion, seen: Array
+    ) -> tuple[Array, Array]:
+        off, bound = torque_left(samples)
+        excess = numpy.maximum(length(off) - bound, 0.0)
+        worst = int(numpy.argmax(numpy.where(seen, excess, 0.0)))
+        if excess[worst] > max(self._worst, self._limit):
             self._worst = float(excess[worst])
-            left = [
-                windows.change(x) - windows.integral(r) for x, r in zip(about, rate, strict=True)
-            ]
-            x, y, z = (float(part[worst]) for part in left)
+            x, y, z = off[:, worst]
             self._vertical = math.hypot(x, y) < 0.1 * abs(z)
-        self._see_force(windows, samples, q, bound <= self._limit)
+            first, last = windows.rows[max(worst - NEAR, 0), 0], windows.rows[worst:][:NEAR][-1, -1]
+            self._rows = samples.rows(slice(first, last + 1))
         return excess, bound
 
-    def _see_force(self, windows: Windows, samples: Samples, q: Motion, fine: Array) -> None:
-        speeds = [numpy.broadcast_to(x, samples.t.shape) for x in q.s_dot]
-        acceleration = [windows.middle_rate(x) for x in speeds]
-        force = lowest_point.contact_force(q, (acceleration[0], acceleration[1], acceleration[2]))
+    @property
+    def note(self) -> str:
+        """What was not resolved, and what would explain what is left over."""
+        if self._worst <= self._limit:
+            return super().note
+        if self._vertical:
+            named = "what is left is about the vertical, as torsional friction is"
+        else:
+            named = cause(
+                lambda rows, gyroscopic: torque_left(rows, gyroscopic)[0].ravel(), self._rows, FITS
+            )
+        return "; ".join(text for text in (named, super().note) if text)
+
+
+def torque_left(samples: Samples, gyroscopic: float = 1.0) -> tuple[Array, Array]:
+    """The unexplained mean torque of each window (3, windows), and its bound; both in m g R alpha.
+
+    The motion is supposed to have had the gyroscopic term ``gyroscopic`` times.
+    """
+    windows, q = windows_of(samples), motion_as_given(samples)
+    about, rate = lowest_point.momentum(q), lowest_point.momentum_rate(q)
+    if gyroscopic != 1.0:
+        rate = added(rate, scaled(1.0 - gyroscopic, cross(q.omega, q.state.L)))
+    off, bound = windows.unexplained(about, rate)
+    bound += ROUNDING * numpy.sqrt(dot(about, about)).max()
+    unit = lowest_point.torque_unit(samples.setup.scene.body.numbers(float)) * windows.spans
+    return off / unit, bound / unit
+
+
+class FrictionPower(_OverWindows):
+    """Power of friction F_t.v_A in the middle of each window, over m g R omega at the start."""
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        super().__init__(setup, first, limit)
+        body, omega = setup.body, first.first.omega
+        self._unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
+        self._force: list[Array] = []  # |F_t|/F_z and |v_A| in the middle of windows
+
+    def _look(
+        self, windows: Windows, samples: Samples, q: Motion, seen: Array
+    ) -> tuple[Array, Array]:
         middle = windows.rows[:, ROWS // 2]
-        glides = numpy.hypot(samples.state.vx, samples.state.vy)[middle]
+        vx, vy = samples.state.vx[middle], samples.state.vy[middle]
+        x, y, z = (windows.middle_rate(speed) for speed in q.s_dot)
+        force = lowest_point.contact_force(q, (x, y, z))
+        within = numpy.hypot(*(windows.middle_rate_error(speed) for speed in q.s_dot[:2]))
+        speed = numpy.hypot(vx, vy)
+        bound = spread(MARGIN * q.body.m * within * speed) / self._unit
+        power = (force[0] * vx + force[1] * vy) / self._unit
         ratio = numpy.hypot(force[0], force[1]) / force[2]
-        kept = fine & (force[2] > 0.1 * q.body.m * q.body.g) & (glides > STILL * glides.max())
-        self._force.append(numpy.array([ratio[kept], glides[kept]]))
+        kept = seen & (bound <= self._limit) & (force[2] > 0.1 * q.body.m * q.body.g)
+        kept &= speed > STILL * speed.max()
+        self._force.append(numpy.array([ratio[kept], speed[kept]]))
+        return numpy.maximum(power - bound, 0.0), bound
 
     @property
-    def _seen(self) -> str:
-        if not self._force or not self._setup.velocity_given:
-            return ""
-        ratio, speed = numpy.concatenate(self._force, axis=1)
+    def note(self) -> str:
+        """The friction that the rows show, and what was not resolved."""
+        return "; ".join(text for text in (self._friction, super().note) if text)
+
+    @property
+    def _friction(self) -> str:
+        ratio, speed = (
+            numpy.concatenate(self._force, axis=1) if self._force else numpy.empty((2, 0))
+        )
         if len(ratio) < FEWEST:
             return ""
+        if ratio.max() < NONE:
+            return "no friction seen"
         for law, values, unit in (("Coulomb's", ratio, ""), ("viscous", ratio / speed, " s/m v_A")):
             mean, deviation = float(values.mean()), float(values.std())
             if deviation < ALIKE * mean:
                 return f"friction seen: {mean:.3g} +- {deviation:.1g}{unit} of F_z, as {law}"
         return f"friction seen: {ratio.min():.2g} to {ratio.max():.2g} of F_z"
 
-    @property
-    def note(self) -> str:
-        """What was not resolved, what is left over by its name, and the friction that is seen."""
-        vertical = self._worst > self._limit and self._vertical
-        left = "what is left is about the vertical, as torsional friction is" if vertical else ""
-        return "; ".join(text for text in (super().note, left, self._seen) if text)
+
+def normal_force(setup: CheckSetup, first: Samples, limit: float) -> Callable[[Samples], Array]:
+    """Mean F_z/(m g) since the row before, from the change of the vertical velocity."""
+
+    def mean(samples: Samples) -> Array:
+        t, values = samples.t, numpy.full(len(samples.t), numpy.inf)
+        stride = stride_of(t, CLOSEST * setup.time)
+        rows = numpy.arange(0, len(t), stride)
+        speed = numpy.broadcast_to(motion_as_given(samples).s_dot[2], t.shape)[rows]
+        values[rows[1:]] = 1 + numpy.diff(speed) / (setup.body.g * numpy.diff(t[rows]))
+        return values
+
+    return mean
 
 
 class Kinematics(_OverWindows):
@@ -262,10 +345,12 @@ class Kinematics(_OverWindows):
             self._looked_at += [n for n in ("x", "y", "z")[: 2 + upwards] if n in given]
         if "z" in given and not setup.scene.lifts:
             self._looked_at.append("height")
-        self._worst, self._what = 0.0, ""
+        self._what = ""
         self._begins = float(first.t[0])
 
-    def _look(self, windows: Windows, samples: Samples, q: Motion) -> tuple[Array, Array]:
+    def _look(
+        self, windows: Windows, samples: Samples, q: Motion, seen: Array
+    ) -> tuple[Array, Array]:
         R, given = samples.setup.body.R, samples.given
         excess, bound = numpy.zeros(len(windows.spans)), numpy.zeros(len(windows.spans))
         for name in self._looked_at:
@@ -287,9 +372,9 @@ class Kinematics(_OverWindows):
     def _part(
         self, windows: Windows, values: Sequence[Array], rates: Sequence[Array]
     ) -> tuple[Array, Array]:
-        value, bound = windows.unexplained(values, rates)
+        off, bound = windows.unexplained(values, rates)
         step = windows.step * numpy.sqrt(sum(windows.change(rate) ** 2 for rate in rates))
-        return value, bound + step
+        return length(off), bound + step
 
     def _height(self, windows: Windows, samples: Samples, q: Motion) -> Array:
         """Distance of z from R (1 - alpha cos theta), over R.

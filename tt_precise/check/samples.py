@@ -38,6 +38,7 @@ class CheckSetup:
     velocity_given: bool
     friction: str = "scene"
     height_given: bool = False
+    assumed: Parameters | None = None
 
     def __post_init__(self) -> None:
         if self.friction not in FRICTIONS:
@@ -48,7 +49,13 @@ class CheckSetup:
     @cached_property
     def body(self) -> Parameters:
         """The body in float64, SI."""
-        return self.scene.body.numbers(float)
+        return self.assumed or self.scene.body.numbers(float)
+
+    @cached_property
+    def time(self) -> float:
+        """The scene's unit of time sqrt(R/g) in s."""
+        body = self.scene.body.numbers(float)
+        return float(numpy.sqrt(body.R / body.g))
 
     @property
     def rolling(self) -> bool:

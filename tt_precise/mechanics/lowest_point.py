@@ -15,6 +15,7 @@ from __future__ import annotations
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Vector, cross, scaled, subtracted
 from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.scene.body import Parameters
 
 
 def momentum(q: Motion) -> Vector:
@@ -31,9 +32,9 @@ def momentum_rate(q: Motion) -> Vector:
     return (weight * q.a[1] - carried[0], -weight * q.a[0] - carried[1], -carried[2])
 
 
-def torque_unit(q: Motion) -> Scalar:
-    """m g R alpha, what residuals of ``momentum_rate`` are measured in."""
-    return q.body.m * q.body.g * q.body.R * q.body.alpha
+def torque_unit(body: Parameters) -> Scalar:
+    """m g R alpha, the unit of residuals of ``momentum_rate``."""
+    return body.m * body.g * body.R * body.alpha
 
 
 def contact_force(q: Motion, acceleration: Vector) -> Vector:

@@ -1,0 +1,77 @@
+"""Which one change of the scene explains a residual: fits with one parameter free at a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy
+
+from tt_precise.check.samples import Samples
+from tt_precise.check.sources import Block
+from tt_precise.runtime.arithmetic import Array
+
+NUDGE = 1e-4  # of the free parameter, for the slope
+STEPS = 6  # of Newton's method with the first slope
+FARTHEST = 5.0  # factor by which a parameter may be off
+NEAR = 0.02  # to a factor that has a name
+
+GYROSCOPIC = "the gyroscopic term"
+FREE = (GYROSCOPIC, "I1", "I3", "alpha", "g", "m", "mu")
+NAMED = {
+    (GYROSCOPIC, 0): "no gyroscopic term",
+    ("alpha", 0): "the centre of mass at the centre of the sphere",
+    ("mu", -1): "friction of the other sign",
+}
+
+Residual = Callable[[Samples, float], Array]
+"""Residual (entries,) of rows, if they were made with this many times the gyroscopic term."""
+
+
+def cause(residual: Residual, rows: Samples, most: float) -> str:
+    """The change that explains the residual of ``rows`` best, in words; "" if none does.
+
+    ``most`` is the part of the residual that a fit may leave.
+    """
+    with numpy.errstate(all="ignore"):
+        least = most * abs(residual(rows, 1.0)).max(initial=0.0)
+        said = ""
+        for free in FREE:
+            factor, left = _fitted(free, residual, rows)
+            words = _words(free, factor)
+            if left < least and words:
+                least, said = left, f"fits to {left:.0e} with {words}"
+    return said
+
+
+def _words(free: str, factor: float) -> str:
+    nearest = round(factor) if abs(factor) < FARTHEST else 2
+    if abs(factor - nearest) < NEAR and (free, nearest) in NAMED:
+        return NAMED[free, nearest]
+    return f"{free} {factor:.4g} times the scene's" if 1 / FARTHEST < factor < FARTHEST else ""
+
+
+def _fitted(free: str, residual: Residual, rows: Samples) -> tuple[float, float]:
+    """The factor of the free parameter that leaves least of the residual, and what it leaves."""
+    body = rows.setup.body
+
+    def at(factor: float) -> Array:
+        if free == GYROSCOPIC:
+            return residual(rows, factor)
+        setup = replace(rows.setup, assumed=replace(body, **{free: factor * getattr(body, free)}))
+        block = Block({**rows.given, "t": rows.t}, str, lambda row, names: [])
+        return residual(setup.samples(block), 1.0)
+
+    factor, here = 1.0, at(1.0)
+    slope = (at(1.0 + NUDGE) - here) / NUDGE
+    size = float(slope @ slope)
+    for _ in range(STEPS):
+        step = float(here @ slope) / size if size else math.nan
+        factor -= step
+        if not abs(factor) < 10 * FARTHEST:
+            return factor, math.inf
+        here = at(factor)
+        if abs(step) < NUDGE**2:
+            break
+    return factor, float(abs(here).max())
