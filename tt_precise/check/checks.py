@@ -14,10 +14,11 @@ from numbers import Real
 
 import numpy
 
-from tt_precise.check.equations import EquationResidual, SummedResidual
+from tt_precise.check.equations import EquationResidual, SummedResidual, lift_off
 from tt_precise.check.kinematics import ContactMomentum, FrictionPower, Kinematics, normal_force
 from tt_precise.check.result import Sense
 from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
@@ -199,9 +200,27 @@ def _contact_skipped(setup: CheckSetup, first: Samples) -> str:
     return "" if setup.velocity_known else _no_velocity(setup)
 
 
-def _contact(setup: CheckSetup, first: Samples, limit: float) -> Watch:
-    weight = setup.body.m * setup.body.g
-    return lambda samples: quantities.g_n(samples.q) / weight + 0 * samples.t
+class Contact:
+    """g_n over the weight, and when it vanishes."""
+
+    def __init__(self, setup: CheckSetup, first: Samples, limit: float):
+        self._weight, self._limit = setup.body.m * setup.body.g, limit
+        self._left = math.inf
+
+    def __call__(self, samples: Samples) -> Array:
+        values: Array = quantities.g_n(samples.q) / self._weight + 0 * samples.t
+        pulls = numpy.flatnonzero(values < self._limit)
+        if len(pulls) and self._left == math.inf:
+            row = int(pulls[0])
+            self._left = float(samples.t[row])
+            if row:
+                self._left = min(self._left, lift_off(samples.rows(slice(row - 1, row + 1))))
+        return values
+
+    @property
+    def note(self) -> str:
+        """When the top leaves the table, and what to do about it."""
+        return ending("contact_lost", self._left) if self._left < math.inf else ""
 
 
 def _slip_skipped(setup: CheckSetup, first: Samples) -> str:
@@ -346,7 +365,7 @@ CHECKS = (
     ),
     RowCheck(
         "contact", "g_n/(m g): the table pushes, it does not pull; eq (7)",
-        _contact, _contact_skipped, LIFT_OFF, "at least",
+        Contact, _contact_skipped, LIFT_OFF, "at least",
     ),
     RowCheck(
         "contact_velocity", "v_A.z = 0 (rolling: v_A = 0), in units of R omega at the start",

@@ -19,12 +19,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy
 
 from tt_precise.check.causes import cause
 from tt_precise.check.samples import CheckSetup, Samples
+from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import compliant, quantities
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.flight import LiftedState
@@ -91,6 +93,17 @@ def rates_of(
     return lambda entries: form.rates(body, form.State(*entries), SERIES)
 
 
+def lift_off(rows: Samples) -> float:
+    """The time (s) at which a solution through a row leaves the table before the next; or inf."""
+    solved = SolvedRows(rows.setup.scene, rows.setup.body, rows.state, ORDERS[-1])
+    for row, step in enumerate(numpy.diff(rows.t)):
+        roots = numpy.polynomial.Polynomial(solved.margins[:, row]).roots()
+        times = roots[(abs(roots.imag) < 1e-6 * step) & (roots.real > 0) & (roots.real <= step)]
+        if len(times):
+            return float(rows.t[row] + times.real.min())
+    return math.inf
+
+
 class SolvedRows:
     """The Taylor series of the solution through every row, each by its own equations."""
 
@@ -136,20 +149,28 @@ class SolvedRows:
                 found[:, part.rows] = self._terms(quantities.E_dot(q))
         return found
 
+    @cached_property
+    def margins(self) -> Array:
+        """Coefficients of what stays positive until the next switch of each row's equations.
+
+        The contact force, the distance from the cone where the contact rests, the height in flight.
+        """
+        found = numpy.zeros((self._order + 1, self._count))
+        for part, q in self._motions():
+            margin = q.state.height if part.form.model == "flight" else q.force[2]
+            if part.form.model == "rolling":
+                margin = cone_margin(self._body, q.state)
+            found[:, part.rows] = self._terms(margin)
+        return found
+
     def stays(self, steps: Array) -> Array:
         """Intervals (of ``steps`` s) in which the top neither leaves the table nor touches it.
 
-        Seen from either end: the force pushes all along, and stays within the cone where the
-        contact rests, or the height is above zero.
+        Seen from either end.
         """
-        margins, which = numpy.zeros((self._order + 1, self._count)), numpy.zeros(self._count)
-        for part, q in self._motions():
-            flies = part.form.model == "flight"
-            margin = q.state.height if flies else q.force[2]
-            if part.form.model == "rolling":
-                margin = cone_margin(self._body, q.state)
-            margins[:, part.rows] = self._terms(margin)
-            which[part.rows] = flies
+        margins, which = self.margins, numpy.zeros(self._count)
+        for part in self.parts:
+            which[part.rows] = part.form.model == "flight"
         # just behind a loss of contact a row is still at the table, which would have to pull it
         held = margins[0] >= 0
         found: Array = (which[:-1] == which[1:]) & held[:-1] & held[1:]
@@ -542,11 +563,22 @@ class SummedResidual:
             begin = found.ends[worst - NEAR - 1] if worst > NEAR else 0
             self._rows = samples.rows(numpy.concatenate(([begin], ends)))
 
+    @property
+    def _fails(self) -> bool:
+        beyond = float(abs(numpy.atleast_1d(self._sum)).max()) > self._bound + self._limit
+        return beyond and self._largest > 0
+
+    def _lift_off(self) -> str:
+        """When the solution leaves the table, where this model ends with it."""
+        setup = self._residual.setup
+        if self._part != "state" or setup.joins or setup.flies:
+            return ""
+        t = lift_off(self._rows)
+        return f"the solution {ending('contact_lost', t)}" if t < math.inf else ""
+
     def _cause(self) -> str:
         """The change of the scene that would explain the balance where it is worst."""
-        setup = self._residual.setup
-        failed = float(abs(numpy.atleast_1d(self._sum)).max()) > self._bound + self._limit
-        if self._part != "state" or setup.joins or not failed or not self._largest:
+        if self._part != "state" or self._residual.setup.joins:
             return ""
 
         def residual(rows: Samples, gyroscopic: float) -> Array:
@@ -568,7 +600,9 @@ class SummedResidual:
     @property
     def note(self) -> str:
         """What was not resolved, and from which spacing of the rows on it would be."""
-        said = "; ".join(filter(None, (self._cause(), f"error bound {self.error_bound:.0e}")))
+        said = f"error bound {self.error_bound:.0e}"
+        if self._fails:
+            said = "; ".join(filter(None, (self._cause(), said, self._lift_off())))
         if self.unresolved:
             what = f"hold a {self._joins}, or are too wide" if self._joins else "too wide"
             said += f"; {self.unresolved} of {self.intervals} intervals {what}"

@@ -29,7 +29,14 @@ from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.sources import Block
 from tt_precise.golden import store
 from tt_precise.golden.digits import EXACT, as_decimal, correct_digits
-from tt_precise.golden.measuring import RESOLVED, FewestDigits, Measured, TrueRows, turned_back
+from tt_precise.golden.measuring import (
+    RESOLVED,
+    FewestDigits,
+    Measured,
+    TrueRows,
+    ending,
+    turned_back,
+)
 from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
@@ -172,7 +179,7 @@ class GoldenDistance:
         folder: Folder = None,
     ):
         self._setup, self._asked, self._fresh = setup, asked, fresh
-        self._true, self._absent = _golden_rows(setup, folder)
+        self._true, self._absent, self._ended = _golden_rows(setup, folder)
         known = {*NewtonState._fields, *EulerState._fields}
         known |= {*LIFTED} if setup.scene.lifts else set()
         known |= {*TRACK} if fresh else {*TRACK} & {*(self._true.names if self._true else ())}
@@ -235,7 +242,8 @@ class GoldenDistance:
         InputError
             Digits were asked for, but there is nothing to compare with, or not enough.
         """
-        notes, ended = [], ""
+        notes, missed = [], self._evidence.missed or 0.0
+        ended = self._ended if self._true and missed > self._true.times[-1] else ""
         open_ = sum(int((rows.t != 0).sum()) for rows in self._open)
         here = self._fewest.exactly
         carried = self._evidence.compared - here - open_
@@ -275,11 +283,13 @@ class GoldenDistance:
             notes.append("reported only: --digits N asks for N")
         notes += [text for text in (broken, ended) if text]
         worst = self._fewest.worst
+        verdict = "fail" if few or (broken and self._asked is not None) else "pass"
         if worst < 1 and self._over_time.from_the_start:
-            notes.append("is it another start than the scene's?")
+            notes.insert(0, "another start than the scene's: no digit is right from the start")
+            verdict = "fail" if verdict == "fail" else "info"
         return CheckFinding(
-            "golden", "fail" if few or (broken and self._asked is not None) else "pass",
-            worst, self._asked, self._fewest.at, "; ".join(notes), MEANING, "at least",
+            "golden", verdict, worst, self._asked, self._fewest.at, "; ".join(notes), MEANING,
+            "at least",
             {name: round(value, 2) for name, value in self._fewest.digits.items()},
             history=str(self._over_time),
         )  # fmt: skip
@@ -343,7 +353,7 @@ class FreshSolution:
         self.ended = ""
         if run.status != "complete":
             end = float(run.t_end)
-            self.ended = f"the solution ends at t = {end:.6g} s: {run.status}; --until {end:.4g}"
+            self.ended = f"the solution {ending(run.status, end)}"
 
     def measured(self, rows: OpenRows) -> Measured:
         """The distance of rows; those beyond the solution's end are not compared."""
@@ -392,7 +402,8 @@ class FreshSolution:
         return numpy.array(apart)
 
 
-def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, str]:
+def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, str, str]:
+    """The golden rows of the scene, or why there are none, and why they end early, if they do."""
     name = setup.scene.name
     try:
         place = locate(name, folder)
@@ -400,15 +411,16 @@ def _golden_rows(setup: CheckSetup, folder: Folder) -> tuple[TrueRows | None, st
         place = None
     if place is None or not (place.path / MANIFEST).is_file():
         where = "" if folder is None else f" in {folder}"
-        return None, f"no golden data of a scene {name}{where}"
+        return None, f"no golden data of a scene {name}{where}", ""
     stored = read_whole(name, place.folder)
     true = _true_rows(place.path.absolute(), stored.manifest[store.MANIFEST_HASH])
     scene = stored.scene
     if (scene.model, scene.body, scene.start) != (
         setup.scene.model, setup.scene.body, setup.scene.start,
     ):  # fmt: skip
-        return None, f"the golden data of {name} are of another body or start"
-    return true, ""
+        return None, f"the golden data of {name} are of another body or start", ""
+    status, end = stored.manifest["status"], float(true.times[-1])
+    return true, "", "" if status == "complete" else f"the solution {ending(status, end)}"
 
 
 @lru_cache(maxsize=32)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-Verdict = Literal["pass", "fail", "skipped"]
+Verdict = Literal["pass", "fail", "info", "skipped"]
 Sense = Literal["at most", "above", "at least"]
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
 
@@ -173,7 +173,7 @@ def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) ->
 
 def markdown(heading: str, findings: Sequence[CheckFinding]) -> str:
     """The findings as Markdown."""
-    marks = {"pass": "✅ pass", "fail": "❌ **fail**", "skipped": "➖ skipped"}
+    marks = {"pass": "✅ pass", "fail": "❌ **fail**", "info": "ℹ️ info", "skipped": "➖ skipped"}
     lines = [
         f"### {_escaped(one_line(heading))}",
         "",
@@ -197,7 +197,7 @@ def html(heading: str, findings: Sequence[CheckFinding]) -> str:
     """The findings as an HTML table."""
     from html import escape  # here, because few want it
 
-    colours = {"pass": "#1a7f37", "fail": "#cf222e", "skipped": "#6e7781"}
+    colours = {"pass": "#1a7f37", "fail": "#cf222e", "info": "#6e7781", "skipped": "#6e7781"}
     head = "".join(f"<th>{name}</th>" for name in HEADINGS)
     body = "".join(
         f'<tr title="{escape(finding.meaning)}">'
@@ -373,6 +373,8 @@ class Result:
         golden = next((finding for finding in self.checks if finding.name == "golden"), None)
         if golden is None or golden.value is None:
             return ""
+        if golden.verdict == "info":
+            return ", another start than that of golden data"
         over_time = f" ({golden.history})" if golden.history else ""
         if golden.limit is None and golden.value < FEW_DIGITS:
             return f", BUT ONLY {golden.value:.1f} CORRECT DIGITS of golden data{over_time}"

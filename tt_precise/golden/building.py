@@ -23,6 +23,7 @@ from tt_precise.exact.arithmetic import arithmetic_of, own_context
 from tt_precise.golden import store
 from tt_precise.golden.digits import DIGITS, RULE, column_digits, scales_of
 from tt_precise.golden.documents import Manifest
+from tt_precise.golden.measuring import ending
 from tt_precise.golden.runs import LADDER, Consensus, Run, Task, perform, reconcile, tasks
 from tt_precise.golden.store import EVENTS, MANIFEST, OWN, SCENE, TRAJECTORY, Folder, Stored
 from tt_precise.golden.table import Table
@@ -183,6 +184,9 @@ def build_scene(name: str, text: str, place: Path, replace: str, finished: Recor
                 f"{name}: the runs share no digit of " + ", ".join(consensus.contradictions)
             )
         outcome, note, digits = _settle(scene, consensus, runs, place, replace)
+        if consensus.status == "contact_lost":
+            end = ending(consensus.status, float(consensus.trajectory.rows[-1][0]))
+            note = "; ".join(filter(None, (note, end)))
     except ArithmeticError as error:
         seconds = time.process_time() - began
         return Built(name, FAILED, str(error), seconds=seconds, folder=str(place))

@@ -7,6 +7,7 @@ of motion give at the golden row: it is held to what that can resolve.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -227,6 +228,15 @@ class TrueRows:
         if number is not None:
             number = EXACT.add(true, turned_back(name, EXACT.subtract(number, true)))
         return float(relative_error(number, true, size))
+
+
+def ending(status: str, t: float) -> str:
+    """Why a solution ends at ``t`` (s), and what to do about rows after that."""
+    unit = 10.0 ** (math.floor(math.log10(t)) - 2) if t > 0 else 1.0
+    until = f"--until {math.floor(t / unit) * unit:.12g}"
+    if status == "contact_lost":
+        return f'leaves the table at {t:.6g} s; {until}, or lost = "fly" in the scene\'s [contact]'
+    return f"ends at t = {t:.6g} s: {status}; {until}"
 
 
 def turned_back(name: str, apart: Scalar) -> Scalar:
