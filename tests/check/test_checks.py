@@ -121,7 +121,7 @@ def test_an_axis_of_another_length_fails_even_if_it_keeps_it(healthy: Healthy) -
 def test_another_friction_law_is_held_to_what_every_law_keeps(healthy: Healthy) -> None:
     result = tt.check.conservation(healthy()[VECTORS], "reference", friction="other")
     done = {finding.name for finding in result.checks if finding.verdict != "skipped"}
-    assert done == {"finite", "time", "jellett", "energy", "axis_norm"}
+    assert done == {"finite", "time", "jellett", "energy", "axis_norm", "friction_power"}
     with pytest.raises(tt.InputError, match="friction: got 'mine', expected one of: scene, other"):
         tt.check.conservation(healthy()[VECTORS], "reference", friction="mine")
 

@@ -97,7 +97,10 @@ def lift_off(rows: Samples) -> float:
     """The time (s) at which a solution through a row leaves the table before the next; or inf."""
     solved = SolvedRows(rows.setup.scene, rows.setup.body, rows.state, ORDERS[-1])
     for row, step in enumerate(numpy.diff(rows.t)):
-        roots = numpy.polynomial.Polynomial(solved.margins[:, row]).roots()
+        margin = solved.margins[:, row]
+        if not numpy.isfinite(margin).all():
+            break
+        roots = numpy.polynomial.Polynomial(margin).roots()
         times = roots[(abs(roots.imag) < 1e-6 * step) & (roots.real > 0) & (roots.real <= step)]
         if len(times):
             return float(rows.t[row] + times.real.min())
