@@ -564,7 +564,11 @@ class SummedResidual:
             self._largest = float(sizes[worst])
             ends = found.ends[max(worst - NEAR, 0) : worst + NEAR + 1]
             begin = found.ends[worst - NEAR - 1] if worst > NEAR else 0
-            self._rows = samples.rows(numpy.concatenate(([begin], ends)))
+            self._near = samples, numpy.concatenate(([begin], ends))
+
+    def _worst_rows(self) -> Samples:
+        samples, near = self._near
+        return samples.rows(near)
 
     @property
     def _fails(self) -> bool:
@@ -576,7 +580,7 @@ class SummedResidual:
         setup = self._residual.setup
         if self._part != "state" or setup.joins or setup.flies:
             return ""
-        t = lift_off(self._rows)
+        t = lift_off(self._worst_rows())
         return f"the solution {ending('contact_lost', t)}" if t < math.inf else ""
 
     def _cause(self) -> str:
@@ -584,11 +588,13 @@ class SummedResidual:
         if self._part != "state" or self._residual.setup.joins:
             return ""
 
+        given = self._worst_rows()
+
         def residual(rows: Samples, gyroscopic: float) -> Array:
-            found = EquationResidual(rows.setup, self._rows).balance(rows)
+            found = EquationResidual(rows.setup, given).balance(rows)
             return numpy.where(found.bound <= self._limit, found.state, 0.0).ravel()
 
-        return cause(residual, self._rows, FITS)
+        return cause(residual, given, FITS)
 
     @property
     def error_bound(self) -> float:
