@@ -82,6 +82,22 @@ def test_files_are_written_whatever_the_verdict(written: Path, tmp_path: Path) -
     assert all(path.stat().st_size > 500 for path in out.values())
 
 
+def test_unusable_input_stands_in_every_format(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = {name: tmp_path / f"out.{name}" for name in ("xml", "md")}
+    arguments = ["--junit", str(out["xml"]), "--markdown", str(out["md"]), "--json"]
+    path = tmp_path / "run.csv"
+    path.write_text("t,kx\n0,1\n")
+    assert main(["check", str(path), "--scene", "reference", *arguments]) == 2
+    printed = capsys.readouterr()
+    (refused,) = json.loads(printed.out)["checks"]
+    assert (refused["name"], refused["verdict"]) == ("input", "fail")
+    assert "missing ky" in refused["reason"]
+    assert refused["reason"] in printed.err
+    assert all("missing ky" in text.read_text() for text in out.values())
+
+
 def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:
     theirs = written.read_text().replace("t,kx", "time,kx", 1)
     run = subprocess.run(

@@ -22,6 +22,7 @@ import tt_precise as tt
 from tt_precise.check import sources
 from tt_precise.check.sources import open_source
 from tt_precise.cli import main
+from tt_precise.runtime.tables import write_table
 
 COLUMNS = ["t", "kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy"]
 Healthy = Callable[..., pandas.DataFrame]
@@ -46,6 +47,13 @@ def test_every_format_gives_the_same_result(
     zipped = tmp_path / "run.csv.gz"
     zipped.write_bytes(gzip.compress(written.read_bytes()))
     frame.to_parquet(tmp_path / "run.parquet")
+    for suffix in (".json", ".arrow"):
+        write_table(tmp_path / f"run{suffix}", dict(frame.astype(object)))
+    arrays: dict[str, Any] = {name: frame[name].to_numpy() for name in COLUMNS}
+    numpy.savez(tmp_path / "run.npz", **arrays)
+    commented = tmp_path / "commented.csv"
+    text = written.read_text().replace("t,", "time,", 1)
+    commented.write_text("# my engine, version 2\n# SI\n" + text)
     crlf = tmp_path / "crlf.csv"
     crlf.write_bytes(b"\xef\xbb\xbf# " + written.read_bytes().replace(b"\n", b"\r\n") + b"\r\n\r\n")
     expected = values(tt.check.conservation(frame, "reference"))
@@ -54,13 +62,32 @@ def test_every_format_gives_the_same_result(
         str(zipped),
         tmp_path / "run.parquet",
         crlf,
+        commented,
+        *(tmp_path / f"run{suffix}" for suffix in (".json", ".arrow", ".npz")),
         {name: frame[name].to_numpy() for name in COLUMNS},
         frame.astype(str),
         frame.astype(object),
     ):
         assert values(tt.check.conservation(source, "reference")) == expected, source
-    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(written.read_bytes())))
-    assert values(tt.check.conservation("-", "reference")) == expected
+    for piped in (written, zipped):
+        monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(piped.read_bytes())))
+        assert values(tt.check.conservation("-", "reference")) == expected
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"t,kx\r0,1\r1,1\r", "line 1: its lines end in bare carriage returns"),
+        (b"t kx\n0 1\n", "the header is separated by spaces, expected commas"),
+        (b"t,qpos0,qpos1\n0,1,1\n", "qpos0 ... are an engine's own state: .*--from mujoco"),
+        (b"# only\n# comments\n", "it is empty, expected a header line"),
+    ],
+)
+def test_other_conventions_are_named(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes(content)
+    with pytest.raises(tt.InputError, match=message):
+        tt.check.conservation(path, "reference")
 
 
 def test_small_blocks_change_nothing(
@@ -141,8 +168,8 @@ def test_a_bad_cell_is_named(
         (b"x" * 2_000_000, "no end of its first line"),
         (b"t,kx,ky,kz,Lx,Ly,Lz\n" + b"1" * 5_000_000, "line 2 is longer than 1000000 bytes"),
         (b"t,kx,ky,kz,Lx,Ly,Lz,kx\n", "column kx occurs twice"),
-        (b"t,kx,ky,kz,Lx,Ly,Lz\n0,a\rb,0\n", "line 2: new-line character seen"),
-        (b"t,kx\rky,kz\n", "line 1: new-line character seen"),
+        (b"t,kx,ky,kz,Lx,Ly,Lz\n0,a\rb,0\n", "line 2: its lines end in bare"),
+        (b"t,kx\rky,kz\n", "line 1: its lines end in bare"),
     ],
 )
 def test_a_bad_file_is_refused(tmp_path: Path, content: bytes, message: str) -> None:

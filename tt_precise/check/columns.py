@@ -6,6 +6,7 @@ where it is known; without the velocity of the contact point, whatever needs it 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -86,6 +87,7 @@ _ALL = (
 )  # fmt: skip
 COLUMN_SETS = {entry.name: entry for entry in _ALL}
 TRACK = ("phi", "psi", "x", "y")  # beside any set: what the rates of a state add up to
+ENGINES_OWN = re.compile("(qpos|quaternion)_?0")
 OURS = {"t", *TRACK, *(name for entry in _ALL for name in (*entry.names, *entry.height))}
 
 
@@ -113,9 +115,15 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
             f"{where}: no column t (time in s) among {_listed(present)}; "
             "rename yours with --columns theirs=t"
         )
+    engines = [name for name in present if ENGINES_OWN.fullmatch(name)]
     complete = known_sets(present)
     if complete:
         return complete[0]
+    if engines:
+        raise InputError(
+            f"{where}: columns {engines[0]} ... are an engine's own state: read it with "
+            f"--from {'mujoco' if engines[0].startswith('q') else 'ENGINE'}, engine= in Python"
+        )
     nearest = min(_ALL, key=lambda entry: len(entry.missing(present)) / len(entry.required))
     if len(nearest.missing(present)) == len(nearest.required):
         raise InputError(
@@ -153,7 +161,7 @@ def renaming(pairs: Iterable[str]) -> dict[str, str]:
 
 
 def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list[str]:
-    """Column names after ``rename``.
+    """Column names after ``rename``; time is t where nothing else is.
 
     Raises
     ------
@@ -164,6 +172,8 @@ def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list
         if theirs not in names:
             raise InputError(f"{where}: no column {theirs!r} to rename among {_listed(names)}")
     result = [rename.get(name, name) for name in names]
+    if "t" not in result:
+        result = ["t" if name == "time" else name for name in result]
     for name in result:
         if name in OURS and result.count(name) > 1:
             raise InputError(f"{where}: column {name} occurs twice, expected once")

@@ -298,6 +298,12 @@ FEW_DIGITS = 4  # fewer of golden data, where none were asked for, are said loud
 Finding = CheckFinding  # its public name in tt_precise.check
 
 
+def unusable(trajectory: str, scene: str, why: str) -> Result:
+    """What is said in every format of a trajectory that cannot be checked."""
+    refused = CheckFinding("input", "fail", reason=why, meaning="the input can be used")
+    return Result(trajectory, scene, "", 0, 0.0, 0.0, (refused,))
+
+
 @dataclass(frozen=True)
 class Result:
     """All findings about one trajectory.

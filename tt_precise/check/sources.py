@@ -10,16 +10,18 @@ from __future__ import annotations
 import csv
 import datetime
 import io
+import itertools
 import math
 import os
 import sys
+import zipfile
 import zlib
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy
 
@@ -270,35 +272,43 @@ def _line(error: Exception) -> str:
 
 
 BLOCK_BYTES = 2_000_000  # some 10,000 rows: what numpy makes of them stays in the cache
+GZIPPED = b"\x1f\x8b"
 LONGEST_LINE = 1_000_000  # bytes; a row of numbers is a few hundred
 
 
 class TextSource(RowSource):
-    """CSV text, plain or gzipped, with one header line."""
+    """CSV text, plain or gzipped, with one header line, and comments above it."""
 
-    def __init__(
-        self,
-        where: str,
-        opened: BinaryIO,
-        size: int,
-        rename: Mapping[str, str],
-        gzipped: bool = False,
-    ):
+    def __init__(self, where: str, opened: io.BufferedReader, size: int, rename: Mapping[str, str]):
         self._opened, self._size, self._file = opened, size, where
         self._stream: Any = opened
-        if gzipped:
+        if opened.peek(2)[:2] == GZIPPED:
             import gzip
 
             self._stream = gzip.GzipFile(fileobj=opened)
-        header = self._read_line()
-        if not header.strip():
-            raise InputError(f"{where}: it is empty, expected a header line and rows of numbers")
-        # numpy.savetxt puts "# " before its header
-        text = self._decoded(header).removeprefix("\ufeff").lstrip("# ").strip()
-        for mark, name in ((";", "semicolons"), ("\t", "tabs")):
-            if mark in text and "," not in text:
-                raise InputError(f"{where}: the header is separated by {name}, expected commas")
-        super().__init__(where, self._split(text, 1), rename)
+        super().__init__(where, self._header({"t", "time", *rename}), rename)
+
+    def _header(self, expected: set[str]) -> list[str]:
+        """The names in the header, the first line that is no comment."""
+        for number in itertools.count(1):
+            line = self._decoded(self._read_line())
+            if not line.strip():
+                raise InputError(
+                    f"{self._file}: it is empty, expected a header line and rows of numbers"
+                )
+            text = line.removeprefix("\ufeff").strip()
+            # numpy.savetxt puts "# " before its header
+            names = self._split(text.lstrip("# "), number)
+            if text.startswith("#") and not expected & {name.strip() for name in names}:
+                continue
+            for mark, name in ((";", "semicolons"), ("\t", "tabs"), (" ", "spaces")):
+                if mark in text.lstrip("# ") and "," not in text:
+                    raise InputError(
+                        f"{self._file}: the header is separated by {name}, expected commas"
+                    )
+            self._rows_begin = number + 1
+            return names
+        raise AssertionError
 
     def blocks(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
@@ -306,7 +316,7 @@ class TextSource(RowSource):
         names = (*wanted, *also)
         indices = [self.names.index(name) for name in names]
         strict = [name in wanted for name in names]
-        rest, line = b"", 2
+        rest, line = b"", self._rows_begin
         while True:
             piece = self._read(BLOCK_BYTES)
             data = rest + piece
@@ -404,9 +414,12 @@ class TextSource(RowSource):
     def _split(self, row: str, number: int) -> list[str]:
         try:
             return next(csv.reader([row]), [])
-        except csv.Error as error:  # a lone carriage return, most of all
+        except csv.Error as error:
+            bare = "\r" in row.strip()
+            reason = "its lines end in bare carriage returns" if bare else error
             raise InputError(
-                f"{self._file}: line {number}: {error}; expected cells between commas"
+                f"{self._file}: line {number}: {reason}; expected cells between commas, and line "
+                "feeds"
             ) from None
 
     @staticmethod
@@ -552,7 +565,10 @@ def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowS
     if isinstance(source, str | os.PathLike):
         name = os.fspath(source)
         if name == "-":
-            return TextSource("standard input", sys.stdin.buffer, 0, rename)
+            piped: Any = sys.stdin.buffer
+            if not hasattr(piped, "peek"):
+                piped = io.BufferedReader(piped)
+            return TextSource("standard input", piped, 0, rename)
         return _open_file(Path(name), rename)
     if hasattr(source, "frame") and callable(source.frame):
         source = source.frame(numbers="float")
@@ -567,7 +583,39 @@ def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowS
     )
 
 
+def _npz(path: Path) -> Any:
+    with numpy.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
+
+
+def _json(path: Path) -> Any:
+    import json
+
+    return dict(json.loads(path.read_text("utf-8")))
+
+
+def _arrow(path: Path) -> Any:
+    import pyarrow.feather
+
+    return pyarrow.feather.read_table(path)
+
+
+# what ``run --out`` writes besides CSV and Parquet, and NumPy's
+IN_MEMORY: dict[str, Callable[[Path], Any]] = {".npz": _npz, ".json": _json, ".arrow": _arrow}
+
+
+def _in_memory(path: Path, rename: Mapping[str, str]) -> RowSource:
+    try:
+        table = IN_MEMORY[path.suffix](path)
+        names = list(getattr(table, "column_names", table))
+    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, ImportError) as error:
+        raise InputError(f"{path}: {_line(error)}; expected a {path.suffix} file") from None
+    return ColumnSource(names, table.__getitem__, rename, str(path))
+
+
 def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
+    if path.suffix in IN_MEMORY:
+        return _in_memory(path, rename)
     parquet = path.suffix == ".parquet"
     try:
         # opening a pipe waits for its writer, and Parquet cannot be read from one
@@ -586,7 +634,7 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
         with opened:
             return _whole(path, form.read, rename)
     try:
-        return TextSource(str(path), opened, size, rename, path.name.endswith(".gz"))
+        return TextSource(str(path), opened, size, rename)
     except BaseException:
         opened.close()
         raise

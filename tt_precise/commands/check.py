@@ -9,6 +9,8 @@ import click
 
 from tt_precise.commands import options
 from tt_precise.mechanics.digits import RULE
+from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.terminal import one_line
 
 if TYPE_CHECKING:
     from tt_precise.check.result import Result
@@ -69,7 +71,9 @@ def command(
     markdown: str | None,
     plot: str | None,
 ) -> int:
-    """Check what TRAJECTORY (.csv, .csv.gz, .parquet; - is standard input) must conserve.
+    """Check what TRAJECTORY must conserve.
+
+    It is .csv (or gzipped), .parquet, .arrow, .json, .npz, or - for standard input.
 
     Columns (SI; those in brackets if known): t and theta theta_dot phi_dot omega_3 [nu_x nu_y], or
     kx ky kz Lx Ly Lz [vx vy], or qw qx qy qz wx wy wz [vcx vcy vcz]. `tt-precise columns` says what
@@ -77,11 +81,13 @@ def command(
     1 if a check failed.
 
     Checks: time, finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
-    contact, contact_velocity, fall, axis_norm, quaternion_norm, golden, and the integrals of the
-    scene's model.
+    normal_force, friction_power, contact, contact_velocity, fall, axis_norm, quaternion_norm,
+    golden, and the integrals of the scene's model. Input that cannot be used (exit status 2) is a
+    failed check "input" in --json, --junit and --markdown.
     """
     from tt_precise.check.checks import read_limits
     from tt_precise.check.columns import renaming
+    from tt_precise.check.result import unusable
     from tt_precise.check.run import conservation
     from tt_precise.runtime.files import require_apart
     from tt_precise.runtime.progress import progress_bar
@@ -93,20 +99,27 @@ def command(
         from tt_precise.runtime.plotting import require_format
 
         require_format(plot)
-    with progress_bar(f"checking {trajectory}") as progress:
-        result = conservation(
-            trajectory,
-            scene,
-            limits=read_limits(limits),
-            until=until,
-            digits=digits,
-            fresh=fresh,
-            friction=friction,
-            engine=engine,
-            columns=renaming(columns),
-            folder=folder,
-            progress=progress,
-        )
+    try:
+        with progress_bar(f"checking {trajectory}") as progress:
+            result = conservation(
+                trajectory,
+                scene,
+                limits=read_limits(limits),
+                until=until,
+                digits=digits,
+                fresh=fresh,
+                friction=friction,
+                engine=engine,
+                columns=renaming(columns),
+                folder=folder,
+                progress=progress,
+            )
+    except InputError as error:
+        refused = unusable(trajectory, scene, one_line(str(error)))
+        _write(refused, junit, markdown, None)
+        if as_json:
+            click.echo(json.dumps(refused.as_dict(), indent=2))
+        raise
     _write(result, junit, markdown, plot)
     click.echo(json.dumps(result.as_dict(), indent=2) if as_json else str(result))
     return 0 if result.passed else FAILED

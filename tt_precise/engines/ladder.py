@@ -23,6 +23,7 @@ from tt_precise.engines.protocol import (
     job,
     run,
 )
+from tt_precise.golden.digits import correct_digits
 from tt_precise.integration import integrate
 from tt_precise.mechanics import flight, quantities
 from tt_precise.mechanics.conversion import RigidBodyState
@@ -308,8 +309,8 @@ def measured(
     course = states[-1].distance(rung.truth, rung.spin, float(rung.start.body.R))
     known |= {
         "errors": errors,
-        "digits": tuple(_digits(error) for error in errors),
-        "digits_over_time": tuple(_digits(float(e)) for e in course[:: max(len(course) // 10, 1)]),
+        "digits": tuple(map(correct_digits, errors)),
+        "digits_over_time": tuple(map(correct_digits, course[:: max(len(course) // 10, 1)])),
     }
     # one rounding a step, of a few numbers of the size of the motion
     if max(errors) <= 16 * EPS * float(rung.scene.until / steps[-1]):
@@ -360,10 +361,6 @@ def _extrapolated(states: Sequence[States], order: float) -> States:
             for name in ("k", "omega", "s_dot")
         )
     )
-
-
-def _digits(error: float) -> float:
-    return float(-numpy.log10(max(error, EPS)))
 
 
 def _equator(rung: Rung, states: States) -> float | None:
