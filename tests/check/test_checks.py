@@ -131,7 +131,7 @@ def test_without_velocity_what_needs_it_is_skipped(healthy: Healthy) -> None:
     assert result["jellett"].verdict == "pass"
     for name in ("energy", "energy_balance", "equations", "contact"):
         assert result[name].verdict == "skipped"
-        assert result[name].reason == "needs the velocity: columns vx, vy"
+        assert result[name].note == "needs the velocity: columns vx, vy"
 
 
 def test_until_cuts_a_tail_off(healthy: Healthy) -> None:

@@ -43,7 +43,7 @@ def test_a_rigid_body_without_velocity_keeps_jellett(healthy: Healthy, rigid_bod
     frame = rigid_body(healthy())[["t", "qw", "qx", "qy", "qz", "wx", "wy", "wz"]]
     result = tt.check.conservation(frame, "reference")
     assert result["jellett"].verdict == "pass"
-    assert result["energy"].reason == "needs the velocity: columns vcx, vcy, vcz"
+    assert result["energy"].note == "needs the velocity: columns vcx, vcy, vcz"
 
 
 def test_the_conversion_in_exact_numbers() -> None:

@@ -20,8 +20,8 @@ def frame(healthy: Healthy, rigid_body: Callable[[pandas.DataFrame], pandas.Data
 
 def contact_velocity(frame: pandas.DataFrame, scene: str | tt.Scene = "reference") -> str:
     found = tt.check.conservation(frame, scene, friction="other")["contact_velocity"]
-    assert (found.reason == "") == (found.verdict == "pass")
-    return found.reason
+    assert (found.note == "") == (found.verdict == "pass")
+    return found.note
 
 
 def test_a_contact_point_that_stays_on_the_table_needs_no_note(frame: Healthy) -> None:
@@ -56,7 +56,7 @@ def test_a_top_that_flies_is_no_soft_contact(frame: Healthy) -> None:
     flying["vcz"] += 0.1 * flying["t"]  # 5 cm high in the end
     assert tt.check.conservation(flying, "reference", friction="other")[
         "contact_velocity"
-    ].reason == ""  # fmt: skip
+    ].note == ""  # fmt: skip
 
 
 def test_blocks_of_rows_say_what_the_whole_says(

@@ -62,12 +62,12 @@ def test_coarse_rows_are_reported_with_the_spacing_that_would_do(healthy: Health
     result = tt.check.conservation(healthy("reference", 9), "reference")
     equations = result["equations"]
     assert equations.verdict == "skipped"
-    assert equations.reason.startswith("rows too far apart: ")
-    assert "8 of 8 intervals too wide; rows 0.1 s apart would do" in equations.reason
+    assert equations.note.startswith("rows too far apart: ")
+    assert "8 of 8 intervals too wide; rows 0.1 s apart would do" in equations.note
     assert result.passed
     closer = tt.check.conservation(healthy("reference", 81), "reference")["equations"]
     assert closer.verdict == "pass"
-    assert "too wide" not in closer.reason
+    assert "too wide" not in closer.note
 
 
 def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) -> None:
@@ -78,7 +78,7 @@ def test_a_few_resolved_intervals_do_not_vouch_for_the_others(healthy: Healthy) 
     result = tt.check.conservation(few[["t", *NewtonState._fields]], "reference")
     for name in ("equations", "energy_balance"):
         assert result[name].verdict == "skipped"
-        assert "; 10 of 12 intervals too wide" in result[name].reason
+        assert "; 10 of 12 intervals too wide" in result[name].note
 
 
 @pytest.mark.parametrize("columns", ["vectors", "Euler"])
@@ -93,7 +93,7 @@ def test_a_wrong_first_row_fails_however_wrong_it_is(
     assert tt.check.conservation(frame, "reference").passed
     frame.loc[0, name] += size * abs(frame[name]).max()
     found = tt.check.conservation(frame, "reference")["equations"]
-    assert (found.verdict, "too wide" in found.reason) == ("fail", False)
+    assert (found.verdict, "too wide" in found.note) == ("fail", False)
 
 
 def simulated(change: tuple[str, str]) -> pandas.DataFrame:
@@ -173,8 +173,8 @@ def test_between_sticking_and_slipping_other_equations_are_found() -> None:
     frame = pandas.DataFrame(tt.golden.load(scene.name))[["t", *NewtonState._fields]]
     healthy = tt.check.conservation(frame, scene)["equations"]
     # the joints are no question of the spacing
-    assert "intervals hold a stick or slip, or are too wide" in healthy.reason
-    assert "apart would do" not in healthy.reason
+    assert "intervals hold a stick or slip, or are too wide" in healthy.note
+    assert "apart would do" not in healthy.note
     for body in (
         {"mu": scene.body.mu * Fraction("1.001")},
         {"I3": scene.body.I3 * Fraction("1.001")},

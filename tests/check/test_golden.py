@@ -46,7 +46,7 @@ def test_a_wrong_row_of_a_top_that_lifts_is_noticed(scene: str) -> None:
     failed = tt.check.conservation(frame, scene, digits=12)
     assert [finding.name for finding in failed.failures] == ["golden"]
     skipped = tt.check.conservation(frame, scene)["equations"]
-    assert skipped.reason.startswith("needs the height of the lowest point")
+    assert skipped.note.startswith("needs the height of the lowest point")
 
 
 def test_there_is_golden_data() -> None:
@@ -134,7 +134,7 @@ def test_sums_of_time_steps_are_matched(healthy: Healthy) -> None:
     times = [float(t) + 1e-10 for t in moved["t"][:-1]]
     shifted = tt.integrate("reference").frame(*moved.columns[1:], times=times)
     found = tt.check.conservation(shifted, "reference")["golden"]
-    assert found.reason.startswith("800 with the golden solution carried to their times; largest")
+    assert found.note.startswith("800 with the golden solution carried to their times; largest")
     assert found.value == pytest.approx(exact.value, abs=3)
 
 
@@ -143,9 +143,9 @@ def test_other_starts_and_bodies_have_no_golden_data(healthy: Healthy) -> None:
     other = replace(scene, start=replace(scene.start, phi_dot=Fraction(1)))
     found = tt.check.conservation(healthy(), other)["golden"]
     assert found.verdict == "skipped"
-    assert found.reason.startswith("the golden data of reference are of another body or start")
+    assert found.note.startswith("the golden data of reference are of another body or start")
     nameless = tt.check.conservation(healthy(), replace(scene, name="mine"))["golden"]
-    assert nameless.reason.startswith("no golden data of a scene mine; --fresh")
+    assert nameless.note.startswith("no golden data of a scene mine; --fresh")
     with pytest.raises(tt.InputError, match="digits: no golden data of a scene mine"):
         tt.check.conservation(healthy(), replace(scene, name="mine"), digits=8)
 
@@ -154,7 +154,7 @@ def test_another_start_is_reported(healthy: Healthy) -> None:
     other = healthy("phi-dot-195")
     result = tt.check.conservation(other, "reference")
     assert result["golden"].verdict == "info"
-    assert "another start than the scene's" in result["golden"].reason
+    assert "another start than the scene's" in result["golden"].note
     assert "pass, another start than that of golden data" in str(result).replace("\n", " ")
     assert result.passed
 
@@ -167,8 +167,8 @@ def test_a_table_that_is_left_is_named() -> None:
     frame = tt.integrate(flying).frame(*NewtonState._fields, numbers="float")
     said = 'the solution leaves the table at 1.33692 s; --until 1.33, or lost = "fly"'
     result = tt.check.conservation(frame, scene)
-    assert said in result["equations"].reason
-    assert said in result["golden"].reason
+    assert said in result["equations"].note
+    assert said in result["golden"].note
     for fresh in (False, True):
         with pytest.raises(tt.InputError) as refused:
             tt.check.conservation(frame, scene, digits=8, fresh=fresh)
@@ -183,7 +183,7 @@ def test_rows_between_golden_times_are_compared(healthy: Healthy) -> None:
     frame = tt.integrate("reference").frame(*columns, times=times)
     found = tt.check.conservation(frame, "reference", until=7.9, digits=9)["golden"]
     assert found.verdict == "pass"
-    assert found.reason.startswith("5 rows compared at golden times; 457 with the golden solution")
+    assert found.note.startswith("5 rows compared at golden times; 457 with the golden solution")
     late = frame.assign(t=frame["t"] + numpy.where(frame["t"] > 3, 1e-7, 0))
     bad = tt.check.conservation(late, "reference", until=7.9, digits=9)["golden"]
     assert bad.verdict == "fail"
@@ -227,9 +227,9 @@ def test_rows_beyond_the_end_of_golden_data_are_not_vouched_for(healthy: Healthy
         tt.check.assert_matches_golden(longer, "reference", digits=8, fresh=True)
     assert tt.check.assert_matches_golden(longer, "reference", digits=8, until=8).passed
     reported = tt.check.conservation(longer, "reference")["golden"]
-    assert "800 of 801 rows after the start in all; largest gap 0.01 s" in reported.reason
+    assert "800 of 801 rows after the start in all; largest gap 0.01 s" in reported.note
     whole = tt.check.assert_matches_golden(frame, "reference", digits=8)["golden"]
-    assert whole.reason == "800 rows compared at golden times; largest gap 0.01 s"
+    assert whole.note == "800 rows compared at golden times; largest gap 0.01 s"
 
 
 @pytest.mark.parametrize("digits", [9, 15, 20])
@@ -261,7 +261,7 @@ def test_every_row_is_computed_afresh(rows: int) -> None:
     columns = ["t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
     frame = tt.integrate(scene, digits=11).frame(*columns[1:], times=t.tolist(), numbers="float")
     right = tt.check.assert_matches_golden(frame, scene, digits=9, fresh=True)["golden"]
-    assert right.reason.startswith(f"{rows} rows computed afresh in ")
+    assert right.note.startswith(f"{rows} rows computed afresh in ")
     for row in (0, 1, rows // 2 + 1, rows - 2, rows - 1):
         wrong = frame.assign(omega_3=frame["omega_3"] * (1 + 1e-7 * (frame.index == row)))
         with pytest.raises(AssertionError, match="omega_3 "):
@@ -321,7 +321,7 @@ def test_a_fresh_solution_is_compared_at_the_rows_own_times(healthy: Healthy) ->
     frame = tt.integrate("reference").frame(times=times)
     found = tt.check.conservation(frame, scene, digits=10, fresh=True, until=0.77)["golden"]
     assert found.verdict == "pass"
-    assert found.reason.startswith("60 rows computed afresh in ")
+    assert found.note.startswith("60 rows computed afresh in ")
     assert set(found.parts) == set(frame.columns) - {"t"}
     assert all(digits == round(digits, 2) for digits in found.parts.values())
     reported = tt.check.conservation(frame, scene, fresh=True, until=0.77)["golden"]

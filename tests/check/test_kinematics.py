@@ -82,9 +82,9 @@ def test_the_engine_is_right(engine: Engine) -> None:
     result = tt.check.conservation(frame, "reference", until=2, digits=8)
     assert result.passed, str(result)
     for name in ("kinematics", "contact_momentum"):
-        assert result[name].verdict == "pass", result[name].reason
-    assert "friction seen: 0.3 +- " in result["friction_power"].reason
-    assert "as viscous" in result["friction_power"].reason
+        assert result[name].verdict == "pass", result[name].note
+    assert "friction seen: 0.3 +- " in result["friction_power"].note
+    assert "as viscous" in result["friction_power"].note
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])
@@ -109,16 +109,16 @@ def test_a_table_that_pulls_fails(engine: Engine) -> None:
 def test_other_friction_is_suggested_only_where_it_may_be_that(engine: Engine) -> None:
     for fault, suggested in (("mu a tenth more", True), ("I1 a hundredth more", False)):
         result = tt.check.conservation(engine(fault=fault), "reference", until=1.0)
-        assert ("--friction other" in result["equations"].reason) == suggested
+        assert ("--friction other" in result["equations"].note) == suggested
     torsion = tt.check.conservation(engine(fault="torsional friction"), "reference", until=1.0)
-    assert "torsional friction" in torsion["contact_momentum"].reason
+    assert "torsional friction" in torsion["contact_momentum"].note
 
 
 def test_friction_is_seen_as_what_it_is(engine: Engine) -> None:
     frame = engine(1000, law="coulomb", mu=0.02)
     found = tt.check.conservation(frame, "reference", friction="other", until=1.0)
-    assert "friction seen: 0.02 +- " in found["friction_power"].reason
-    assert "as Coulomb's" in found["friction_power"].reason
+    assert "friction seen: 0.02 +- " in found["friction_power"].note
+    assert "as Coulomb's" in found["friction_power"].note
 
 
 CAUSES = {
@@ -138,7 +138,7 @@ CAUSES = {
 def test_the_cause_is_named(engine: Engine, fault: str) -> None:
     hertz = 100 if fault == "I1 a hundredth more" else 500
     result = tt.check.conservation(engine(hertz, fault=fault), "reference", until=1.0)
-    notes = {name: result[name].reason for name in ("equations", "contact_momentum")}
+    notes = {name: result[name].note for name in ("equations", "contact_momentum")}
     named = {name: note for name, note in notes.items() if "fits to" in note}
     assert named
     assert all(CAUSES[fault] in note for note in named.values())
@@ -147,11 +147,11 @@ def test_the_cause_is_named(engine: Engine, fault: str) -> None:
 def test_what_was_not_looked_at_is_said(engine: Engine) -> None:
     frame = engine().drop(columns=["x", "y", "z"])
     found = tt.check.conservation(frame, "reference", friction="other", until=1.0)
-    assert "not at x, y, z (no columns)" in found["kinematics"].reason
+    assert "not at x, y, z (no columns)" in found["kinematics"].note
     coarse = tt.check.conservation(engine(60), "reference", friction="other", until=1.0)
     for name in ("kinematics", "contact_momentum"):
         assert coarse[name].verdict == "skipped"
-        assert coarse[name].reason.startswith("rows too far apart")
+        assert coarse[name].note.startswith("rows too far apart")
     euler = tt.integrate("contact-lost").frame("theta", "theta_dot", "phi_dot", "omega_3")
     assert tt.check.conservation(euler, "contact-lost")["kinematics"].verdict == "skipped"
 

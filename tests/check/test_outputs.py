@@ -136,7 +136,7 @@ FORGED = "a\n### forged: pass\x1b[2J\u2028.csv"
 
 def test_a_name_or_a_reason_cannot_forge_a_line(failing: tt.check.Result) -> None:
     """Nor reach a terminal as more than text, from Python either."""
-    checks = (replace(failing.checks[0], reason=FORGED), *failing.checks[1:])
+    checks = (replace(failing.checks[0], note=FORGED), *failing.checks[1:])
     result = replace(failing, trajectory=FORGED, scene=FORGED, checks=checks)
     for text in (str(result), result.markdown(), result._repr_html_(), result.junit()):
         assert not [line for line in text.splitlines() if line.startswith("### forged")]

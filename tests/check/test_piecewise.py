@@ -49,7 +49,7 @@ def test_height_and_rate_are_read_in_every_column_set(scene: str, columns: str) 
 def test_without_the_height_its_checks_are_skipped(scene: str) -> None:
     found = checked(rows(scene).drop(columns=[*LIFTED]), scene)
     for name in ("energy", "energy_balance", "equations"):
-        assert found[name].reason == "needs the height of the lowest point: columns height, rise"
+        assert found[name].note == "needs the height of the lowest point: columns height, rise"
     with pytest.raises(InputError, match="has height but not rise, expected all of the height"):
         checked(rows(scene).drop(columns="rise"), scene)
 

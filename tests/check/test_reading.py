@@ -221,7 +221,7 @@ def test_a_simulation_that_blew_up_fails_at_its_time(
     result = tt.check.conservation(written, "reference", digits=8)
     assert [finding.name for finding in result.failures] == ["finite", "golden"]
     assert result["finite"].at == pytest.approx(at)
-    assert "line 300" in result["finite"].reason
+    assert "line 300" in result["finite"].note
     assert result.rows == 298
     assert tt.check.conservation(written, "reference", until=2.9).passed
 

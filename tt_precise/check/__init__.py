@@ -16,16 +16,16 @@ from typing import TYPE_CHECKING
 from tt_precise.runtime.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from tt_precise.check.result import Finding, Result
+    from tt_precise.check.result import Result
     from tt_precise.check.run import assert_conserves, assert_matches_golden, conservation
 
-__all__ = ["Finding", "Result", "assert_conserves", "assert_matches_golden", "conservation"]
+__all__ = ["Result", "assert_conserves", "assert_matches_golden", "conservation"]
 
 # the pytest plugin lives in this package and must cost nothing until it is used
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "result": ["Finding", "Result"],
+        "result": ["Result"],
         "run": ["assert_conserves", "assert_matches_golden", "conservation"],
     },
 )

@@ -16,7 +16,6 @@ import numpy
 
 from tt_precise.check.equations import EquationResidual, SummedResidual, lift_off
 from tt_precise.check.kinematics import ContactMomentum, FrictionPower, Kinematics, normal_force
-from tt_precise.check.result import Sense
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import quantities
@@ -25,6 +24,7 @@ from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, Integral
 from tt_precise.mechanics.newton import arm
 from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.check import Sense
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene
 

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import TRACK
-from tt_precise.check.result import CheckFinding, RunningWorst, Verdict
+from tt_precise.check.result import RunningWorst
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.sources import Block
 from tt_precise.golden import store
@@ -41,6 +41,7 @@ from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.runtime.check import Check, Verdict
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
 from tt_precise.scene.numerals import as_fraction
@@ -232,7 +233,7 @@ class GoldenDistance:
             for name in names
         ]
 
-    def finding(self, until: float, broken: str, progress: Progress) -> CheckFinding:
+    def finding(self, until: float, broken: str, progress: Progress) -> Check:
         """The distance up to time ``until`` (s), with a fresh computation where one is allowed.
 
         ``broken`` says why rows are missing at the end, "" if none are.
@@ -260,7 +261,7 @@ class GoldenDistance:
             reason = broken or f"{lacking}; --fresh computes the solution"
             if self._asked is None or broken:
                 verdict: Verdict = "fail" if self._asked is not None else "skipped"
-                return CheckFinding("golden", verdict, reason=reason)
+                return Check("golden", verdict, note=reason)
             raise InputError(f"digits: {lacking}; {self._advice()}")
         few = self._fewest.worst < (self._asked or 0.0)
         since, to, allowed = evidence.gap(self._end(until), float(self._setup.scene.sample_every))
@@ -287,7 +288,7 @@ class GoldenDistance:
         if worst < 1 and self._over_time.from_the_start:
             notes.insert(0, "another start than the scene's: no digit is right from the start")
             verdict = "fail" if verdict == "fail" else "info"
-        return CheckFinding(
+        return Check(
             "golden", verdict, worst, self._asked, self._fewest.at, "; ".join(notes), MEANING,
             "at least",
             {name: round(value, 2) for name, value in self._fewest.digits.items()},

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy
 
+from tt_precise.runtime.check import Check
 from tt_precise.runtime.terminal import one_line
 from tt_precise.runtime.untyped import Json
 
@@ -19,61 +20,7 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-Verdict = Literal["pass", "fail", "info", "skipped"]
-Sense = Literal["at most", "above", "at least"]
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
-
-
-@dataclass(frozen=True)
-class CheckFinding:
-    """One check as it came out.
-
-    ``value`` is the worst of all rows, ``at`` its time in s, ``reason`` why it was skipped or
-    what else must be known. ``curve`` holds times and values for a plot, ``parts`` what the value
-    is made of (correct digits of every column), and ``history`` says how it came about over time.
-    """
-
-    name: str
-    verdict: Verdict
-    value: float | None = None
-    limit: float | None = None
-    at: float | None = None
-    reason: str = ""
-    meaning: str = ""
-    sense: Sense = "at most"
-    parts: dict[str, float] = field(default_factory=dict)
-    history: str = ""
-    curve: tuple[numpy.ndarray, numpy.ndarray] | None = field(
-        default=None, repr=False, compare=False
-    )
-
-    def as_dict(self) -> dict[str, Json]:
-        """For JSON."""
-        # JSON has no infinity: an infinite worst value is given by its reason
-        value = None if self.value is None or not math.isfinite(self.value) else self.value
-        found: dict[str, Json] = {
-            "name": self.name,
-            "verdict": self.verdict,
-            "value": value,
-            "limit": self.limit,
-            "sense": self.sense,
-            "at": self.at,
-            "reason": self.reason,
-            "meaning": self.meaning,
-        }
-        if self.parts:
-            found |= {"digits": self.parts, "digits_over_time": self.history}
-        return found
-
-    def sentence(self) -> str:
-        """One line: check, value, limit, time."""
-        if self.value is None or self.limit is None:
-            return f"{self.name}: {self.reason}"
-        where = f" at t = {self.at:.6g} s" if self.at is not None else ""
-        why = f" ({self.reason})" if self.reason else ""
-        return f"{self.name}: {self.value:.3g}{where}, expected {self.sense} {self.limit:.3g}{why}"
-
-
 MOST_POINTS = 4096
 
 
@@ -129,7 +76,7 @@ def _number(value: float | None, digits: int = 3) -> str:
     return "" if value is None else f"{value:.{digits}g}"
 
 
-def _cells(finding: CheckFinding) -> tuple[str, ...]:
+def _cells(finding: Check) -> tuple[str, ...]:
     limit = _number(finding.limit)
     return (
         finding.name,
@@ -137,11 +84,11 @@ def _cells(finding: CheckFinding) -> tuple[str, ...]:
         _number(finding.value),
         f"{SIGNS[finding.sense]} {limit}" if limit else "",
         _number(finding.at, 6),
-        one_line(finding.reason),
+        one_line(finding.note),
     )
 
 
-def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) -> str:
+def table(heading: str, findings: Sequence[Check], width: int = WIDTH) -> str:
     """The findings for a terminal of ``width`` characters; what was skipped stands below."""
     done = [finding for finding in findings if finding.verdict != "skipped"]
     rows = [HEADINGS, *map(_cells, done)]
@@ -163,7 +110,7 @@ def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) ->
     reasons: dict[str, list[str]] = {}
     for finding in findings:
         if finding.verdict == "skipped":
-            reasons.setdefault(finding.reason, []).append(finding.name)
+            reasons.setdefault(finding.note, []).append(finding.name)
     for reason, names in reasons.items():
         lines += textwrap.wrap(
             f"skipped {', '.join(names)}: {one_line(reason)}", width, subsequent_indent="  "
@@ -171,7 +118,7 @@ def table(heading: str, findings: Sequence[CheckFinding], width: int = WIDTH) ->
     return "\n".join(lines)
 
 
-def markdown(heading: str, findings: Sequence[CheckFinding]) -> str:
+def markdown(heading: str, findings: Sequence[Check]) -> str:
     """The findings as Markdown."""
     marks = {"pass": "✅ pass", "fail": "❌ **fail**", "info": "ℹ️ info", "skipped": "➖ skipped"}
     lines = [
@@ -193,30 +140,17 @@ def _escaped(text: str) -> str:
     return text
 
 
-def html(heading: str, findings: Sequence[CheckFinding]) -> str:
+def html(heading: str, findings: Sequence[Check]) -> str:
     """The findings as an HTML table."""
-    from html import escape  # here, because few want it
+    from html import escape
 
-    colours = {"pass": "#1a7f37", "fail": "#cf222e", "info": "#6e7781", "skipped": "#6e7781"}
-    head = "".join(f"<th>{name}</th>" for name in HEADINGS)
-    body = "".join(
-        f'<tr title="{escape(finding.meaning)}">'
-        + "".join(
-            f'<td style="color:{colours[finding.verdict]}">{cell}</td>'
-            if i == 1
-            else f"<td>{escape(cell)}</td>"
-            for i, cell in enumerate(_cells(finding))
-        )
-        + "</tr>"
-        for finding in findings
-    )
-    return (
-        f"<p>{escape(one_line(heading))}</p>"
-        f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-    )
+    import pandas
+
+    rows = pandas.DataFrame([_cells(finding) for finding in findings], columns=list(HEADINGS))
+    return f"<p>{escape(one_line(heading))}</p>{rows.to_html(index=False)}"
 
 
-def junit(place: str, findings: Sequence[CheckFinding]) -> str:
+def junit(place: str, findings: Sequence[Check]) -> str:
     """The findings as JUnit XML, a test case for each of them, in the class ``place``."""
     from xml.etree import ElementTree
 
@@ -232,7 +166,7 @@ def junit(place: str, findings: Sequence[CheckFinding]) -> str:
         named = {"name": finding.name, "classname": _printable(place)}
         case = ElementTree.SubElement(suite, "testcase", named)
         if finding.verdict == "skipped":
-            ElementTree.SubElement(case, "skipped", {"message": _printable(finding.reason)})
+            ElementTree.SubElement(case, "skipped", {"message": _printable(finding.note)})
         elif finding.verdict == "fail":
             message = {"message": _printable(finding.sentence())}
             ElementTree.SubElement(case, "failure", message).text = finding.meaning
@@ -250,7 +184,7 @@ def _printable(text: str) -> str:
 SMALLEST = 1e-18  # what is drawn for an exact zero
 
 
-def figure(title: str, findings: Sequence[CheckFinding], path: str | Path | None = None) -> Figure:
+def figure(title: str, findings: Sequence[Check], path: str | Path | None = None) -> Figure:
     """A matplotlib ``Figure``; needs no display. Written to ``path`` if one is given."""
     from tt_precise.runtime.plotting import require_format, save, styled
 
@@ -263,7 +197,7 @@ def figure(title: str, findings: Sequence[CheckFinding], path: str | Path | None
     return drawn
 
 
-def _drawn(title: str, findings: Sequence[CheckFinding]) -> Figure:
+def _drawn(title: str, findings: Sequence[Check]) -> Figure:
     from tt_precise.runtime.plotting import new_figure
 
     drawn = new_figure(8, 4.5)
@@ -295,12 +229,10 @@ def _drawn(title: str, findings: Sequence[CheckFinding]) -> Figure:
 SCHEMA = "tt_precise.check/1"
 FEW_DIGITS = 4  # fewer of golden data, where none were asked for, are said loudly
 
-Finding = CheckFinding  # its public name in tt_precise.check
-
 
 def unusable(trajectory: str, scene: str, why: str) -> Result:
     """What is said in every format of a trajectory that cannot be checked."""
-    refused = CheckFinding("input", "fail", reason=why, meaning="the input can be used")
+    refused = Check("input", "fail", note=why, meaning="the input can be used")
     return Result(trajectory, scene, "", 0, 0.0, 0.0, (refused,))
 
 
@@ -318,7 +250,7 @@ class Result:
     rows: int
     t_first: float
     t_last: float
-    checks: tuple[CheckFinding, ...]
+    checks: tuple[Check, ...]
 
     @property
     def verdict(self) -> Literal["pass", "fail"]:
@@ -331,11 +263,11 @@ class Result:
         return not self.failures
 
     @property
-    def failures(self) -> tuple[CheckFinding, ...]:
+    def failures(self) -> tuple[Check, ...]:
         """The findings that failed."""
         return tuple(finding for finding in self.checks if finding.verdict == "fail")
 
-    def __getitem__(self, name: str) -> CheckFinding:
+    def __getitem__(self, name: str) -> Check:
         for finding in self.checks:
             if finding.name == name:
                 return finding

@@ -2,32 +2,31 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import operator
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy
 
 from tt_precise.check.checks import CHECKS, RowCheck, Watch, checks_of, chosen_limits, finite
 from tt_precise.check.columns import choose_set, known_columns
 from tt_precise.check.golden import GoldenDistance
-from tt_precise.check.result import CheckFinding, Result, RunningWorst, Verdict
+from tt_precise.check.result import Result, RunningWorst
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.sources import Block, NotFinite, RowSource, UsableRows, open_source
 from tt_precise.check.units import refuse_other_units
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
+from tt_precise.runtime.check import Check, Verdict
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.terminal import one_line
 from tt_precise.scene.scene import Scene, load_scene
-
-if TYPE_CHECKING:
-    import os
 
 NAME = "finite"
 MEANING = "every column holds finite numbers, but for Euler angles where they are undefined"
@@ -52,15 +51,13 @@ class Finiteness:
                 self._at = float(samples.t[row])
                 self._first = f"{name} = {block.values[name][row]} in {block.place(row)}"
 
-    def finding(self, broken: NotFinite | None) -> CheckFinding:
+    def finding(self, broken: NotFinite | None) -> Check:
         """How many entries are not finite, the row at which reading stopped included."""
         count, at, first = self._count, self._at, self._first
         if broken is not None:
             count, first = count + 1, f"{broken}, where the checks stop"
             at = broken.t if at is None else min(at, broken.t)
-        return CheckFinding(
-            NAME, "fail" if count else "pass", float(count), 0.0, at, first, MEANING
-        )
+        return Check(NAME, "fail" if count else "pass", float(count), 0.0, at, first, MEANING)
 
 
 NAMES = [check.name for check in CHECKS]
@@ -125,6 +122,9 @@ def conservation(
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
         request = Request(wanted, until, digits, fresh, friction, folder)
         return _checked(table, scene, request, progress)
+
+
+OPTIONS = inspect.signature(conservation).parameters
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
     if rows < 2:
         reason = f"fewer than two rows before {usable.broken}"
         missed = (*(check.name for check in checks_of(scene)), "golden")
-        findings += [CheckFinding(name, "skipped", reason=reason) for name in missed]
+        findings += [Check(name, "skipped", note=reason) for name in missed]
     else:
         findings += _with_advice([check.finding() for check in running])
         findings.append(_golden(distance, cutoff, usable.broken, progress))
@@ -212,27 +212,27 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
     )
 
 
-def _with_advice(findings: list[CheckFinding]) -> list[CheckFinding]:
+def _with_advice(findings: list[Check]) -> list[Check]:
     """The finding about the equations says what to do where only the force can be another one."""
     verdicts = {finding.name: finding.verdict for finding in findings}
     whatever = {verdicts.get("kinematics"), verdicts.get("contact_momentum")}
     if "fail" in whatever or verdicts.get("equations") != "fail":
         return findings
-    if "leaves the table" in next(one.reason for one in findings if one.name == "equations"):
+    if "leaves the table" in next(one.note for one in findings if one.name == "equations"):
         return findings
     advice = "if the contact force is another one than the scene's, --friction other"
     return [
-        replace(one, reason=f"{one.reason}; {advice}") if one.name == "equations" else one
+        replace(one, note=f"{one.note}; {advice}") if one.name == "equations" else one
         for one in findings
     ]
 
 
 def _golden(
     distance: GoldenDistance | None, until: float, broken: NotFinite | None, progress: Progress
-) -> CheckFinding:
+) -> Check:
     if distance is None:
         reason = "golden data obey the scene's own friction"
-        return CheckFinding("golden", "skipped", reason=reason)
+        return Check("golden", "skipped", note=reason)
     return distance.finding(until, f"the rows end at {broken}" if broken else "", progress)
 
 
@@ -278,7 +278,7 @@ class _Running:
         if self._watch:
             self._worst.add(samples.t, self._watch(samples))
 
-    def finding(self) -> CheckFinding:
+    def finding(self) -> Check:
         check, value, limit = self._check, self._worst.worst, self._limit
         verdict: Verdict = "skipped"
         reason = self._skipped
@@ -291,13 +291,13 @@ class _Running:
                 reason = "not finite there"
             if holds and bound > limit:
                 verdict, reason = "skipped", f"rows too far apart: {reason}"
-        return CheckFinding(
+        return Check(
             name=check.name,
             verdict=verdict,
             value=value,
             limit=limit if self._watch else None,
             at=self._worst.at,
-            reason=reason,
+            note=reason,
             meaning=check.meaning,
             sense=check.sense,
             curve=self._worst.curve if self._watch else None,
@@ -309,16 +309,9 @@ def assert_conserves(
     scene: str | Path | Scene,
     *,
     limits: Mapping[str, float] | None = None,
-    until: float | None = None,
-    digits: float | None = None,
-    fresh: bool = False,
-    friction: str = "scene",
-    engine: str | None = None,
-    columns: Mapping[str, str] | None = None,
-    folder: str | os.PathLike[str] | None = None,
-    **demanded: float,
+    **options: Any,
 ) -> Result:
-    """Assert that no check fails; arguments are those of ``conservation``.
+    """Assert that no check fails; ``options`` are those of ``conservation``.
 
     A limit can be given as a keyword, ``jellett=1e-9``; then the check must also have been
     possible, and fails where it was skipped.
@@ -331,25 +324,15 @@ def assert_conserves(
         The trajectory cannot be used.
     """
     __tracebackhide__ = True
-    result = conservation(
-        trajectory,
-        scene,
-        limits={**(limits or {}), **demanded},
-        until=until,
-        digits=digits,
-        fresh=fresh,
-        friction=friction,
-        engine=engine,
-        columns=columns,
-        folder=folder,
-    )
+    demanded = {name: options.pop(name) for name in [*options] if name not in OPTIONS}
+    result = conservation(trajectory, scene, limits={**(limits or {}), **demanded}, **options)
     lines = [finding.sentence() for finding in result.failures]
     found = {finding.name: finding for finding in result.checks}
     for name in demanded:
         if name not in found:
             lines.append(f"{name}: a limit was given, but the check is of flight only")
         elif found[name].verdict == "skipped":
-            reason = found[name].reason
+            reason = found[name].note
             lines.append(f"{name}: a limit was given, but the check was skipped: {reason}")
     if lines:
         raise AssertionError("\n  ".join([_of(result), *map(one_line, lines)]))
@@ -357,20 +340,12 @@ def assert_conserves(
 
 
 def assert_matches_golden(
-    trajectory: object,
-    scene: str | Path | Scene,
-    *,
-    digits: float,
-    until: float | None = None,
-    fresh: bool = False,
-    engine: str | None = None,
-    columns: Mapping[str, str] | None = None,
-    folder: str | os.PathLike[str] | None = None,
+    trajectory: object, scene: str | Path | Scene, *, digits: float, **options: Any
 ) -> Result:
     """Assert that every column has ``digits`` correct digits at the golden times.
 
-    With ``fresh`` the solution is computed at the trajectory's own times where there is no golden
-    row.
+    ``options`` are those of ``conservation``; with ``fresh`` the solution is computed at the
+    trajectory's own times where there is no golden row.
 
     Raises
     ------
@@ -382,16 +357,7 @@ def assert_matches_golden(
     __tracebackhide__ = True
     if digits is None:
         raise InputError("digits: got None, expected the number of correct digits wanted")
-    result = conservation(
-        trajectory,
-        scene,
-        until=until,
-        digits=digits,
-        fresh=fresh,
-        engine=engine,
-        columns=columns,
-        folder=folder,
-    )
+    result = conservation(trajectory, scene, digits=digits, **options)
     golden = result["golden"]
     if golden.verdict != "pass":
         few = {name: found for name, found in golden.parts.items() if found < digits}
