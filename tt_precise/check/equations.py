@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.causes import cause
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.golden.measuring import ending
 from tt_precise.mechanics import compliant, quantities
@@ -587,6 +586,8 @@ class SummedResidual:
         """The change of the scene that would explain the balance where it is worst."""
         if self._part != "state" or self._residual.setup.joins:
             return ""
+
+        from tt_precise.check.causes import cause  # few need it
 
         given = self._worst_rows()
 

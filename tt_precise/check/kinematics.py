@@ -14,7 +14,6 @@ from collections.abc import Callable, Sequence
 
 import numpy
 
-from tt_precise.check.causes import cause
 from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.mechanics import lowest_point
 from tt_precise.mechanics.quantities import Motion
@@ -245,6 +244,8 @@ class ContactMomentum(_OverWindows):
         if self._vertical:
             named = "what is left is about the vertical, as torsional friction is"
         else:
+            from tt_precise.check.causes import cause  # few need it
+
             named = cause(
                 lambda rows, gyroscopic: torque_left(rows, gyroscopic)[0].ravel(), self._rows, FITS
             )

@@ -286,7 +286,9 @@ class _Running:
             holds = HOLDS[check.sense](value, limit)
             verdict = "pass" if holds else "fail"
             bound = getattr(self._watch, "error_bound", -math.inf)
-            reason = getattr(self._watch, "note", "")
+            watch: Any = self._watch
+            # not getattr: an AttributeError within ``note`` is a bug, no lack of a note
+            reason = watch.note if hasattr(type(watch), "note") else ""
             if not math.isfinite(value):
                 reason = "not finite there"
             if holds and bound > limit:
