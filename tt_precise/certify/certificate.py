@@ -32,6 +32,10 @@ class Refused(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
     """The certificate does not prove the golden data; the message says where it fails."""
 
 
+class TooWide(Refused):
+    """The numbers may be right, but are not enclosed tightly enough: more bits may show it."""
+
+
 @dataclass(frozen=True)
 class Accepted:
     """What a certificate proves: so many pieces, printed numbers and events.

@@ -20,7 +20,15 @@ from flint import arb
 
 from tt_precise.certify import checker
 from tt_precise.certify.balls import NotProved, bounds
-from tt_precise.certify.certificate import FILE, Accepted, Refused, content_of, packed, unpacked
+from tt_precise.certify.certificate import (
+    FILE,
+    Accepted,
+    Refused,
+    TooWide,
+    content_of,
+    packed,
+    unpacked,
+)
 from tt_precise.certify.comparison import CONTACT_LOST, Comparison, State, compare, outward, rounded
 from tt_precise.certify.proof import BITS, Proof, prove
 from tt_precise.golden import proofs, store
@@ -131,7 +139,7 @@ def attempted(scene: str, folder: Path | None, bits: int, pieces: bool) -> Certi
 def proved(scene: str, folder: Path | None, bits: int, progress: Progress = silent) -> Certificate:
     """What can be proved about golden data; nothing is written.
 
-    The precision is raised until every printed digit is proved, or ``MOST_BITS`` are reached.
+    The precision is raised until both programs decide every digit, or ``MOST_BITS`` are reached.
 
     Raises
     ------
@@ -150,10 +158,12 @@ def proved(scene: str, folder: Path | None, bits: int, progress: Progress = sile
     while True:
         proof = prove(stored.scene, bits, progress=lambda done: progress(done / 2))
         made = compared(stored, proof)
-        if made.compared.settled or not proof.complete or bits + MORE_BITS > MOST_BITS:
-            break
+        more = proof.complete and bits + MORE_BITS <= MOST_BITS
+        if made.compared.settled or not more:
+            made = checked(stored, made, lambda done: progress((1 + done) / 2))
+            if not (more and isinstance(made.accepted, TooWide)):
+                return made
         bits += MORE_BITS
-    return checked(stored, made, lambda done: progress((1 + done) / 2))
 
 
 def checked(stored: Stored, made: Certificate, progress: Progress = silent) -> Certificate:
@@ -180,8 +190,10 @@ def check(stored: Stored, content: dict[str, Json], progress: Progress = silent)
         raise Refused("the certificate is about another scene")
     enclosed = checker.enclose(stored.scene, content, progress)
     found = compare(stored, enclosed)
-    if found.objection:
+    if found.mismatches or found.count("wrong"):
         raise Refused(found.objection)
+    if found.objection:
+        raise TooWide(found.objection)
     happened = sum(map(len, enclosed.events.values()))
     lost = CONTACT_LOST in enclosed.events
     return Accepted(stored.name, len(content["pieces"]), found.count("rounded"), happened, lost)
