@@ -42,7 +42,10 @@ MEANINGS: dict[str, tuple[Callable[[Any], Any], int]] = {
 
 def misplaced(trajectory: Trajectory, events: pandas.DataFrame, reach: Any) -> list[str]:
     """Events around which what they mean does not change its sign as it should within reach."""
-    sides = [trajectory.frame(times=[t + side * reach for t in events["t"]]) for side in (-1, 1)]
+    sides = [
+        trajectory.frame(times=[t + side * reach for t in events["t"]], numbers="exact")
+        for side in (-1, 1)
+    ]
     before, after = (list(frame.itertuples()) for frame in sides)
     wrong = []
     for left, event, right in zip(before, events.to_dict("records"), after, strict=True):
