@@ -175,16 +175,11 @@ class TippeTop(Parameters):
 
 
 def _require_table(top: TippeTop) -> None:
-    if top.stiffness <= 0:
-        raise InputError(
-            f"contact.stiffness: got {top.stiffness}, expected a number above 0 in N/m "
-            "(N/m^1.5 for hunt-crossley)"
-        )
-    if top.damping < 0:
-        raise InputError(
-            f"contact.damping: got {top.damping}, expected at least 0 in N s/m "
-            "(s/m for hunt-crossley)"
-        )
+    stiffness, damping = "N/m (N/m^1.5 for hunt-crossley)", "N s/m (s/m for hunt-crossley)"
+    _require(
+        top.stiffness > 0, "contact.stiffness", top.stiffness, f"a number above 0 in {stiffness}"
+    )
+    _require(top.damping >= 0, "contact.damping", top.damping, f"at least 0 in {damping}")
     if not top.friction.smooth_at_rest:
         raise InputError(
             f"contact.law: got compliant with {top.law} friction, expected a law that is smooth at "
@@ -325,30 +320,24 @@ def require_si(body: TippeTop) -> None:
         A moment of inertia, gravity, or mass and radius together are beyond what any top has.
     """
     unit = body.m * body.R**2
+    low, high = PLAUSIBLE_MOMENT
     for name in ("I1", "I3"):
         ratio = getattr(body, name) / unit
-        low, high = PLAUSIBLE_MOMENT
-        if not low <= ratio <= high:
-            _refuse_units(
-                f"body.{name}", ratio,
-                f"{float(low):g} to {high} in units of m R^2; if it is in kg m^2, write "
-                f'{name}_kg_m2 = "{_short(ratio)}"',
-            )  # fmt: skip
+        _require(
+            low <= ratio <= high, f"body.{name}", ratio,
+            f"{float(low):g} to {high} in units of m R^2; if it is in kg m^2, write "
+            f'{name}_kg_m2 = "{_short(ratio)}"',
+        )  # fmt: skip
     low, high = PLAUSIBLE_GRAVITY
-    if not low <= body.g <= high:
-        _refuse_units("body.g", body.g, f"{float(low):g} to {high} m/s^2 (is it in cm/s^2?)")
+    expected = f"{float(low):g} to {high} m/s^2 (is it in cm/s^2?)"
+    _require(low <= body.g <= high, "body.g", body.g, expected)
     density = body.m / (body.R**3 * Fraction("4.18879"))
     low, high = PLAUSIBLE_DENSITY
-    if not low <= density <= high:
-        _refuse_units(
-            "body.m, body.R", body.m,
-            f"m in kg and R in m: with R = {_short(body.R)} the sphere has a density of "
-            f"{_rounded(density, 3)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
-        )  # fmt: skip
-
-
-def _refuse_units(name: str, got: Fraction, expected: str) -> None:
-    raise InputError(f"{name}: got {_short(got)}, expected {expected}")
+    _require(
+        low <= density <= high, "body.m, body.R", body.m,
+        f"m in kg and R in m: with R = {_short(body.R)} the sphere has a density of "
+        f"{_rounded(density, 3)} kg/m^3 (is it in g, cm or mm? there are m_g and R_mm)",
+    )  # fmt: skip
 
 
 class Dimension(NamedTuple):

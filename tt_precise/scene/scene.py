@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cache, cached_property
@@ -86,53 +86,52 @@ class Scene:
         _one_of(self.model, MODELS, "model")
         for name in self.record:
             _one_of(name, RECORDABLE, "record")
-        if self.until < 0:
-            raise InputError(f"until: got {str(self.until)[:60]}, expected seconds, at least 0")
-        if 0 < self.until < SHORTEST:
-            raise InputError(
-                "until: got less than 1e-300 s, which underflows in double; expected 0 or at "
-                "least 1e-300 s"
-            )
-        if self.sample_every <= 0:
-            raise InputError(
-                f"sample_every: got {str(self.sample_every)[:60]}, expected seconds, above 0"
-            )
-        if self.until / self.sample_every > MOST_SAMPLES:
-            shown = float(min(self.sample_every, Fraction(10**300)))
-            raise InputError(
-                f"sample_every: got {shown:g}, which gives more than "
-                f"{MOST_SAMPLES} samples; expected a longer interval or a smaller until"
-            )
-        if self.model == "rolling" and self.body.spring:
-            raise InputError(
-                "model: got rolling on an elastic table, expected gliding: rolling is a "
-                "constraint of a rigid contact"
-            )
-        self._require_height()
-        if self.model == "rolling" and (self.start.nu_x or self.start.nu_y):
-            raise InputError("nu_x, nu_y: got a gliding velocity, expected none in a rolling scene")
+        for wrong, said in self._refusals():
+            if wrong:
+                raise InputError(said)
 
-    def _require_height(self) -> None:
-        """Refuse a height where the model has none, and its lack in flight."""
+    def _refusals(self) -> Iterator[tuple[bool, str]]:
+        """What no scene may be, and what is said of it."""
         flight, lifted = self.model == "flight", isinstance(self.start, LiftedStart)
-        if lifted and not flight and not self.body.spring:
-            raise InputError(
-                "start.height, start.rise: got one of them on a rigid table, expected a flight "
-                "scene or an elastic table"
-            )
-        if not flight:
-            return
-        if self.flies or self.body.mu or self.body.friction is not VISCOUS or self.body.spring:
-            raise InputError(
-                "model: got flight with friction or a table, expected neither mu nor [friction] "
-                "nor [contact]: the top has no contact"
-            )
+        until, every = str(self.until)[:60], str(self.sample_every)[:60]
+        yield self.until < 0, f"until: got {until}, expected seconds, at least 0"
+        yield (
+            0 < self.until < SHORTEST,
+            "until: got less than 1e-300 s, which underflows in double; expected 0 or at least "
+            "1e-300 s",
+        )
+        yield self.sample_every <= 0, f"sample_every: got {every}, expected seconds, above 0"
+        yield (
+            self.until > MOST_SAMPLES * self.sample_every,
+            f"sample_every: got {float(min(self.sample_every, Fraction(10**300))):g}, which gives "
+            f"more than {MOST_SAMPLES} samples; expected a longer interval or a smaller until",
+        )
+        yield (
+            self.model == "rolling" and bool(self.body.spring),
+            "model: got rolling on an elastic table, expected gliding: rolling is a constraint of "
+            "a rigid contact",
+        )
+        yield (
+            lifted and not flight and not self.body.spring,
+            "start.height, start.rise: got one of them on a rigid table, expected a flight scene "
+            "or an elastic table",
+        )
+        has_contact = self.flies or self.body.mu or self.body.spring
+        yield (
+            flight and bool(has_contact or self.body.friction is not VISCOUS),
+            "model: got flight with friction or a table, expected neither mu nor [friction] nor "
+            "[contact]: the top has no contact",
+        )
         height, rise = (getattr(self.start, name, Fraction(0)) for name in LIFTED)
-        if height < 0 or (height == 0 and rise <= 0):
-            raise InputError(
-                f"start.height: got {float(height):g} in a flight scene, expected the height of "
-                "the lowest point in m, above 0 (or 0 with a rise above 0)"
-            )
+        yield (
+            flight and (height < 0 or (height == 0 and rise <= 0)),
+            f"start.height: got {float(height):g} in a flight scene, expected the height of the "
+            "lowest point in m, above 0 (or 0 with a rise above 0)",
+        )
+        yield (
+            self.model == "rolling" and bool(self.start.nu_x or self.start.nu_y),
+            "nu_x, nu_y: got a gliding velocity, expected none in a rolling scene",
+        )
 
     @classmethod
     def of(cls, *, name: str = "scene", **tables: Any) -> Scene:
