@@ -32,22 +32,6 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
     "rise": SPEED,
 }
 
-# Entries are compared with the largest of their kind, so that one that happens to pass through
-# zero does not decide: an error of 1e-16 in kx = 1e-5 is 16 good digits of the axis. Dimensionless,
-# a height and its rate are of one kind: where a flight ends, the height is zero.
-KINDS = (
-    ("kx", "ky", "kz"),
-    ("Lx", "Ly", "Lz"),
-    ("vx", "vy"),
-    ("nu_x", "nu_y"),
-    ("theta",),
-    ("theta_dot", "phi_dot", "omega_3"),
-    ("phi",),
-    ("psi",),
-    ("x", "y"),
-    ("height", "rise"),
-)
-
 
 @dataclass(frozen=True)
 class Formulation:
