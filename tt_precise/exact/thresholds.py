@@ -75,14 +75,8 @@ class Thresholds:
         return {
             "digits": self.digits,
             "quantities": {
-                name: {
-                    "value": text(found.value),
-                    "independent": text(found.independent),
-                    "digits_agreed": found.digits_agreed,
-                    "how": found.how,
-                    "unit": found.unit,
-                    "reason": found.reason,
-                }
+                name: vars(found)
+                | {"value": text(found.value), "independent": text(found.independent)}
                 for name, found in self.quantities.items()
             },
             "inverts": self.inverts,

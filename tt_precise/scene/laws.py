@@ -78,30 +78,6 @@ class Law:
         return [name for name in self.functions if not hasattr(fn, name)]
 
 
-def _viscous(square: Scalar, fn: Functions, mu: Scalar) -> Scalar:
-    return mu
-
-
-def _largest_viscous(speed: Scalar, mu: Scalar) -> Scalar:
-    return mu
-
-
-def _coulomb(square: Scalar, fn: Functions, mu: Scalar) -> Scalar:
-    return mu / fn.sqrt(square)
-
-
-def _largest_coulomb(speed: Scalar, mu: Scalar) -> Scalar:
-    return mu / speed
-
-
-def _regularised(square: Scalar, fn: Functions, mu: Scalar, epsilon: Scalar) -> Scalar:
-    return mu / fn.sqrt(square + epsilon * epsilon)
-
-
-def _largest_regularised(speed: Scalar, mu: Scalar, epsilon: Scalar) -> Scalar:
-    return mu / epsilon
-
-
 def _stribeck(
     square: Scalar, fn: Functions, mu: Scalar, mu_s: Scalar, v_s: Scalar, epsilon: Scalar
 ) -> Scalar:
@@ -113,12 +89,6 @@ def _stribeck(
     """
     fall = fn.exp(-(square / (v_s * v_s)))
     return (mu + (mu_s - mu) * fall) / fn.sqrt(square + epsilon * epsilon)
-
-
-def _largest_stribeck(
-    speed: Scalar, mu: Scalar, mu_s: Scalar, v_s: Scalar, epsilon: Scalar
-) -> Scalar:
-    return mu_s / epsilon
 
 
 def _check_stribeck(mu: Fraction, mu_s: Fraction, v_s: Fraction, epsilon: Fraction) -> None:
@@ -133,21 +103,29 @@ DIMENSIONLESS_MU = Parameter("mu", 0)
 EPSILON = Parameter("epsilon", 1, positive=True)
 _ALL = (
     Law(
-        "viscous", (Parameter("mu", -1),), _viscous, _largest_viscous, constant=True, at_rest="mu"
+        "viscous", (Parameter("mu", -1),),
+        coefficient=lambda square, fn, mu: mu,
+        largest=lambda speed, mu: mu,
+        constant=True, at_rest="mu",
     ),
     Law(
-        "regularised", (DIMENSIONLESS_MU, EPSILON), _regularised, _largest_regularised, ("sqrt",),
-        at_rest="mu/epsilon",
+        "regularised", (DIMENSIONLESS_MU, EPSILON),
+        coefficient=lambda square, fn, mu, epsilon: mu / fn.sqrt(square + epsilon * epsilon),
+        largest=lambda speed, mu, epsilon: mu / epsilon,
+        functions=("sqrt",), at_rest="mu/epsilon",
     ),
     Law(
-        "coulomb", (DIMENSIONLESS_MU,), _coulomb, _largest_coulomb, ("sqrt",),
-        smooth_at_rest=False,
+        "coulomb", (DIMENSIONLESS_MU,),
+        coefficient=lambda square, fn, mu: mu / fn.sqrt(square),
+        largest=lambda speed, mu: mu / speed,
+        functions=("sqrt",), smooth_at_rest=False,
     ),
     Law(
         "stribeck",
         (DIMENSIONLESS_MU, Parameter("mu_s", 0), Parameter("v_s", 1, positive=True), EPSILON),
-        _stribeck, _largest_stribeck, ("sqrt", "exp"), at_rest="mu_s/epsilon",
-        check=_check_stribeck,
+        coefficient=_stribeck,
+        largest=lambda speed, mu, mu_s, v_s, epsilon: mu_s / epsilon,
+        functions=("sqrt", "exp"), at_rest="mu_s/epsilon", check=_check_stribeck,
     ),
 )  # fmt: skip
 LAWS = {law.name: law for law in _ALL}
