@@ -64,6 +64,17 @@ def test_zeros_within_the_first_step(beside_zero: Scene, precision: str) -> None
     assert float(events["t"].iloc[3]) == pytest.approx(1.30825e-8, rel=1e-4)
 
 
+def test_the_rounding_of_a_zero_at_the_start_is_no_event() -> None:
+    """omega_3 begins with t^3: rounding makes it cross zero at 4e-8 s."""
+    scene = load_scene("elastic-linear").varied(
+        m="0.02", R="0.02", alpha="0.8584", I1="0.8712", I3="1.3503", g="9.8", mu="0.09525331",
+        theta="pi - 1.282219e-06", phi_dot="11.4524", omega_3="0", theta_dot="0", nu_x="0",
+        nu_y="0", height="-0.0002", rise="0", stiffness="5742.883", damping="0.0629295",
+        until="0.003",
+    )  # fmt: skip
+    assert "omega_3_zero" not in set(integrate(scene, events=("omega_3_zero",)).events["name"])
+
+
 def test_digits_of_events_beside_zero_hold(beside_zero: Scene) -> None:
     truth = integrate(beside_zero, "triple-double", events=ALL).events
     run = integrate(beside_zero, digits=9, events=ALL)

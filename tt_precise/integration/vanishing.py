@@ -39,10 +39,15 @@ TO_THE_EXTREMUM = 3  # Newton's steps from a zero beside it
 
 
 class AtStart(NamedTuple):
-    """Events in the first step, and functions that vanish identically."""
+    """Events in the first step, and functions that vanish identically.
+
+    ``reach`` is the time until which a function that vanishes at the start is below its rounding:
+    a sign that changes there is that of rounding.
+    """
 
     hits: tuple[Hit, ...]
     silent: frozenset[str]
+    reach: dict[str, float]
 
 
 def functions_along(
@@ -104,14 +109,15 @@ def _at_start(setup: Setup, start: InitialState) -> AtStart:
             "is defined there, such as theta_max, phi_dot_zero or nu_x_zero"
         )
     silent = set()
+    reach: dict[str, float] = {}
     if close:
         with setup.precision.wide.precision():
-            for name, zeros in _first_zeros(setup, start, events, close, order).items():
+            for name, zeros in _first_zeros(setup, start, events, close, order, reach).items():
                 if zeros is None:
                     silent.add(name)
                 else:
                     hits += [hit for hit in zeros if events[name].direction in (0, hit.direction)]
-    return AtStart(tuple(sorted(hits, key=lambda hit: hit.time)), frozenset(silent))
+    return AtStart(tuple(sorted(hits, key=lambda hit: hit.time)), frozenset(silent), reach)
 
 
 def _sized(value: Scalar) -> Sized:
@@ -124,10 +130,12 @@ def _first_zeros(
     events: Mapping[str, Event],
     close: Mapping[str, Sequence[float]],
     order: int,
+    reach: dict[str, float],
 ) -> dict[str, list[Hit] | None]:
     """Of functions that are ``close`` to zero at the start: their zeros in the first step.
 
-    None where one vanishes identically. ``close`` holds the sizes of their coefficients.
+    None where one vanishes identically. ``close`` holds the sizes of their coefficients; into
+    ``reach`` goes how far those that vanish at the start are below their rounding.
     """
     wide, form, bits = setup.precision.wide, setup.formulation, setup.precision.bits
     chosen = {name: events[name] for name in close}
@@ -153,6 +161,10 @@ def _first_zeros(
                 if all(zero):
                     found[name] = None
                     continue
+                if zero[0]:
+                    below = _eps(setup) * close[name][0]
+                    terms = ((k, float(abs(x))) for k, x in enumerate(c) if not zero[k])
+                    reach[name] = min((below / x) ** (1 / k) for k, x in terms)
                 c = c[zero.index(False) :]
             series[name] = c
             length = min(length, _converges(c, bits))
@@ -216,11 +228,21 @@ def settled(
         return tuple(hits), frozenset()
     first = at_start(setup, start)
     early = [hit for hit in first.hits if hit.time <= end]
-    later = [hit for hit in hits if hit.time >= FIRST_STEP and hit.name not in first.silent]
+    later = [
+        hit
+        for hit in hits
+        if hit.time >= max(FIRST_STEP, first.reach.get(hit.name, 0.0))
+        and hit.name not in first.silent
+    ]
     keep = _crossing(later, setup, start) if later else []
     crossed = [hit for hit, kept in zip(later, keep, strict=True) if kept]
     touched = {hit.name for hit, kept in zip(later, keep, strict=True) if not kept}
     return (*early, *crossed), first.silent | touched
+
+
+def _eps(setup: Setup) -> float:
+    """What stays below this share of its summands is zero."""
+    return max(ROUNDINGS * 2.0 ** (1 - setup.precision.bits), float(setup.tolerance))
 
 
 def _crossing(hits: Sequence[Hit], setup: Setup, start: InitialState) -> list[bool]:
@@ -228,7 +250,7 @@ def _crossing(hits: Sequence[Hit], setup: Setup, start: InitialState) -> list[bo
     import numpy
 
     form, precision = setup.formulation, setup.precision
-    eps = max(ROUNDINGS * 2.0 ** (1 - precision.bits), float(setup.tolerance))
+    eps = _eps(setup)
     rows = [numpy.array([float(hit.state[i]) for hit in hits]) for i in range(len(hits[0].state))]
     sizes = _sizes(setup, start, rows)
     keep = numpy.ones(len(hits), dtype=bool)
