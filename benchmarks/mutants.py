@@ -1,9 +1,9 @@
 """``make mutants``: a seeded sample of cosmic-ray's mutants of the core, which the tests must kill.
 
-A copy of the checkout is mutated. A mutant meets the tests of its folder that name its module, the
-module's own test file first. ``build/mutants`` keeps the copy and the results, and the next run
-continues from there; an argument limits the mutants that one run tries. Exit status 0: all were
-tried and at least ``ENOUGH`` of them killed; 1: not so; 2: the tests fail without a mutant.
+A copy of the checkout is mutated. A mutant meets the tests of its folder, those of its module
+first. ``build/mutants`` keeps the copy and the results, and the next run continues from there; an
+argument limits the mutants that one run tries. Exit status 0: all were tried and at least
+``ENOUGH`` of them killed; 1: not so; 2: the tests fail without a mutant.
 """
 
 from __future__ import annotations
@@ -65,11 +65,13 @@ def drawn(size: int) -> list[MutationSpec]:
 
 
 def tests_of(module: Path) -> list[str]:
-    """The test files of a module's folder that name it, its own first; all of them if none does."""
-    files = sorted(Path("tests", module.parent.name).glob("test_*.py"))
-    naming = [file for file in files if re.search(rf"\b{module.stem}\b", file.read_text("utf-8"))]
-    naming.sort(key=lambda file: (file.stem != f"test_{module.stem}", file.stat().st_size))
-    return [str(file) for file in naming or files]
+    """The test files of a module's folder: its own, those that name it, the others."""
+
+    def rank(file: Path) -> tuple[bool, bool, int]:
+        names_it = re.search(rf"\b{module.stem}\b", file.read_text("utf-8"))
+        return file.stem != f"test_{module.stem}", not names_it, file.stat().st_size
+
+    return list(map(str, sorted(Path("tests", module.parent.name).glob("test_*.py"), key=rank)))
 
 
 def described(mutant: MutationSpec) -> str:
