@@ -35,14 +35,15 @@ class Rung(NamedTuple):
         return -math.log10(self.tolerance) if self.tolerance else DIGITS_PER_BIT * (self.bits or 0)
 
 
+# heyoka's error follows its order, which rises by one at exp(-30) = 9.36e-14
 LADDER = (
-    Rung("double", 1e-10), Rung("double", 3e-13),
+    Rung("double", 1e-10), Rung("double", 9.3e-14),
     Rung("double-double", 1e-18), Rung("double-double", 1e-23), Rung("double-double", 1e-28),
     Rung("triple-double", 1e-34), Rung("triple-double", 1e-40), Rung("triple-double", 3e-45),
 )  # fmt: skip
 # of heyoka's arithmetics alone: for motions in pieces, for Euler angles, and without llvmlite
 HEYOKAS = (
-    Rung("double", 1e-10), Rung("double", 3e-13), Rung("extended", 1e-17), Rung("quad", 1e-23),
+    Rung("double", 1e-10), Rung("double", 9.3e-14), Rung("extended", 1e-17), Rung("quad", 1e-23),
     Rung("quad", 1e-30),
 )  # fmt: skip
 

@@ -33,8 +33,9 @@ from tt_precise.scene.numerals import as_fraction
 
 # A reference run in the same arithmetic has the same rounding errors, so the run must be coarser by
 # this many eps, that its truncation outweighs them. Double has a finer arithmetic for ten times its
-# price; extended has none below 150 times.
-COARSE = {"double": 1000}
+# price; extended has none below 150 times. Between COARSE and ROUGH eps of double truncation and
+# rounding are alike: there a second reference run differs by rounding alone.
+COARSE, ROUGH = {"double": 400}, 1000
 COARSE_WIDE = 64
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 SMALL = 2.0**-600  # of deviations, so that their squares vanish where values are zero
@@ -52,16 +53,17 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
     """The runs that a run with ``setup`` is compared with: what ``Trajectory.again`` changes.
 
     A coarse run is compared in its own arithmetic, which costs less; as both round the start and
-    the body, the reference run rounds each number the other way. In Euler form rounding may be
-    what spoils a coarse run: its reference is no better, and may happen to come out close to it.
-    So there a second one repeats the run itself, rounded the other way.
+    the body, the reference run rounds each number the other way. In Euler form, and below
+    ``ROUGH``, rounding may be what spoils a coarse run: its reference is no better, and may happen
+    to come out close to it. So there a second one repeats the run itself, rounded the other way.
     """
     precision = setup.precision
     again = {"events": (), "rounded_otherwise": True}
     if setup.tolerance >= COARSE.get(precision.name, COARSE_WIDE) * precision.eps or (
         precision.doubles and setup.tolerance >= RATIO * full_tolerance(precision)
     ):
-        if setup.formulation.coordinates == "newton":
+        rough = setup.tolerance >= ROUGH * precision.eps
+        if setup.formulation.coordinates == "newton" and (rough or precision.name != "double"):
             # heyoka bounds a step by the events' functions too, which the reference does not have
             fine = setup.events and not precision.doubles
             return [again | {"tolerance": 0.0 if fine else setup.tolerance / RATIO}]
