@@ -56,8 +56,8 @@ def random_scene(draws: random.Random, name: str) -> Scene:
 
 def stands(scene: Scene) -> bool:
     """Whether the table has to push at the start."""
-    from tt_precise.integration.contact import require_contact
     from tt_precise.integration.precision import precision_named
+    from tt_precise.integration.setup import require_contact
     from tt_precise.mechanics.initial_state import InitialState
 
     double = precision_named("double")

@@ -17,7 +17,7 @@ from tt_precise import cli
 from tt_precise.certify.certificate import Accepted
 from tt_precise.commands.golden import SCHEMA as GOLDEN_SCHEMA
 from tt_precise.integration.dense_output import Status
-from tt_precise.integration.precision import BITS
+from tt_precise.integration.precision import KINDS
 from tt_precise.scene.scene import MODELS
 
 ROOT = Path(__file__).parents[1]
@@ -184,7 +184,7 @@ def test_every_command_that_prints_json_has_a_schema() -> None:
 def test_the_words_of_a_run_are_those_that_there_are() -> None:
     keys = read("run")["properties"]
     assert set(keys["model"]["enum"]) == set(MODELS)
-    assert set(keys["precision"]["enum"]) == set(BITS)
+    assert set(keys["precision"]["enum"]) == set(KINDS)
     assert set(keys["status"]["enum"]) < set(get_args(Status))  # which has those of pieces too
 
 

@@ -20,7 +20,7 @@ from tt_precise.integration import (
 from tt_precise.integration import run as run_of_scenes
 from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
 from tt_precise.integration.dense_output import SampleTimes, Times
-from tt_precise.integration.precision import precision_named
+from tt_precise.integration.precision import KINDS, precision_named
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.numerals import as_fraction
@@ -285,7 +285,7 @@ def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
     expected = [whole.frame(numbers="text").to_csv(), whole.frame().to_csv(), whole.at("0.2")]
     assert whole.run.segments[0].output._pieces is not None
     monkeypatch.setattr(dense_output, "MOST_BYTES", 10_000)
-    monkeypatch.setitem(heyoka_backend.STEPS_IN_A_PIECE, precision, 10)
+    monkeypatch.setitem(KINDS, precision, KINDS[precision]._replace(steps=10))
     done: list[float] = []
     long = integrate(half, precision)
     found = [

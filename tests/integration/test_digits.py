@@ -10,10 +10,9 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.integration import Trajectory, digits, integrate
-from tt_precise.integration import heyoka_backend as propagation
 from tt_precise.integration.columns import digits_over_rows
 from tt_precise.integration.digits import HEYOKAS, LADDER, SPARE, Rung, integrate_to_digits
-from tt_precise.integration.precision import DOUBLES
+from tt_precise.integration.precision import KINDS
 from tt_precise.integration.reading import floats
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
@@ -107,14 +106,14 @@ def test_a_machine_without_80_bit_floats_and_llvmlite_goes_on_to_quad(
     monkeypatch.setattr("tt_precise.integration.precision._has_80_bit_floats", lambda: False)
     monkeypatch.setattr("tt_precise.integration.precision._has_llvmlite", lambda: False)
     assert integrate(reference.varied(until="0.1"), digits=15).precision.name == "quad"
-    assert {rung.precision for rung in HEYOKAS}.isdisjoint(DOUBLES)
+    assert not any(KINDS[rung.precision].doubles for rung in HEYOKAS)
 
 
 def test_digits_of_a_hopeless_start_are_refused(
     reference: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in propagation.STEPS_IN_A_PIECE:
-        monkeypatch.setitem(propagation.STEPS_IN_A_PIECE, name, 5)
+    for name, kind in KINDS.items():
+        monkeypatch.setitem(KINDS, name, kind._replace(steps=5))
     hopeless = replace(reference, body=replace(reference.body, mu="1e300"))
     with pytest.raises(InputError, match="digits: got 10, but the integration of reference fails"):
         integrate(hopeless, digits=10)

@@ -13,6 +13,7 @@ import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.integration.heyoka_backend import Idle
+from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.vectors import subtracted
@@ -228,7 +229,7 @@ def test_a_failure_under_way_ends_at_the_last_good_step(
 def test_a_run_that_cannot_arrive_is_given_up(
     reference: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(heyoka_backend.STEPS_IN_A_PIECE, "extended", 40)
+    monkeypatch.setitem(KINDS, "extended", KINDS["extended"]._replace(steps=40))
     stuck = integrate(with_mu(reference, "1e100"), "extended")
     assert stuck.status == "failed"
     assert 0 < stuck.t_end < 1e-90
@@ -270,7 +271,7 @@ def test_progress_rises_to_one(half: Scene, precision: str) -> None:
 
 def test_progress_is_reported_between_pieces(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = integrate(half)
-    monkeypatch.setitem(heyoka_backend.STEPS_IN_A_PIECE, "double", 10)
+    monkeypatch.setitem(KINDS, "double", KINDS["double"]._replace(steps=10))
     reported: list[float] = []
     pieces = integrate(half, progress=reported.append)
     assert len(reported) > 5

@@ -10,7 +10,7 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.integration import Trajectory, integrate, reading
+from tt_precise.integration import Trajectory, integrate, precision
 from tt_precise.integration.dense_output import Times, long_double
 from tt_precise.integration.events import EVENTS
 from tt_precise.mechanics.quantities import QUANTITIES
@@ -136,12 +136,12 @@ def runs(request: pytest.FixtureRequest) -> Iterator[tuple[Trajectory, Trajector
     names = [name for name in RECORDED if scene.model == "gliding" or name != "phi_dot_zero"]
     runs = tuple(integrate(scene, events=names, record=("phi", "x")) for _ in range(2))
     with pytest.MonkeyPatch.context() as patch:
-        slow = reading.has_long_double
-        patch.setattr(reading, "has_long_double", lambda: False)
+        slow = precision.has_long_double
+        patch.setattr(precision, "has_long_double", lambda: False)
         by_row = runs[1]
         by_row.frame_by_row = by_row.frame(*QUANTITIES, "kx", "vx", "phi", "x", numbers="text")  # type: ignore[attr-defined]
         by_row.drift, by_row.events  # noqa: B018 - cached while arrays are out of reach
-        patch.setattr(reading, "has_long_double", slow)
+        patch.setattr(precision, "has_long_double", slow)
         yield runs[0], by_row
 
 

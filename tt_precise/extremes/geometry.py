@@ -22,7 +22,7 @@ from tt_precise.extremes.tops import (
     varied,
 )
 from tt_precise.integration import integrate
-from tt_precise.integration.precision import BITS
+from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics.conversion import euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -325,7 +325,7 @@ class Trip(NamedTuple):
 
 def arithmetic(precision: str) -> RoundTripArithmetic:
     """The arithmetic that quantities of this precision are computed in."""
-    bits = BITS[precision]
+    bits = KINDS[precision].bits
     eps = FN.ldexp(1, 1 - bits)
     if precision in ("quad", "mp"):
         context = own_context(15)
@@ -426,7 +426,7 @@ def beside_the_inverted_pole(precision: str, known: bool = True) -> Observation:
 )
 def digits_of_theta_near_pi(precision: str, known: bool = False) -> Observation:
     """The law by which the Euler form loses digits; it ends where no digit is left."""
-    last = int(BITS[precision] * 0.30103) - 1
+    last = int(KINDS[precision].bits * 0.30103) - 1
     trips = {k: round_trip(precision, k, True, known) for k in range(1, last + 1)}
     share = max(trip.tilt * FN.mpf(10) ** -k for k, trip in trips.items())
     return together(

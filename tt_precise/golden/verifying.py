@@ -237,12 +237,12 @@ def _worst(stored: Stored, run: Run) -> WorstEntry | None:
 
 def _fine(stored: Stored, bits: int | None) -> Task:
     """The fresh computation: in ``FINE``, or, where that has too few bits, in ``mp``."""
-    from tt_precise.integration.precision import BITS, is_available
+    from tt_precise.integration.precision import KINDS, is_available
     from tt_precise.integration.setup import refused_in_doubles
 
     ours = is_available(FINE) and not refused_in_doubles(stored.scene)
     precision = FINE if ours else WITHOUT_LLVM
-    if bits is None or bits <= BITS[precision]:
+    if bits is None or bits <= KINDS[precision].bits:
         return Task(stored.name, stored.scene_text, precision, None, "newton")
     return Task(stored.name, stored.scene_text, "mp", bits + SPARE_BITS, "newton")
 

@@ -1,8 +1,25 @@
 """Integration with heyoka: precisions, events, trajectories."""
 
-from tt_precise.integration.api import integrate
-from tt_precise.integration.columns import State
-from tt_precise.integration.events import EVENTS, TERMINAL, catalogue
-from tt_precise.integration.trajectory import Trajectory
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tt_precise.runtime.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from tt_precise.integration.api import integrate
+    from tt_precise.integration.columns import State
+    from tt_precise.integration.events import EVENTS, TERMINAL, catalogue
+    from tt_precise.integration.trajectory import Trajectory
 
 __all__ = ["EVENTS", "TERMINAL", "State", "Trajectory", "catalogue", "integrate"]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "api": ["integrate"],
+        "columns": ["State"],
+        "events": ["EVENTS", "TERMINAL", "catalogue"],
+        "trajectory": ["Trajectory"],
+    },
+)

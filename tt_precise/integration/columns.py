@@ -63,7 +63,7 @@ class State:
         """Several states as one: float64 arrays in double, with NaN where undefined."""
         import numpy
 
-        kind, none = (float, numpy.nan) if precision.name == "double" else (object, None)
+        kind, none = (float, numpy.nan) if precision.is_float else (object, None)
 
         def column(values: list[Scalar]) -> Array:
             return numpy.array([none if v is None else v for v in values], dtype=kind)
@@ -216,7 +216,7 @@ class Columns:
 
     def leaving(self, value: Scalar | None) -> Scalar | None:
         """A number as users get it: a float in double, else the guarded mpmath number."""
-        return float(value) if self.precision.name == "double" and value is not None else value
+        return float(value) if self.precision.is_float and value is not None else value
 
     def _entry(self, name: Name, row: tuple[Scalar, ...], q: Motion) -> Scalar:
         if isinstance(name, Quantity):

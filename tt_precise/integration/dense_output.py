@@ -112,13 +112,6 @@ def long_double(value: Scalar) -> Scalar:
     return numpy.longdouble(high) + numpy.longdouble(float(value - high))
 
 
-def has_long_double() -> bool:
-    """Whether NumPy's long double has at least the 64 bits of an extended number here."""
-    import numpy
-
-    return bool(numpy.finfo(numpy.longdouble).nmant >= 63)
-
-
 TIME_TOLERANCE = Fraction(1, 10**15)  # of t_end; a t_end printed with 16 digits is still inside
 MOST_BYTES = 400_000_000  # of the series of all steps of one run
 
@@ -157,11 +150,12 @@ class StoredPieces:
     """The pieces of a propagation, unless they become too large to be stored."""
 
     def __init__(self, setup: Setup):
-        number = {"double": 8, "mp": setup.precision.bits // 8 + 40, "triple-double": 24}.get(
-            setup.precision.name, 16
-        )
+        precision = setup.precision
+        number = 8 * (precision.doubles or 1 + (precision.bits > 53))
+        if precision.bits > 113 and precision.in_software:
+            number = precision.bits // 8 + 40
         entries = len(setup.formulation.columns) + len(setup.record)
-        order = setup.precision.bits * 0.35 + 2  # about, of the finest tolerance
+        order = precision.bits * 0.35 + 2  # about, of the finest tolerance
         self._bytes_of_a_step = number * entries * order
         self.clear()
 
@@ -222,7 +216,7 @@ class Span:
         return self.end * (1 + to_mpmath(TIME_TOLERANCE, self.precision.context))
 
     def _as_given(self, time: Scalar) -> Scalar:
-        return float(time) if self.precision.name == "double" else time
+        return float(time) if self.precision.is_float else time
 
 
 class DenseOutput(Span):

@@ -22,7 +22,7 @@ from tt_precise.integration.columns import (
     digits_over_rows,
     worst_digits,
 )
-from tt_precise.integration.dense_output import ARRIVED, has_long_double, in_parts, long_double
+from tt_precise.integration.dense_output import ARRIVED, in_parts, long_double
 from tt_precise.integration.event_errors import event_errors
 from tt_precise.integration.precision import finer
 from tt_precise.integration.reading import Reader, Reference, distance, floats
@@ -31,12 +31,6 @@ from tt_precise.integration.setup import Setup, full_tolerance
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar
 from tt_precise.scene.numerals import as_fraction
 
-# A reference run in the same arithmetic has the same rounding errors, so the run must be coarser by
-# this many eps, that its truncation outweighs them. Double has a finer arithmetic for ten times its
-# price; extended has none below 150 times. Between COARSE and ROUGH eps of double truncation and
-# rounding are alike: there a second reference run differs by rounding alone.
-COARSE, ROUGH = {"double": 400}, 1000
-COARSE_WIDE = 64
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 SMALL = 2.0**-600  # of deviations, so that their squares vanish where values are zero
 
@@ -54,16 +48,16 @@ def reference_runs(setup: Setup) -> list[dict[str, Any]]:
 
     A coarse run is compared in its own arithmetic, which costs less; as both round the start and
     the body, the reference run rounds each number the other way. In Euler form, and below
-    ``ROUGH``, rounding may be what spoils a coarse run: its reference is no better, and may happen
-    to come out close to it. So there a second one repeats the run itself, rounded the other way.
+    ``Kind.rough``, rounding may be what spoils a coarse run: its reference is no better, and may
+    happen to come out close to it. There a second one repeats the run, rounded the other way.
     """
     precision = setup.precision
     again = {"events": (), "rounded_otherwise": True}
-    if setup.tolerance >= COARSE.get(precision.name, COARSE_WIDE) * precision.eps or (
+    if setup.tolerance >= precision.kind.coarse * precision.eps or (
         precision.doubles and setup.tolerance >= RATIO * full_tolerance(precision)
     ):
-        rough = setup.tolerance >= ROUGH * precision.eps
-        if setup.formulation.coordinates == "newton" and (rough or precision.name != "double"):
+        rough = precision.doubles or setup.tolerance >= precision.kind.rough * precision.eps
+        if setup.formulation.coordinates == "newton" and rough:
             # heyoka bounds a step by the events' functions too, which the reference does not have
             fine = setup.events and not precision.doubles
             return [again | {"tolerance": 0.0 if fine else setup.tolerance / RATIO}]
@@ -263,8 +257,7 @@ class States:
     def __init__(self, one: Segment, times: Sequence[Fraction]):
         self._output, self._times = one.output, times
         self.precision = one.output.precision
-        kinds = ("double", "extended")
-        self.in_long_double = self.precision.name in kinds and has_long_double()
+        self.in_long_double = self.precision.in_long_double
 
     def beside(self, other: States) -> tuple[Array, Array]:
         """The states, and what they exactly differ by from others at the same times: float64."""

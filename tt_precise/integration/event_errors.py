@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from tt_precise.integration.columns import Columns, digits_of_time, digits_over_rows
-from tt_precise.integration.dense_output import Times, has_long_double, long_double
+from tt_precise.integration.dense_output import Times, long_double
 from tt_precise.integration.events import Event, Hit
 from tt_precise.integration.reading import Reference, distance, floats
 from tt_precise.integration.segments import Run, Segment
@@ -219,7 +219,7 @@ def _columns(
 
 
 def _in_arrays(one: Segment) -> bool:
-    return one.output.precision.name in ("double", "extended") and has_long_double()
+    return one.output.precision.in_long_double
 
 
 def _number(one: Segment, value: Scalar) -> Scalar:

@@ -11,7 +11,6 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from tt_precise.integration.contact import left_the_table
 from tt_precise.integration.dense_output import (
     DenseOutput,
     Pieces,
@@ -35,7 +34,7 @@ from tt_precise.integration.events import (
 )
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run, Segment
-from tt_precise.integration.setup import Setup, full_tolerance
+from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
 from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.initial_state import InitialState
@@ -49,7 +48,6 @@ from tt_precise.scene.scene import Scene
 if TYPE_CHECKING:
     from types import ModuleType
 
-STEPS_IN_A_PIECE = {"double": 20_000, "extended": 2_000, "quad": 200, "mp": 200}  # 0.2 s or more
 MOST_CUTS = 4  # of a failed propagation, back to its last good step
 LONGEST_OWN_TIME = 2.0**40  # where the state ends the propagation
 REST_SPEED = 2.0**-8  # of eps; v = 0 is less than an ulp of time away from there
@@ -75,7 +73,7 @@ def run(
     progress: Progress | None,
 ) -> Run:
     """What becomes of ``start``, in one segment."""
-    if setup.precision.name == "double":
+    if setup.precision.is_float:
         taken = None if samples is None else samples.doubles.rounded[1:]
         propagation = propagate(setup, start, samples=taken, progress=progress)
         pieces = None
@@ -221,8 +219,8 @@ def _advance(
         return True
 
     guarded = precision.guarded
-    keywords: dict[str, Any] = {"max_steps": STEPS_IN_A_PIECE[precision.name], **limits}
-    if precision.name in ("quad", "mp"):
+    keywords: dict[str, Any] = {"max_steps": precision.kind.steps, **limits}
+    if precision.in_software:
         keywords["callback"] = report
     steps, outcome = 0, heyoka.taylor_outcome.time_limit
     for goal in goals:
@@ -421,7 +419,7 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     sticks = form.model == "rolling" and not form.friction.smooth_at_rest
     brief = form.own_time or form.spring or form.model == "flight" or sticks
     options: dict[str, Any] = {
-        "compact_mode": bool(brief) or slopes or setup.precision.name != "double"
+        "compact_mode": bool(brief) or slopes or not setup.precision.is_float
     }
     tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
     options["tol"] = number(tolerance)

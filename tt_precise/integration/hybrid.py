@@ -24,7 +24,14 @@ from tt_precise.integration.own_time import OnsetOutput, OwnTimeOutput, terms_fo
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics import compliant, friction, rolling
-from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, STICKING, Formulation, raised
+from tt_precise.mechanics.formulations import (
+    FORMULATIONS,
+    SLOW,
+    STICKING,
+    Formulation,
+    contact_terms,
+    raised,
+)
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
@@ -74,7 +81,7 @@ def segments_of(
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:
     """One piece: ``start`` propagated as ``setup`` says, readable over t."""
-    stored = StoredPieces(setup) if setup.precision.name in ("quad", "mp") else None
+    stored = StoredPieces(setup) if setup.precision.in_software else None
     propagation = propagate(setup, start, dense=stored)
     pieces = stored.pieces if stored else None
     again = repeating(setup, start, propagation)

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from tt_precise.integration.contact import left_the_table
 from tt_precise.integration.dense_output import (
     DenseOutput,
     Pieces,
@@ -29,7 +28,7 @@ from tt_precise.integration.equations import (
 from tt_precise.integration.events import MOST_EVENTS, Hit
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run, Segment
-from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
+from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
 from tt_precise.integration.vanishing import FIRST_STEP, settled
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array, Functions, Scalar

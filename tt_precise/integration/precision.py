@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mpmath
 
@@ -25,16 +25,40 @@ from tt_precise.scene.numerals import to_mpmath
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-NAMES = ("double", "extended", "double-double", "quad", "triple-double", "mp")
-# two and three doubles hold 106 and 159 bits, of which their sums and products leave these
-BITS = {
-    "double": 53, "extended": 64, "double-double": 104, "quad": 113, "triple-double": 155,
-    "mp": 200,
-}  # fmt: skip
-DOUBLES = {"double-double": 2, "triple-double": 3}
 GUARD_BITS = 64  # mpmath works this much finer than heyoka, so its own rounding never shows
 FEWEST_BITS, MOST_BITS = 54, 20_000
 SCALE = 512  # binary exponents; 113 bits below it are still far inside the range of double
+
+
+class Kind(NamedTuple):
+    """What an arithmetic is: its bits, and of how many doubles its numbers are made, if of several.
+
+    ``steps`` of heyoka are taken between two looks at Ctrl-C, 0.2 s or more. What is computed in
+    software is so slow that Python may run between any two. ``coarse`` and ``rough`` are tolerances
+    in eps: above the first a run shows its errors beside one in the same arithmetic, between the
+    two beside two.
+    """
+
+    bits: int
+    doubles: int = 0
+    steps: int = 0
+    in_software: bool = False
+    coarse: int = 64
+    rough: int = 64
+
+
+# A reference run in the same arithmetic has the same rounding errors, so the run must be coarser,
+# that its truncation outweighs them. Double has a finer arithmetic for ten times its price;
+# extended has none below 150 times. Two and three doubles hold 106 and 159 bits, of which their
+# sums and products leave these.
+KINDS = {
+    "double": Kind(53, steps=20_000, coarse=400, rough=1000),
+    "extended": Kind(64, steps=2_000),
+    "double-double": Kind(104, doubles=2),
+    "quad": Kind(113, steps=200, in_software=True),
+    "triple-double": Kind(155, doubles=3),
+    "mp": Kind(200, steps=200, in_software=True),
+}
 
 
 @dataclass(frozen=True)
@@ -67,9 +91,29 @@ class Precision:
         return {"double": float, "quad": heyoka.real128, "mp": heyoka.real}[self.name]
 
     @property
+    def kind(self) -> Kind:
+        """What it is, but for the bits."""
+        return KINDS[self.name]
+
+    @property
     def doubles(self) -> int:
         """Of how many doubles its numbers are made, where it is not one of heyoka's; else 0."""
-        return DOUBLES.get(self.name, 0)
+        return self.kind.doubles
+
+    @property
+    def in_software(self) -> bool:
+        """Whether its numbers are computed in software."""
+        return self.kind.in_software
+
+    @property
+    def is_float(self) -> bool:
+        """Whether its numbers are Python's floats."""
+        return self.bits == 53 and not self.doubles
+
+    @property
+    def in_long_double(self) -> bool:
+        """Whether its numbers are NumPy's long doubles, or are among them."""
+        return self.bits <= 64 and not self.in_software and has_long_double()
 
     @property
     def context(self) -> Functions:
@@ -106,7 +150,7 @@ class Precision:
     @property
     def number(self) -> Callable[[Scalar], Scalar]:
         """Function rounding a guarded mpmath number to heyoka's type."""
-        if self.name == "double":
+        if self.is_float:
             return float
         if self.doubles:
             return lambda value: value
@@ -120,7 +164,7 @@ class Precision:
 
         The exact value lies between the two. A value that this precision holds stays as it is.
         """
-        if self.name == "double":
+        if self.is_float:
             nearest = float(value)
             if nearest == value:
                 return value
@@ -147,7 +191,7 @@ class Precision:
     def guarded(self) -> Callable[[Scalar], Scalar]:
         """Function taking a number of heyoka's type to the equal mpmath number."""
         context, bits = self.context, self.bits
-        if self.name == "double":
+        if self.is_float:
             return lambda value: context.mpf(float(value))
         if self.name == "mp":
             return lambda value: _read_back(str(value), bits, context)
@@ -200,11 +244,11 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
         Unknown name, bits for a type that has its own, ``extended`` on a machine without 80-bit
         floats, or several doubles without llvmlite.
     """
-    if name not in NAMES:
-        raise InputError(f"precision: got {name!r}, expected one of: {', '.join(NAMES)}")
+    if name not in KINDS:
+        raise InputError(f"precision: got {name!r}, expected one of: {', '.join(KINDS)}")
     if bits is not None and name != "mp":
         raise InputError(f"bits: got {bits} with precision {name}, expected bits only with mp")
-    bits = BITS[name] if bits is None else bits
+    bits = KINDS[name].bits if bits is None else bits
     if name == "mp" and not FEWEST_BITS <= bits <= MOST_BITS:
         raise InputError(f"bits: got {bits}, expected {FEWEST_BITS} to {MOST_BITS}")
     if not is_available(name):
@@ -214,7 +258,7 @@ def precision_named(name: str, bits: int | None = None) -> Precision:
 
 def is_available(name: str) -> bool:
     """Whether this machine has the precision called ``name``."""
-    if name in DOUBLES:
+    if KINDS[name].doubles:
         return _has_llvmlite()
     return name != "extended" or _has_80_bit_floats()
 
@@ -240,6 +284,14 @@ def _context(bits: int, thread: int) -> Functions:
 @cache
 def _has_llvmlite() -> bool:
     return find_spec("llvmlite") is not None
+
+
+@cache
+def has_long_double() -> bool:
+    """Whether NumPy's long double has at least the 64 bits of an extended number here."""
+    import numpy
+
+    return bool(numpy.finfo(numpy.longdouble).nmant >= 63)
 
 
 @cache

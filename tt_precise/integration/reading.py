@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from tt_precise.integration.columns import Name
-from tt_precise.integration.dense_output import ARRIVED, has_long_double, long_double
+from tt_precise.integration.dense_output import ARRIVED, long_double
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.quantities import Motion
@@ -39,13 +39,7 @@ class Reader:
     @property
     def in_arrays(self) -> bool:
         """Whether all rows are read at once in arrays of doubles."""
-        return self.precision.name == "double" and has_long_double()
-
-    @property
-    def at_once(self) -> bool:
-        """Whether one segment holds all rows, and these can be had as arrays of long doubles."""
-        kinds = ("double", "extended")
-        return bool(self.run.alone) and self.precision.name in kinds and has_long_double()
+        return self.precision.is_float and self.precision.in_long_double
 
     def columns(
         self,
@@ -76,7 +70,7 @@ class Reader:
         found["t"] = self._seconds(times, numbers)
         if numbers == "text":
             return found
-        double = numbers == "float" or self.precision.name == "double"
+        double = numbers == "float" or self.precision.is_float
         return {n: numpy.array(c, dtype=float if double else object) for n, c in found.items()}
 
     def _of_segment(
@@ -105,7 +99,7 @@ class Reader:
         return [(self.run.segments[place], groups[place]) for place in sorted(groups)]
 
     def _seconds(self, times: Sequence[Fraction], numbers: Numbers) -> Array:
-        if self.precision.name == "double":
+        if self.precision.is_float:
             plain = list(map(float, times))
             return shortest_texts(plain) if numbers == "text" else plain
         return self._converted(self.precision.wide.of_fractions(times), numbers)
@@ -117,7 +111,7 @@ class Reader:
         precision = self.precision
         if numbers == "text":
             return precision.wide.texts(values, precision.decimals)
-        if numbers == "float" or precision.name == "double":
+        if numbers == "float" or precision.is_float:
             found = values.astype(float)
             return (
                 numpy.where(numpy.isfinite(found), found, numpy.nan) + 0.0

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Protocol
 
-from tt_precise.integration.contact import require_contact
 from tt_precise.integration.dense_output import SampleTimes
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.segments import Run
-from tt_precise.integration.setup import Setup
+from tt_precise.integration.setup import Setup, require_contact
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
@@ -48,9 +47,9 @@ def backends(scene: Scene) -> Iterator[Backend]:
         from tt_precise.integration import hybrid
 
         yield hybrid
-    from tt_precise.integration import in_doubles
+    from tt_precise.integration import multidouble_backend
 
-    yield in_doubles
+    yield multidouble_backend
 
 
 @dataclass(frozen=True)

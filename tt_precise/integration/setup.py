@@ -1,19 +1,27 @@
-"""``Setup``: how a scene is integrated, with every argument checked once."""
+"""``Setup``: how a scene is integrated, with every argument checked once; and its contact."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
-from tt_precise.integration.contact import CONTACTS
 from tt_precise.integration.events import Asked, Event, Events, asked_for, event_named
 from tt_precise.integration.precision import Precision, precision_named
-from tt_precise.mechanics.formulations import Formulation, elastic, integrated
-from tt_precise.runtime.arithmetic import Scalar
+from tt_precise.mechanics.formulations import (
+    Formulation,
+    contact_terms,
+    elastic,
+    integrated,
+)
+from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import RECORDABLE, Scene
 from tt_precise.taylor.graph import Graph
+
+NoContact = Literal["singular_contact", "contact_lost"]
+CONTACTS = ("unilateral", "bilateral")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +110,7 @@ def full_tolerance(precision: Precision) -> Scalar:
     In double it is eps/16: at eps heyoka takes order 20, whose truncation error shows in lambda
     beside the rounding (6e-15 against 2e-15 on the reference scene); order 21 costs 5 %.
     """
-    return precision.eps / 16 if precision.name == "double" or precision.doubles else precision.eps
+    return precision.eps / 16 if precision.is_float or precision.doubles else precision.eps
 
 
 def refused_in_doubles(scene: Scene) -> str:
@@ -151,3 +159,49 @@ def _checked_record(
     if coordinates == "euler" and names & {"x", "y"}:
         names.add("phi")  # the direction in which the centre of mass moves
     return tuple(name for name in RECORDABLE if name in names)
+
+
+def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContact | None:
+    """How the model ends at the start itself: g_n or its denominator is not positive."""
+    numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
+    if denominator <= 0:
+        return "singular_contact"
+    return "contact_lost" if numerator <= 0 and contact == "unilateral" else None
+
+
+def require_contact(name: str, start: InitialState, fn: Functions, contact: str) -> None:
+    """Refuse a start, of the scene ``name``, that the model does not cover.
+
+    Raises
+    ------
+    InputError
+        The top would not stay on the table at t = 0: g_n or its denominator is not positive.
+        With ``contact`` "bilateral" g_n may be negative.
+    """
+    sticks = start.model == "gliding" and not start.body.friction.smooth_at_rest
+    if contact == "bilateral" and sticks:
+        raise InputError(
+            f"{name}: got contact bilateral with Coulomb's friction, expected unilateral: there is "
+            "no cone where g_n is negative"
+        )
+    ended = ended_at_start(start, contact, fn)
+    if not ended:
+        return
+    numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
+    if ended == "singular_contact":
+        raise InputError(
+            f"{name}: the denominator of g_n is {fn.nstr(denominator / start.body.I1, 6)} I1 "
+            "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
+        )
+    weight = numerator / denominator
+    raise InputError(
+        f"{name}: g_n is {fn.nstr(weight, 6)} m g at t = 0, expected above 0: "
+        'the top is not on the table; lower the start\'s rates, or use contact="bilateral" to '
+        "continue past loss of contact"
+    )
+
+
+def left_the_table(model: str, start: InitialState, fn: Functions, later: bool) -> bool:
+    """Whether g_n was negative at the start, or fell through zero ``later``."""
+    numerator, _ = contact_terms(model, start.body, start.vectors, fn)
+    return later or bool(numerator <= 0)

@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 import numpy
 
 from tt_precise.integration.columns import Columns
-from tt_precise.integration.contact import require_contact
 from tt_precise.integration.dense_output import Status, long_double, moved_arrays
 from tt_precise.integration.equations import longest_step
 from tt_precise.integration.heyoka_backend import integrator, status_of
 from tt_precise.integration.precision import precision_named
-from tt_precise.integration.setup import Setup
+from tt_precise.integration.setup import Setup, require_contact
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.arithmetic import Array

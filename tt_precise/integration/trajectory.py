@@ -463,9 +463,8 @@ class Trajectory:
         """
         complete = set(NEEDED) <= set(self.setup.watched)
         run = self if complete else self.again(events=NEEDED, record=())
-        double = self.precision.name == "double"
         return from_events(
             run.event_table(("theta", "phi_dot"), at=("theta_min", "theta_max", "equator")),
-            math.pi if double else +self.precision.context.pi,
+            math.pi if self.precision.is_float else +self.precision.context.pi,
             mirrored=bool(jellett(self.start.motion(self.precision.context)) < 0),
         )

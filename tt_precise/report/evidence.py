@@ -8,7 +8,7 @@ from functools import cache, cached_property
 
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.columns import VECTOR_COLUMNS
-from tt_precise.integration.precision import NAMES, is_available
+from tt_precise.integration.precision import KINDS, is_available
 from tt_precise.runtime.arithmetic import Scalar
 
 SCENE = "reference"
@@ -41,7 +41,7 @@ def precision_runs() -> tuple[PrecisionRun, ...]:
     That is triple-double, whose 46 digits are more than anything here needs, or else mp, which
     takes a hundred times as long.
     """
-    names = [name for name in NAMES if is_available(name)]
+    names = [name for name in KINDS if is_available(name)]
     if "triple-double" in names:
         names.remove("mp")
     runs = [integrate(SCENE, name) for name in names]

@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy
 
-from tt_precise.integration.contact import ended_at_start
 from tt_precise.integration.equations import longest_step
 from tt_precise.integration.events import Event
 from tt_precise.integration.inversion import InversionTimes, Marks, Turns, from_marks
 from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import ended_at_start
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.formulations import Formulation, integrated
 from tt_precise.mechanics.initial_state import InitialState

@@ -17,7 +17,7 @@ from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 
-from tt_precise.integration.contact import CONTACTS
+from tt_precise.integration.setup import CONTACTS
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.toml import parse, read_text

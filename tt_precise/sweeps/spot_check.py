@@ -15,9 +15,9 @@ from typing import Any
 import numpy
 
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.contact import ended_at_start
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import ended_at_start
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json

@@ -206,7 +206,7 @@ def all_pictures(cases: Sequence[Case]) -> list[Figure]:
 def digits_beside_the_poles(cases: Sequence[Case]) -> Figure | None:
     """Digits of the tilt that theta keeps near pi, in every precision."""
     from tt_precise.extremes.geometry import digits_of_the_tilt
-    from tt_precise.integration.precision import BITS
+    from tt_precise.integration.precision import KINDS
 
     decades = range(0, 71, 2)
     with style.panels([3.0]) as (drawing, (panel,)):
@@ -218,7 +218,7 @@ def digits_beside_the_poles(cases: Sequence[Case]) -> Figure | None:
             panel.plot(decades, given, color=colour, linestyle=":")
         panel.set_xlabel(r"$k$: the axis is $10^{-k}$ rad from the inverted pole")
         panel.set_ylabel("correct digits of the tilt")
-        panel.set_ylim(0, BITS["mp"] * 0.30103 + 4)
+        panel.set_ylim(0, KINDS["mp"].bits * 0.30103 + 4)
         panel.set_xlim(decades[0], decades[-1])
         style.legend(panel)
         return style.finished(
