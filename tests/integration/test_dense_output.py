@@ -133,6 +133,7 @@ def test_what_is_no_time_is_refused(double: Trajectory, time: Any) -> None:
 
 
 def test_default_columns(double: Trajectory, recorded: Trajectory, half: Scene) -> None:
+    assert double.frame("theta")["t"].tolist() == [float(t) for t in double.scene.sample_times]
     assert list(double.frame(times=[0])) == ["t", *VECTOR_COLUMNS, *EULER_COLUMNS]
     assert list(recorded.frame(times=[0])) == ["t", *VECTOR_COLUMNS, *EULER_COLUMNS, *QUADRATURES]
     angles = integrate(half, "extended", formulation="euler")
@@ -140,26 +141,6 @@ def test_default_columns(double: Trajectory, recorded: Trajectory, half: Scene) 
     with pytest.raises(InputError, match="column: got 'kx'"):
         angles.frame("kx")
     assert not hasattr(angles.state, "kx")
-
-
-def test_samples_are_the_scenes(double: Trajectory, reference: Scene) -> None:
-    frame = double.frame("theta")
-    assert len(frame) == 801
-    assert list(frame["t"]) == [float(t) for t in reference.sample_times]
-
-
-def test_both_ways_of_reading_doubles_agree(double: Trajectory) -> None:
-    """All times at once in NumPy, or one by one in mpmath."""
-    times = [Fraction(k, 7) for k in range(0, 56, 5)]
-    names = [*VECTOR_COLUMNS, *EULER_COLUMNS, "E", "g_n", "lambda"]
-    at_once, text = (double.frame(*names, times=times, numbers=form) for form in ("exact", "text"))
-    for name in names:
-        one_by_one = text[name].astype(float).to_numpy()
-        assert text[name].map(len).max() <= 24
-        scale = abs(at_once[name]).max()
-        # the same interpolation; 16 eps for evaluating a formula in another order
-        apart = abs(at_once[name].to_numpy() - one_by_one).max()
-        assert apart <= 16 * 2.0**-52 * scale, name
 
 
 def test_forms_of_numbers(half_quad: Trajectory) -> None:
@@ -177,21 +158,6 @@ def test_forms_of_numbers(half_quad: Trajectory) -> None:
         assert float(exact) == rounded
         assert number(context.mpf(printed)) == number(exact)
     assert text["t"].tolist() == ["1.0e-1", "3.0e-1"]
-
-
-def test_one_wrong_digit_of_the_text_shows(half_quad: Trajectory) -> None:
-    printed = half_quad.state.as_text()
-    context = half_quad.precision.context
-    name, text = "kz", printed["kz"] or ""
-    mantissa, _, exponent = text.partition("e")
-    place = 32  # so many digits in front of it, and the point; quad holds 34
-    wrong = mantissa[:place] + str((int(mantissa[place]) + 1) % 10) + mantissa[place + 1 :]
-    values = {key: context.mpf(value) for key, value in printed.items() if value}
-    norm = sum(values[k] ** 2 for k in ("kx", "ky", "kz"))
-    values[name] = context.mpf(f"{wrong}e{exponent}")
-    spoiled = sum(values[k] ** 2 for k in ("kx", "ky", "kz"))
-    assert abs(norm - 1) < 10 * half_quad.precision.eps
-    assert abs(spoiled - 1) > 10 * half_quad.precision.eps
 
 
 @pytest.mark.parametrize("precision", ["double", "quad"])
@@ -361,10 +327,6 @@ def test_the_last_sample_is_the_horizon_to_the_last_bit() -> None:
     assert doubles.delay[-1] == float(start.until - float(start.until)) != 0
     others = Times.of(scene.sample_times, start.units.time)
     assert (doubles.delay[:-1] == others.delay[:-1]).all()
-
-
-def test_no_times_are_no_times() -> None:
-    assert Times.of([], mpmath.mpf(1)).seconds.tolist() == []
 
 
 def test_samples_in_parts_are_exact_multiples() -> None:

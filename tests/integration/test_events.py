@@ -176,7 +176,7 @@ def test_extrema_of_any_quantity(half: Scene) -> None:
         assert len(rows) > 3
         quantity = name.removeprefix(EXTREMUM)
         here, left, right = (
-            found.frame(quantity, times=rows["t"] + side)[quantity].to_numpy()
+            found.frame(quantity, times=rows["t"] + side, numbers="exact")[quantity].to_numpy()
             for side in (0, -aside, aside)
         )
         rising = rows["direction"].to_numpy()

@@ -363,23 +363,6 @@ def test_the_speed_is_zero_while_it_sticks_and_continuous(quad: Trajectory) -> N
     assert abs(around[roll][1] / frame[roll][1] - 1) < 1e-6
 
 
-def test_energy_falls_as_the_law_says(trajectory: Trajectory) -> None:
-    # the integral of v_A.F over 30 ms of gliding, by Gauss's rule on 10 intervals
-    end, parts = 0.03, 10
-    nodes, weights = numpy.polynomial.legendre.leggauss(16)
-    places = [(part + (x + 1) / 2) * end / parts for part in range(parts) for x in nodes]
-    rates = (
-        trajectory.frame("E_dot", times=places, numbers="exact")["E_dot"]
-        .to_numpy()
-        .reshape(parts, -1)
-    )
-    first, last = trajectory.frame("E", times=[0, end], numbers="exact")["E"]
-    assert first > last
-    assert last - first == pytest.approx(
-        (rates @ weights).sum() * end / parts / 2, abs=1e-13 * first
-    )
-
-
 @pytest.mark.slow
 def test_slipping_begins_on_the_cone(quad: Trajectory) -> None:
     _, slip = joints(quad)

@@ -11,7 +11,7 @@ import numpy
 import pytest
 
 from tt_precise.integration import Trajectory, integrate, precision
-from tt_precise.integration.dense_output import Times, long_double
+from tt_precise.integration.dense_output import long_double
 from tt_precise.integration.events import EVENTS
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.arithmetic import Scalar
@@ -188,26 +188,6 @@ def test_a_table_is_a_frame_without_pandas(double: Trajectory) -> None:
         assert numpy.array_equal(table[name], frame[name].to_numpy())
     with pytest.raises(InputError, match="numbers: got 'many', expected one of: float"):
         double.table("theta", numbers="many")  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    "seconds",
-    [
-        [Fraction(k, 100) for k in range(801)],
-        [Fraction(1, 3), Fraction("0.1") + Fraction(1, 10**30)],
-    ],
-)
-def test_times_lose_nothing_to_rounding(seconds: list[Fraction]) -> None:
-    context = mpmath.mp.clone()
-    context.prec = 200
-    unit = context.sqrt(context.mpf("0.02") / context.mpf("9.82"))
-    times = Times.of(seconds, unit)
-    assert times.seconds.tolist() == [float(t) for t in seconds]
-    for exact, rounded, delay in zip(seconds, times.rounded, times.delay, strict=True):
-        inner = context.mpf(exact.numerator) / exact.denominator / unit
-        # three roundings to 64 bits
-        assert abs(inner - rounded - delay) <= 3 * 2.0**-64 * inner
-        assert rounded == float(inner)
 
 
 def test_a_long_double_holds_64_bits() -> None:

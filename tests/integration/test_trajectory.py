@@ -34,23 +34,11 @@ def digits_between(one: Trajectory, other: Trajectory) -> float:
     return min(found)
 
 
-def test_lambda_holds_in_double(double: Trajectory) -> None:
-    assert 0 < double.drift["jellett"] < 1e-14  # the bar, relative, at 8 s
+def test_lambda_holds(double: Trajectory, quad: Trajectory, half: Scene) -> None:
+    assert 0 < double.drift["jellett"] < 1e-14  # the bars, relative, at 8 s
     assert double.drift["axis_norm"] < 1e-14
-
-
-def test_lambda_holds_in_quad(quad: Trajectory) -> None:
-    assert 0 < quad.drift["jellett"] < quad.precision.context.mpf("1e-32")  # the bar, at 8 s
-
-
-def test_lambda_holds_in_200_bits(half: Scene) -> None:
-    drift = integrate(half, "mp").drift["jellett"]
-    assert 0 < drift < 1e-58  # to half a second; the bar for 8 s is 1e-56
-
-
-@pytest.mark.slow
-def test_lambda_holds_in_200_bits_to_the_end(reference: Scene) -> None:
-    assert 0 < integrate(reference, "mp").drift["jellett"] < 1e-56  # the bar
+    assert 0 < quad.drift["jellett"] < quad.precision.context.mpf("1e-32")
+    assert 0 < integrate(half, "mp").drift["jellett"] < 1e-58  # to half a second
 
 
 def test_newton_and_euler_agree(half: Scene, half_quad: Trajectory) -> None:
@@ -59,9 +47,9 @@ def test_newton_and_euler_agree(half: Scene, half_quad: Trajectory) -> None:
 
 
 @pytest.mark.slow
-def test_newton_and_euler_agree_to_the_end(reference: Scene, quad: Trajectory) -> None:
-    angles = integrate(reference, "quad", formulation="euler")
-    assert digits_between(angles, quad) > 28  # the bar
+def test_the_bars_to_the_end(reference: Scene, quad: Trajectory) -> None:
+    assert 0 < integrate(reference, "mp").drift["jellett"] < 1e-56
+    assert digits_between(integrate(reference, "quad", formulation="euler"), quad) > 28
 
 
 @pytest.mark.parametrize("scene", ["rolling", "frictionless", "phi-dot-195", "upright", "inverted"])
