@@ -12,7 +12,7 @@ import tt_precise as tt
 from tt_precise import golden
 from tt_precise.golden.runs import events_table
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.event_errors import _beside
+from tt_precise.integration.errors import _beside
 from tt_precise.scene.scene import Scene
 
 EVENTS = ("theta_min", "phi_dot_zero", "extremum:g_n")

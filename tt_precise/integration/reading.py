@@ -8,17 +8,16 @@ wide numbers (``mpfr``), with guard bits. A run of several segments is read segm
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Container, Iterable, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 from tt_precise.integration.columns import Name
 from tt_precise.integration.dense_output import ARRIVED, long_double
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.mechanics.conserved import Integral, drift
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Array, Functions, Scalar
+from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.progress import Progress
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 
@@ -244,42 +243,3 @@ def _array_columns(
     if numbers != "text":
         return table
     return {name: shortest_texts(values) for name, values in table.items()}
-
-
-class Reference(NamedTuple):
-    """A run beside another: where it ends (s), and whether it ends in the same way."""
-
-    reader: Reader
-    end: Fraction
-    ends_alike: bool
-
-
-def floats(values: Array | Sequence[Scalar]) -> Array:
-    """Numbers of any kind as a float64 array, with NaN where one is undefined."""
-    import numpy
-
-    if isinstance(values, numpy.ndarray) and values.dtype != object:
-        return values.astype(float)
-    return numpy.array([math.nan if _missing(v) else float(v) for v in values])
-
-
-def distance(values: Array, others: Array, fn: Functions) -> Array:
-    """Absolute distances of two columns, as a float64 array with NaN where one is undefined."""
-    import numpy
-
-    if all(getattr(one, "dtype", None) in (float, numpy.longdouble) for one in (values, others)):
-        with numpy.errstate(invalid="ignore"):
-            apart: Array = numpy.abs(values - others).astype(float)
-        return numpy.where(numpy.isfinite(apart), apart, math.nan)
-    pairs = zip(values, others, strict=True)
-    return numpy.array(
-        [
-            math.nan if _missing(a) or _missing(b) else float(abs(fn.mpf(a) - fn.mpf(b)))
-            for a, b in pairs
-        ],
-        dtype=float,
-    )
-
-
-def _missing(value: Scalar) -> bool:
-    return value is None or value != value
