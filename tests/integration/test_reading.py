@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
@@ -12,7 +12,6 @@ import pytest
 
 from tt_precise.integration import Trajectory, integrate, precision
 from tt_precise.integration.dense_output import long_double
-from tt_precise.integration.events import EVENTS
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
@@ -114,14 +113,6 @@ def test_events_have_mpmaths_states(run: Trajectory) -> None:
         for name in names:
             unit = run.start.units.of_dimension(QUANTITIES[name].dimension)
             assert _same(run, table[name][row], QUANTITIES[name].evaluate(q) * unit)
-
-
-def test_a_function_at_many_times_is_that_at_each(run: Trajectory) -> None:
-    times = [run.precision.exact(t) for t in run.sample_times[:5]]
-    function = EVENTS["theta_max"].function
-    found: Sequence[Scalar] = run.evaluated(function, times)
-    for value, t in zip(found, times, strict=True):
-        assert _same(run, value, function(run.motion(t)))
 
 
 EPS = 2.0**-52

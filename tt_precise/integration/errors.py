@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property
 from types import SimpleNamespace
@@ -37,14 +37,6 @@ from tt_precise.scene.numerals import as_fraction
 RATIO = 30  # of the tolerances of a run and of its reference run in the same arithmetic
 GLIDING = ("vx", "vy", "nu_x", "nu_y")
 SMALL = 2.0**-600  # of deviations, so that their squares vanish where values are zero
-
-
-class End(NamedTuple):
-    """Where a run ended: its status, the time (s), and the entries of the state there (SI)."""
-
-    status: str
-    t: Scalar
-    values: Mapping[str, Scalar | None]
 
 
 def reference_runs(setup: Setup) -> list[dict[str, Any]]:
@@ -126,9 +118,19 @@ class Errors:
 
     @cached_property
     def at_end(self) -> dict[str, Scalar]:
-        """Absolute error of each entry of the state at the end (SI), and of ``t_end`` (s)."""
-        run = self._run
-        return error_estimate(run.end, (one.end for one in self.references), run.precision.context)
+        """Absolute error of each entry of the state at the end (SI), and of ``t_end`` (s).
+
+        Infinite where a reference run ends in another way: then neither can be trusted.
+        """
+        fn, own = self._run.precision.context, self._run.values_at_end
+        estimate: dict[str, Scalar] = {}
+        for reference in self.references:
+            same, better = reference.status == self._run.status, reference.values_at_end
+            for name, value in own.items():
+                if value is not None and better[name] is not None:
+                    found = abs(fn.mpf(value) - fn.mpf(better[name])) if same else fn.inf
+                    estimate[name] = max(found, estimate.get(name, found))
+        return estimate
 
     @property
     def known_at_end(self) -> Mapping[str, Scalar]:
@@ -221,24 +223,6 @@ class Errors:
                 apart[len(inner) :] = float(rest)
             found[name] = apart
         return found
-
-
-def error_estimate(end: End, references: Iterable[End], fn: Functions) -> dict[str, Scalar]:
-    """Absolute distance of each entry of an end, and of its time "t_end", from reference runs'.
-
-    The largest of the distances, and infinite where a reference run ends in another way: then
-    neither can be trusted.
-    """
-    estimate: dict[str, Scalar] = {}
-    entries = {"t_end": end.t, **end.values}
-    for reference in references:
-        better = {"t_end": reference.t, **reference.values}
-        for name, value in entries.items():
-            if value is not None and better[name] is not None:
-                same = reference.status == end.status
-                found = abs(fn.mpf(value) - fn.mpf(better[name])) if same else fn.inf
-                estimate[name] = max(found, estimate.get(name, found))
-    return estimate
 
 
 def compared(

@@ -29,11 +29,9 @@ from tt_precise.mechanics.formulations import (
     SLOW,
     STICKING,
     Formulation,
-    contact_terms,
     raised,
 )
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress
@@ -61,22 +59,15 @@ def run(
     progress: Progress | None,
 ) -> Run:
     """What becomes of ``start``, segment by segment."""
-    return Run(setup, start, segments_of(scene, setup, start, progress))
-
-
-def segments_of(
-    scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
-) -> list[Segment]:
-    """The segments of a motion that may have several, from its ``start``; the last one ends it."""
     if scene.model == "flight":
-        return flying(setup, start)
-    if scene.body.spring:
-        return bouncing(scene.name, setup, start, progress)
-    if scene.may_stick:
+        found = flying(setup, start)
+    elif scene.body.spring:
+        found = bouncing(scene.name, setup, start, progress)
+    elif scene.may_stick:
         found = sticking_and_slipping(scene.name, setup, start, progress)
     else:
         found = [Segment(start.until * 0, propagated(setup, start))]
-    return flying_on(found, setup, start) if scene.flies else found
+    return Run(setup, start, flying_on(found, setup, start) if scene.flies else found)
 
 
 def propagated(setup: Setup, start: InitialState) -> DenseOutput:
@@ -167,8 +158,10 @@ def _outputs(
     plain, context = setup.formulation, setup.precision.context
     coordinates = plain.coordinates
     here = replace(start, row=tuple(context.mpf(0) for _ in setup.record))
-    at_rest = not any(start.vectors.v)
-    status = "rest" if at_rest else _speed_of(start.motion(context), context)
+    status = "rest"
+    if any(start.vectors.v):
+        slow = context.hypot(*start.vectors.v[:2]) < SLOW_SPEED
+        status = "slow" if slow else "fast"
     while True:
         if status in ("rest", "stick", "slip"):
             output = _from_rest(name, setup, here, status)
@@ -184,10 +177,6 @@ def _outputs(
         if status not in GOES_ON:
             return
         here = after(output, here, at_rest=status == "stick")
-
-
-def _speed_of(q: Motion, fn: Any) -> str:
-    return "slow" if fn.hypot(q.state.vx, q.state.vy) < SLOW_SPEED else "fast"
 
 
 def _from_rest(name: str, setup: Setup, here: InitialState, status: str) -> DenseOutput:
@@ -280,13 +269,10 @@ def bouncing(
         begin = begin + output.end_time
         here, flies = after(output, here), joint == "separation"
         if status == "landing" or (contact.own_time and status == "separation"):
-            here = replace(here, vectors=_on_the_surface(here.vectors, fn))
+            lifted: Any = here.vectors
+            here = replace(here, vectors=lifted._replace(height=fn.mpf(0)))
         if progress:
             progress(float(begin / start.until))
-
-
-def _on_the_surface(vectors: Any, fn: Functions) -> Any:
-    return vectors._replace(height=fn.mpf(0))
 
 
 def _flies(here: InitialState) -> bool:

@@ -8,7 +8,7 @@ wide numbers (``mpfr``), with guard bits. A run of several segments is read segm
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -16,7 +16,6 @@ from tt_precise.integration.columns import Name
 from tt_precise.integration.dense_output import ARRIVED, long_double
 from tt_precise.integration.segments import Run, Segment
 from tt_precise.mechanics.conserved import Integral, drift
-from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.progress import Progress
 from tt_precise.scene.numerals import as_fraction, shortest_texts
@@ -116,19 +115,6 @@ class Reader:
                 numpy.where(numpy.isfinite(found), found, numpy.nan) + 0.0
             )  # no minus before zero
         return numpy.array(list(map(precision.wide.back, values)), dtype=object)
-
-    def evaluated(
-        self, function: Callable[[Motion], Scalar], times: Sequence[Scalar]
-    ) -> list[Scalar]:
-        """A function of the motion at guarded times in s, dimensionless, in guarded numbers."""
-        run = self.run
-        if not run.alone:
-            return list(map(function, run.motions(list(map(run.dimensionless_time, times)))))
-        wide = self.precision.wide
-        with wide.precision():
-            entries = run.alone.output.wide_arrays(wide.array(times))
-            q = run.alone.columns.array_motion(entries, wide.number, wide)
-            return list(map(wide.back, function(q)))
 
     def events(self) -> pandas.DataFrame:
         """The recorded events in order of time: name, t, direction and the state there."""

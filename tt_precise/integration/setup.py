@@ -65,7 +65,12 @@ class Setup:
             An argument cannot be used, or not with this scene.
         """
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
-        form = _formulation(scene, coordinates)
+        law, spring = scene.body.friction, scene.body.spring
+        form = (
+            elastic(spring, coordinates, law)
+            if spring
+            else integrated(scene.model, coordinates, law)
+        )
         if coordinates == "euler":
             _require_euler_angles(scene, working)
         if contact not in CONTACTS:
@@ -75,6 +80,9 @@ class Setup:
                 f"{scene.name}: got contact bilateral for a scene with flight or an elastic table, "
                 "expected unilateral"
             )
+        names = asked_for(scene.events if events is None else events, scene.model)
+        for name in names:
+            event_named(name, scene.model, law)
         finest = full_tolerance(working)
         if tolerance != 0 and not finest <= tolerance < 1:
             raise InputError(
@@ -84,7 +92,7 @@ class Setup:
         return cls(
             formulation=form,
             precision=working,
-            events=_checked_events(scene, events),
+            events=names,
             record=_checked_record(scene, record, coordinates),
             tolerance=float(tolerance),
             options=tuple(sorted((options or {}).items())),
@@ -121,13 +129,6 @@ def refused_in_doubles(scene: Scene) -> str:
     return f"{scene.body.law} friction, which needs {' and '.join(missing)}" if missing else ""
 
 
-def _formulation(scene: Scene, coordinates: str) -> Formulation:
-    rigid = integrated(scene.model, coordinates, scene.body.friction)
-    if not scene.body.spring:
-        return rigid
-    return elastic(scene.body.spring, coordinates, scene.body.friction)
-
-
 def _require_euler_angles(scene: Scene, precision: Precision) -> None:
     theta = scene.start.theta
     # numbers near pi are 2 eps apart
@@ -139,13 +140,6 @@ def _require_euler_angles(scene: Scene, precision: Precision) -> None:
             f"{scene.name}: theta = {shown} {why}, where Euler angles are undefined; expected "
             "formulation newton"
         )
-
-
-def _checked_events(scene: Scene, events: Events | None) -> tuple[Asked, ...]:
-    names = asked_for(scene.events if events is None else events, scene.model)
-    for name in names:
-        event_named(name, scene.model, scene.body.friction)
-    return names
 
 
 def _checked_record(

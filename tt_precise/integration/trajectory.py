@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
 from tt_precise.integration.columns import POSE, POSE_NAMES, Name, State, expanded
 from tt_precise.integration.dense_output import ARRIVED, Status
-from tt_precise.integration.errors import End, Errors
+from tt_precise.integration.errors import Errors
 from tt_precise.integration.events import not_alternating
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.integration.precision import Precision
@@ -148,9 +148,9 @@ class Trajectory:
         return self.run.states([self.run.end_time])[0]
 
     @property
-    def end(self) -> End:
-        """How and where the solution ends."""
-        return End(self.status, self.t_end, self._end_state.values)
+    def values_at_end(self) -> dict[str, Scalar]:
+        """``t_end`` (s) and the entries of the state there (SI)."""
+        return {"t_end": self.t_end, **self._end_state.values}
 
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
@@ -170,12 +170,6 @@ class Trajectory:
     def motion(self, t: Scalar) -> Motion:
         """What quantities are computed from at ``t`` (s), dimensionless; refused as by ``at``."""
         return self.run.motions([self.run.dimensionless_time(t)])[0]
-
-    def evaluated(
-        self, function: Callable[[Motion], Scalar], times: Sequence[Scalar]
-    ) -> list[Scalar]:
-        """``function(motion(t))`` at all of these times, which are mpmath numbers, at once."""
-        return self._reader.evaluated(function, times)
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:

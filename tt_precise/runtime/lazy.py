@@ -7,6 +7,7 @@ reads files do without them.
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -23,7 +24,8 @@ def lazy_names(
 
     def find(name: str) -> Any:
         if name in home_of:
-            return getattr(importlib.import_module(f"{package}.{home_of[name]}"), name)
+            found = getattr(importlib.import_module(f"{package}.{home_of[name]}"), name)
+            return vars(sys.modules[package]).setdefault(name, found)  # this is asked once
         if name in modules:
             return importlib.import_module(f"{package}.{name}")
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
