@@ -341,11 +341,8 @@ def lines(trajectory: Trajectory) -> list[str]:
         return str(context.nstr(context.mpf(value), 2))
 
     digits, state = trajectory.digits, trajectory.state  # in this order: it then knows its errors
-    end = f"{float(trajectory.t_end)!r}"
-    if "t" in state.errors:
-        end = trajectory.precision.with_error(trajectory.t_end, state.errors["t"])
     shown = [
-        f"{trajectory.scene.name}: {trajectory.status} at t = {end} s "
+        f"{trajectory.scene.name}: {trajectory.status} at t = {trajectory.shown_end} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
         *_told(answers(trajectory)),

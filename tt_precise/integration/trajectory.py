@@ -106,7 +106,7 @@ class Trajectory:
 
     def __repr__(self) -> str:
         return (
-            f"<Trajectory of {self.scene.name}: {self.status}, t_end = {self.t_end} s, "
+            f"<Trajectory of {self.scene.name}: {self.status}, t_end = {self.shown_end} s, "
             f"{self.precision.name}, {self.formulation}, {self.steps} steps>"
         )
 
@@ -142,6 +142,13 @@ class Trajectory:
         carrying = self.precision.carrying
         values = {name: carrying(value, errors.get(name)) for name, value in state.values.items()}
         return State(state.t, values, state.precision, errors)
+
+    @property
+    def shown_end(self) -> str:
+        """``t_end`` in decimals, with its error where the end was found and that is known."""
+        error = self.errors.known_at_end.get("t")
+        end = self.t_end
+        return repr(float(end)) if error is None else self.precision.with_error(end, error)
 
     @cached_property
     def _end_state(self) -> State:

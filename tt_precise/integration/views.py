@@ -45,7 +45,7 @@ def notebook_table(trajectory: Trajectory) -> str:
         f"Trajectory of {trajectory.scene.name}",
         [
             ("status", trajectory.status),
-            ("t_end", f"{trajectory.t_end} s"),
+            ("t_end", f"{trajectory.shown_end} s"),
             ("precision", f"{trajectory.precision.name}, {trajectory.precision.bits} bits"),
             ("formulation", trajectory.formulation),
             ("steps", trajectory.steps),
