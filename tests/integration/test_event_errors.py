@@ -157,14 +157,12 @@ def test_digits_hold_in_the_events_of_several_doubles_too(reference: Scene) -> N
     assert run.digits_throughout == in_events
 
 
-def test_a_double_root_that_does_not_converge_says_how_far_it_is_off() -> None:
+def test_a_touch_is_no_event_and_claims_no_digits() -> None:
     """At the cusps of a top on ice phi_dot only touches zero; the extrema of theta cross it."""
     names = ("phi_dot_zero", "theta_max")
     scene = tt.load_scene("rolling").varied(until="0.07")
     run = tt.integrate(scene, "triple-double", events=names)
     found = run.event_errors()
-    digits = {name: found.digits[found.name == name] for name in names}
-    assert len(digits["phi_dot_zero"])
-    assert digits["phi_dot_zero"].max() < 16
-    assert digits["theta_max"].min() > 40
+    assert found["name"].tolist() == ["theta_max"] * 2
+    assert found["digits"].min() > 40
     assert [row[0] for row in events_table(run, ("t", "kx")).rows] == ["theta_max"] * 2
