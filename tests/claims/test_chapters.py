@@ -78,6 +78,7 @@ def test_counts_in_notes_are_those_of_the_rows(
         ("NUM-17", {"phi_dot": "0"}, "by 2.301", "by 1.000"),
         ("NUM-31", {"printed": "0.9"}, "0.40 rad", "0.50 rad"),
         ("SWP-15", {"upper": "0.6"}, "0 of 19", "of 119"),
+        ("FIG-03", {"name": "E_pot"}, "at 5.44 s, 4.01 s, 5.49 s", "at 5.49 s"),
     ],
 )
 def test_a_note_follows_what_is_computed(

@@ -73,7 +73,9 @@ class Claim:
         if not re.fullmatch(rf"{self.paper.prefix}({'|'.join(KINDS)})-[0-9]{{2}}", self.id):
             raise ValueError(f"claim id: got {self.id!r}, expected such as 'NUM-20'")
         if self.section not in [one.key for one in self.paper.sections]:
-            raise ValueError(f"claim {self.id}: got section {self.section!r}, which is none")
+            raise ValueError(
+                f"claim {self.id}: got section {self.section!r}, which the paper lacks"
+            )
         for name in ("statement", "quote", "where"):
             if not getattr(self, name):
                 raise ValueError(f"claim {self.id}: got no {name}, expected one")

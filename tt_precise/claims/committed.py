@@ -1,7 +1,7 @@
 """Verdicts as JSON documents, and those that a report has computed and that ship with the package.
 
 Committed verdicts are read, not computed again. They count as those of the present code while the
-hash of its sources is the one that the report left beside them.
+hash of its sources is the one that the report stored with them.
 """
 
 from __future__ import annotations

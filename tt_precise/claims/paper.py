@@ -47,10 +47,6 @@ class Paper:
         In the report and in JSON.
     package
         The Python package that holds its claims.
-    title, authors
-        For the citation.
-    sections
-        In order.
     prefix
         What the ids of its claims begin with; no two papers have the same.
     headlines

@@ -12,9 +12,9 @@
         ...
         return within(worst / eps, 100, "eps")
 
-The topic is that of the module. ``over`` makes one case of each combination of its arguments,
-which fill the braces in the name and in the expectation. ``control`` replaces arguments by
-something wrong: the tests see that the verdict of the family's first case changes.
+The topic is that of the module. ``over`` makes one case of each combination of its arguments (or
+of each entry of a list), which fill the braces in the name and in the expectation. ``control``
+replaces arguments by something wrong: the tests see that the verdict of a case changes.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ TOPICS = {
     "machine": "machine",
 }
 _topic_of = {module: topic for topic, module in TOPICS.items()}
-LIMIT_S = 60.0  # a case that takes longer is taken for one that hangs
+LIMIT_S = 60.0  # a case that takes longer counts as hanging
 
 
 @dataclass(frozen=True)

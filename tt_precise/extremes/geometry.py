@@ -1,4 +1,4 @@
-"""The poles: starts at every distance from them, passages beside them, and conversions there."""
+"""The poles: starts at every distance from them, passages near them, and conversions there."""
 
 from __future__ import annotations
 
@@ -485,7 +485,7 @@ def _body(precision: str) -> Parameters:
 
 
 def _printed_back(body: Parameters, state: NewtonState, fn: Functions) -> EulerState:
-    """The textbook's phi_dot = (Lz - cos L.k)/(I1 sin^2), which cancels beside the poles."""
+    """The textbook's phi_dot = (Lz - cos L.k)/(I1 sin^2), which cancels near the poles."""
     right = euler_from_vectors(body, state, fn)
     sine_squared = state.kx * state.kx + state.ky * state.ky
     along = body.I3 * right.omega_3

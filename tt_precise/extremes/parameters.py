@@ -310,7 +310,7 @@ def at_the_threshold(integrate: Integrate = integrate) -> Observation:
 
 
 def _growth(off: Fraction, integrate: Integrate) -> tuple[float, float, float]:
-    """Rates per second of the tilt beside the inverted pole: found, in theory, and the noise.
+    """Rates per second of the tilt near the inverted pole: measured, in theory, and the noise.
 
     The noise is eps of the logarithm of the tilt a step, as a random walk, and what eps in the
     numbers of the scene makes of the rate.

@@ -41,7 +41,7 @@ def tilt_matrix(body: Parameters, side: int, omega_3: Scalar, fn: Functions) -> 
 
 
 def tilt_at(body: Parameters, side: int, omega_3: Scalar, t: Scalar, fn: Functions) -> Tilt:
-    """Per unit of tilt at t = 0, about an axis that spins and does nothing else, the tilt at t."""
+    """The tilt at t per unit of tilt at t = 0, where the axis is at rest and the top spins."""
     start = fn.matrix([1, body.I3 * omega_3, 0])
     return Tilt(*(fn.expm(t * tilt_matrix(body, side, omega_3, fn)) * start))
 

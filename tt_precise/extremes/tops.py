@@ -74,7 +74,7 @@ def exact_start(scene: Scene) -> tuple[InitialState, Scalar]:
 
 
 def side_of(scene: Scene) -> int:
-    """1 if the start is beside the upright pole, -1 beside the inverted one."""
+    """1 if the start is near the upright pole, -1 if it is near the inverted one."""
     return -1 if scene.start.theta.from_pi else 1
 
 
@@ -85,7 +85,7 @@ def tilt_error(trajectory: Trajectory, wanted: Scene) -> float:
     itself may be nearly nothing. The linear equations neglect theta^2.
     """
     offset = wanted.start.theta.offset
-    # the tilt per unit of tilt does not know its size: one answer for all starts of a kind
+    # the tilt per unit of tilt does not depend on its size: one answer for all starts of a kind
     typical = replace(wanted.start, theta=wanted.start.theta._replace(offset=ONE))
     expected, omega_3, fn = _expected(replace(wanted, start=typical, text=""))
     units, state = trajectory.start.units, trajectory.state

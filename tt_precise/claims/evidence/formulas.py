@@ -1,7 +1,7 @@
 """Printed formulas as text, and whether they say what the mechanics say.
 
 A printed formula is a string in the paper's names, such as "R*I1*phi_dot*sin(theta)**2", which
-can be read beside the paper, spoiled by a test, and run in any arithmetic. ``equal`` compares it
+can be compared with the paper, spoiled by a test, and run in any arithmetic. ``equal`` compares it
 with the mechanics on the symbols of ``exact.chart``: a proof for every body and state. Where they
 differ, one state is exhibited, in exact rational numbers.
 """
@@ -25,24 +25,9 @@ from tt_precise.scene.body import NAMES, Parameters
 # A state without symmetry at which everything, the root in Routh's function too, is rational; in
 # consistent units with m, R, g all different from 1, so that a missing factor shows.
 POINT = {
-    "m": "4",
-    "R": "1/2",
-    "alpha": "3/10",
-    "I1": "711/1900",
-    "I3": "2/5",
-    "g": "7/3",
-    "mu": "27/100",
-    "s": "3/5",
-    "c": "4/5",
-    "S": "0",
-    "C": "1",
-    "q": "31/50",
-    "phi": "0",
-    "theta": "0",
-    "theta_dot": "11/5",
-    "phi_dot": "17/3",
-    "omega_3": "23/2",
-    "nu_x": "-13/10",
+    "m": "4", "R": "1/2", "alpha": "3/10", "I1": "711/1900", "I3": "2/5", "g": "7/3",
+    "mu": "27/100", "s": "3/5", "c": "4/5", "S": "0", "C": "1", "q": "31/50", "phi": "0",
+    "theta": "0", "theta_dot": "11/5", "phi_dot": "17/3", "omega_3": "23/2", "nu_x": "-13/10",
     "nu_y": "19/10",
 }  # fmt: skip
 

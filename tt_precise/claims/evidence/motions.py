@@ -1,8 +1,7 @@
-"""Motions computed in other ways than by a run of this package.
+"""Motions that no run of this package computes.
 
-In the effective potential V(z, D, lambda) with D and E~ frozen; the steady ones (upright spin,
-inverted spin, tumbling at constant theta) with their stability; a solution continued to negative
-times; and the paper's own computation with SciPy's odeint.
+Those in the effective potential V(z, D, lambda) with frozen D and E~; the steady ones with their
+stability; a solution continued to negative times; and the paper's own computation with odeint.
 """
 
 from __future__ import annotations
@@ -173,7 +172,7 @@ def largest_threshold(body: Parameters, fn: Functions) -> Scalar:
 
 
 def tumbles(case: Case) -> bool:
-    """Whether a tumbling motion has the case's lambda or more, so that one exists beside it."""
+    """Whether some tumbling motion has the case's lambda or a larger one."""
     fn = own_context(DIGITS)
     body = case.body(fn)
     wanted = (rounding_to(fn)(case.multiple) * largest_threshold(body, fn)) ** 2

@@ -1,9 +1,7 @@
 """A scene's solution as evidence: values with their digits, extrema, zeros, phases of the climb.
 
-``Run("reference")`` integrates once a process and arithmetic, whatever is asked of it. Local
-extrema and zeros are events, so that none falls between samples; between two extrema a quantity is
-monotonous, so that its rises and falls are found for certain. Quantities of a claim's own are a
-function of named columns (NumPy arrays), and their extremes are closed in on in the dense output.
+A process integrates a scene once in each arithmetic. Local extrema and zeros are events, so none
+falls between samples, and between two extrema a quantity is monotonous.
 """
 
 from __future__ import annotations
@@ -87,17 +85,11 @@ class Run:
     # ---- the runs, and single values ---------------------------------------------------------
 
     def trajectory(self, precision: str = "double") -> Trajectory:
-        """The solution with every event of the catalogue recorded.
-
-        In quad, which takes seconds, where double-double cannot do a scene.
-        """
+        """The solution with all events recorded; quad, in seconds, where double-double cannot."""
         return _integrated(self.scene, precision)
 
     def settled(self, value: Callable[[Trajectory], Scalar]) -> Settled:
-        """A value taken from the fine trajectory, with the digits that ``rough()`` confirms.
-
-        The two runs take other steps in other arithmetics.
-        """
+        """A value from the fine trajectory, with the digits that ``rough()`` confirms."""
         return Settled.of(value(self.trajectory(FINE)), value(self.trajectory(rough())))
 
     def at(self, name: str, t: str) -> Settled:
@@ -191,7 +183,7 @@ class Run:
 
     @cached_property
     def band(self) -> list[Turn]:
-        """The nutation band at each turning point of theta, but beside a pause of the nutation."""
+        """The nutation band at each turning point of theta, except next to a pause of nutation."""
         turns = [(float(t), float(x)) for t, x in self.turns[["t", "theta"]].to_numpy()]
         belts = []
         for (t0, a), (t1, b), (t2, c) in zip(turns, turns[1:], turns[2:], strict=False):
@@ -261,10 +253,9 @@ class Run:
         return float((values * weights * half).sum() / (times[-1] - times[0]))
 
     def extreme(self, name: str, *, largest: bool, span: Span | None = None) -> Settled:
-        """The largest or smallest value of a quantity, fine, with the digits ``rough()`` confirms.
+        """The largest or smallest value of a quantity, with the digits that ``rough()`` confirms.
 
-        The event gives the time to about 1e-12 s; each of the two runs then moves to the vertex
-        of its own parabola, where the value no longer depends on that error.
+        The event gives the time to about 1e-12 s; each run moves on to the vertex of its parabola.
         """
         times, values = self.extrema(name, span)
         at = int(values.argmax() if largest else values.argmin())

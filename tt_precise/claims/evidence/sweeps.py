@@ -1,9 +1,8 @@
 """The paper's section 2.2: its start values one at a time and in a box, for the claims about them.
 
-Every sweep varies the reference scene. Rows that lose contact are integrated twice: "unilateral",
-where the trajectory ends when g_n reaches 0, and "bilateral", where it goes on with g_n < 0, as
-the paper's own equations do, although the one-sided contact forbids it (its Remark 2 says so). What
-it says of "all" starts is judged with and without them.
+Every sweep varies the reference scene. Starts that lose contact are integrated twice:
+"unilateral", which ends when g_n reaches 0, and "bilateral", which goes on with g_n < 0 as the
+paper's equations do. What the paper says of "all" starts is judged with and without them.
 
 The rows are cached in ``reports/``; after a change of the definition they are computed anew, which
 takes some three minutes of one core.
@@ -185,7 +184,7 @@ def _starts() -> Iterator[tuple[str, Array, Array]]:
 
 
 def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
-    """The rows of one or several series; see ``section22_sweep.series``."""
+    """The rows of one or several series; see ``series``."""
     import pandas
 
     wanted = (names,) if isinstance(names, str) else tuple(names)

@@ -429,7 +429,7 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Finding:
             f"{'one minimum' if alone else 'several minima'}, "
             f"{'monotonously' if rising(path) else 'not monotonously'}",
         ),
-        "V has exactly one minimum for each D, and it moves one way.",
+        "Minima are sought on a grid of theta that ends just short of both poles.",
     )
 
 

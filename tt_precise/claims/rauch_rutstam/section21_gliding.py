@@ -164,7 +164,7 @@ def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Finding:
             "the last crossing": v.about(printed, crossings[-1], "s"),
             "the first crossing": v.about(printed, crossings[0], "s"),
         },
-        f"There is not one crossing but {len(every)}, both ways, between {v.decimal(every[0], 5)} "
+        f"nu_y crosses nu_x {len(every)} times, both ways, between {v.decimal(every[0], 5)} "
         f"and {v.decimal(every[-1], 5)} s; from the last one on nu_y stays above.",
     )
 

@@ -213,7 +213,7 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
         shown = f"{v.decimal(min(ends), 4)} to {v.decimal(max(ends), 4)} s"
         parts[reading] = min(ends) <= float(printed) <= max(ends), shown
     return v.readings(
-        v.statements(f"about {printed} s", parts), "It varies that much with phi_dot(0)."
+        v.statements(f"about {printed} s", parts), "The ending time depends on phi_dot(0)."
     )
 
 

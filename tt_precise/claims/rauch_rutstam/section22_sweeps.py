@@ -507,7 +507,7 @@ def longest_where_energy_is_least(close: str = CLOSE) -> Finding:
         },
         f"At fixed lambda it is {number(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
         f"{number(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no synchronisation "
-        "phase: nearness to the minimum is not what makes it long.",
+        "phase: nearness to the minimum does not make it long.",
     )
 
 

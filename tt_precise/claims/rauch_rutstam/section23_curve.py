@@ -165,9 +165,8 @@ def ends_of_the_curve(
     ]
     return v.readings(
         v.statements("({}, {}) to ({}, {})".format(*printed), parts),
-        "The start at theta(0) = 0.1 is no limit t to -infinity: there D is "
-        f"{off[0]:.1f} % and E~ {off[1]:.1f} % off its limit. For the printed limits see NUM-26 to "
-        "NUM-29.",
+        f"At the start, theta(0) = 0.1, D is {off[0]:.1f} % and E~ {off[1]:.1f} % off the limit "
+        "for t to -infinity. For the printed limits see NUM-26 to NUM-29.",
     )
 
 
@@ -373,7 +372,7 @@ def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Finding:
         return factor * _length(_omega_cross_a(body, columns)) - nu_y
 
     return _at_every_instant_or_on_average(
-        term, run, "positive", "The paper says no more than that this may be so."
+        term, run, "positive", "The paper says only that this may be so."
     )
 
 
@@ -482,6 +481,6 @@ def colours() -> Finding:
     """The figures show the curves in the colours that captions and text name."""
     return v.all_of(
         v.untestable("colours of curves"),
-        "The source at hand comes without the pictures, so their colours cannot be seen; the "
-        "captions of Figs 4 and 6 name none, and Fig. 7 names only that of E.",
+        "The source at hand has no pictures, so the colours cannot be seen; the captions of Figs 4 "
+        "and 6 name no colour, and Fig. 7 names only that of E.",
     )

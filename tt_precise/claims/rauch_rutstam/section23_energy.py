@@ -84,8 +84,8 @@ def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -
     quotient = v.rounds_to(printed, Fraction(AT_8_S) / Fraction(AT_0_S))
     return v.readings(
         {"ratio of the energies": check, "quotient of the two rounded numbers": quotient},
-        "The division of the printed, already rounded energies is right, but the fourth decimal "
-        "is theirs, not the solution's.",
+        "The quotient of the printed energies is right, but its fourth decimal comes from their "
+        "rounding, not from the solution.",
         _proof_of_ratio(check, lambda ratio: v.rounds_to(printed, ratio), run),
     )
 
@@ -384,8 +384,7 @@ def parts_of_the_energy(parts: tuple[str, ...] = PARTS, run: Run = REFERENCE) ->
                 f"falls by {v.decimal(fall, 12)} J, and {risen}",
             ),
         },
-        "The work of friction comes from the contact force alone, so that it does not know the "
-        "parts.",
+        "The work of friction is computed from the contact force alone, not from the parts.",
     )
 
 
@@ -425,12 +424,16 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Fin
 def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Finding:
     """The oscillations of the parts are too small to be seen in the main graph."""
     height = run.value("E", 0.0)
-    parts = {}
+    parts, when = {}, []
     for part in (name,) if name else PARTS:
-        swings = [abs(b - a) for a, b in pairwise(run.extrema(part)[1])]
-        share = max(min(a, b) for a, b in pairwise(swings)) / height
+        times, values = run.extrema(part)
+        swings = [abs(b - a) for a, b in pairwise(values)]
+        swing, t = max(zip(map(min, pairwise(swings)), times[1:-1], strict=True))
+        share = swing / height
         parts[part] = share < 0.01, f"swings of at most {100 * share:.2f} % of the height"
-    return v.all_of(v.statements("not seen", parts), "They are largest in the middle of the climb.")
+        when.append(f"{v.decimal(t, 3)} s")
+    note = f"They are largest at {', '.join(when)}, in this order."
+    return v.all_of(v.statements("not seen", parts), note)
 
 
 @claim(
@@ -446,7 +449,7 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
     shown = f"{last} J at 8 s, {v.decimal(share, 2)} of its first value"
     return v.all_of(
         v.statement(share < 0.01, "goes to zero", shown),
-        "It does not fall all the way: in the climb it oscillates up to "
+        "It does not fall monotonously: in the climb it oscillates up to "
         f"{v.decimal(run.extrema(name, run.climb)[1].max(), 3)} J.",
     )
 
@@ -564,7 +567,7 @@ def where_the_energy_comes_from(
             f"most of it from {' and '.join(from_)}",
             f"of {v.decimal(lost['E'], 5)} J lost: {shown}",
         ),
-        "Nearly all of it is rotational; E_pot gains.",
+        "A negative share is a gain.",
     )
 
 

@@ -92,8 +92,8 @@ def large_negative_values(phase: str = "synchronisation", run: Run = REFERENCE) 
             "large negative values",
             f"{lowest} rad/s, against {v.decimal(usual, 3)} rad/s at the maxima of theta",
         ),
-        "How deep it goes hangs on how near the axis happens to pass the pole, and with it on the "
-        "last digits of the parameters: no value to aim at.",
+        "Its depth depends on how near the axis passes the pole, and so on the last digits of the "
+        "parameters: it is ill conditioned.",
     )
 
 
