@@ -282,7 +282,7 @@ class TextSource(RowSource):
     def __init__(self, where: str, opened: io.BufferedReader, size: int, rename: Mapping[str, str]):
         self._opened, self._size, self._file = opened, size, where
         self._stream: Any = opened
-        if opened.peek(2)[:2] == GZIPPED:
+        if where.endswith(".gz") or opened.peek(2)[:2] == GZIPPED:
             import gzip
 
             self._stream = gzip.GzipFile(fileobj=opened)
