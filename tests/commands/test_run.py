@@ -14,7 +14,7 @@ import pandas
 import pytest
 
 from tt_precise import cli
-from tt_precise.integration import integrate
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
@@ -297,3 +297,29 @@ def test_a_picture_of_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert cli.main(["run", *SHORT, "--plot", str(tmp_path / "run.jpg")]) == 2
     assert cli.main(["run", *SHORT, "--plot", str(tmp_path / "none" / "run.svg")]) == 2
     assert "--plot: got" in capsys.readouterr().err
+
+
+def test_a_moving_picture_of_the_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[str] = []
+    monkeypatch.setattr(Trajectory, "animate", lambda self, path, **_: drawn.append(path))
+    file = str(tmp_path / "run.gif")
+    assert cli.main(["run", *SHORT, "--animate", file]) == 0
+    assert drawn == [file]
+    assert cli.main(["run", *SHORT, "--animate", str(tmp_path / "run.svg")]) == 2
+    assert "animate: got" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("digits", "told"), [(40, ""), (100, "about 2 min"), (2000, "")])
+def test_a_long_run_says_so_first(
+    digits: int, told: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def ready(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tt_precise.integration.integrate", ready)
+    assert cli.main(["run", "reference", "--digits", str(digits)]) == 130
+    err = capsys.readouterr().err
+    assert told in err
+    assert ("takes" in err) == bool(told)

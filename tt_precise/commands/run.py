@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
 UNFINISHED = 1
+LONG_S = 60.0  # a run with --digits that takes longer says so first
 LEAVES = ("contact_lost", "lift_off", "separation")  # how a stretch on the table ends in the air
 MOST_STRETCHES = 8  # that are told in a line
 DOES = {"gliding": "glides", "rolling": "rolls", "flight": "flies", "contact": "in contact"}
@@ -146,6 +147,9 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     help="Write the trajectory (SI): .csv, .json, .parquet or .arrow.",
 )
 @click.option("--plot", type=click.Path(dir_okay=False), help="Draw it (.svg, .png or .pdf).")
+@click.option(
+    "--animate", type=click.Path(dir_okay=False), help="Draw it moving (.gif, .html or .mp4)."
+)
 @options.JSON
 def command(
     scene: str,
@@ -160,6 +164,7 @@ def command(
     columns: str | None,
     out: str | None,
     plot: str | None,
+    animate: str | None,
     as_json: bool,
 ) -> int:
     """Integrate SCENE, a shipped name or a TOML file.
@@ -170,6 +175,7 @@ def command(
     from dataclasses import replace
 
     from tt_precise.integration import integrate
+    from tt_precise.integration.digits import MOST_SECONDS, seconds_for
     from tt_precise.integration.events import asked_for
     from tt_precise.runtime import tables
     from tt_precise.runtime.progress import progress_bar
@@ -185,19 +191,27 @@ def command(
         recorded.add("phi")  # so that the end can be shown as vectors too
     wanted = options.names(columns)
     # found out now, not after a long integration
-    require_apart({"--out": out, "--plot": plot}, scene)
+    require_apart({"--out": out, "--plot": plot, "--animate": animate}, scene)
     if plot is not None:
         from tt_precise.runtime.plotting import require_format
 
         require_format(plot)
         _require_writable(Path(plot), "--plot")
+    if animate is not None:
+        from tt_precise.integration.views import movie_writer
+
+        movie_writer(Path(animate))
+        _require_writable(Path(animate), "--animate")
     if out is not None:
         tables.format_of(out)
         _require_writable(Path(out), "--out")
     elif wanted:
         raise InputError("--columns: got names without --out, expected --out FILE too")
-    if _require_columns(wanted):
+    if _require_columns(wanted) or animate is not None:
         recorded |= set(RECORDABLE)  # now, not in a second integration
+    seconds = seconds_for(digits, loaded) if digits else 0.0
+    if LONG_S < seconds <= MOST_SECONDS:
+        click.echo(f"--digits {digits}: takes about {seconds / 60:.0f} min", err=True)
     with progress_bar(f"integrating {loaded.name}") as progress:
         trajectory = integrate(
             loaded,
@@ -223,6 +237,9 @@ def command(
         from tt_precise.runtime.plotting import save
 
         save(trajectory.plot(), plot)
+    if animate is not None:
+        with progress_bar(f"drawing {loaded.name}") as progress:
+            trajectory.animate(animate, progress=progress)
     if as_json:
         click.echo(encode(summary(trajectory)), nl=False)
     else:

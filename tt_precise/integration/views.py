@@ -181,7 +181,7 @@ def animate(
         raise InputError(
             f"animate: got {seconds:g} s with {fps:g} frames in each, expected both above 0"
         )
-    writer = _writer(target, fps)
+    writer = movie_writer(target, fps)
     count = max(2, round(seconds * fps))
     frames = sampled(trajectory, begin, end, count)
     scene = trajectory.scene
@@ -228,7 +228,8 @@ def sampled(trajectory: Trajectory, begin: float, end: float | None, count: int)
     return Frames(shown["t"].to_numpy(), turn[::FINER], shown["theta"].to_numpy(), track)
 
 
-def _writer(path: Path, fps: int) -> AbstractMovieWriter:
+def movie_writer(path: Path, fps: int = 20) -> AbstractMovieWriter:
+    """What writes a file of this name; ``InputError`` for one that cannot be written."""
     from matplotlib import animation
 
     ending = path.suffix.lower()
