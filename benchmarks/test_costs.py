@@ -19,8 +19,11 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.integration import catalogue
+from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.tradeoff.heyoka_methods import bare_loop
+from tt_precise.tradeoff.heyoka_methods import bare
+from tt_precise.tradeoff.methods import Settings
+from tt_precise.tradeoff.problem import golden_problem
 
 REFERENCE = tt.load_scene("reference")
 COMMANDS = {
@@ -56,7 +59,9 @@ integrations = pytest.mark.benchmark(group="integrate", timer=time.process_time)
 
 @integrations
 def test_bare_loop(benchmark: Any) -> None:
-    benchmark(bare_loop(REFERENCE))
+    problem, double = golden_problem("reference"), precision_named("double")
+    solve = bare(problem, Settings(0.0, double))
+    benchmark(solve, problem.clock(double, problem.times)[-1:])
 
 
 @integrations

@@ -6,10 +6,9 @@ import numpy
 import pytest
 
 from tt_precise.integration.precision import precision_named
-from tt_precise.runtime.errors import InputError
 from tt_precise.tradeoff import measure
 from tt_precise.tradeoff.heyoka_methods import OWN
-from tt_precise.tradeoff.measure import METHODS, method_named
+from tt_precise.tradeoff.measure import METHODS
 from tt_precise.tradeoff.methods import PEERS as METHODS_OF_PEERS
 from tt_precise.tradeoff.methods import Settings
 from tt_precise.tradeoff.problem import golden_problem
@@ -30,7 +29,7 @@ def error(
 ) -> float:
     problem = golden_problem("reference", coordinates, until)
     settings = Settings(tolerance, precision or DOUBLE)
-    solve = method_named(name).prepare(problem, settings)
+    solve = METHODS[name].prepare(problem, settings)
     times = problem.clock(settings.precision, problem.times)
     worst = 0.0
     for wanted in (times[-1:], times):
@@ -70,7 +69,7 @@ def test_odefun_in_many_digits() -> None:
 def test_peers_converge_to_golden_data(name: str, coordinates: str) -> None:
     if name == "mpmath odefun":
         pytest.skip("takes no tolerance; tested above")
-    missing = method_named(name).missing
+    missing = METHODS[name].missing
     assert not missing, f"needs {missing}; make peers installs every extra"
     coarse, fine = (1e-4, 1e-6) if "Radau" in name else (1e-5, 1e-9)
     errors = [error(name, tolerance, coordinates) for tolerance in (coarse, fine)]
@@ -88,11 +87,6 @@ def test_every_case_of_the_plans_is_a_method() -> None:
     assert {trial.method for trial in trials} <= set(METHODS)
     assert len({group.name for group in measure.whole()}) == len(list(measure.whole()))
     assert numpy.all([0 <= trial.tolerance < 1 for trial in trials])
-
-
-def test_an_unknown_method_is_refused() -> None:
-    with pytest.raises(InputError, match=r"expected one of: .*heyoka"):
-        method_named("Euler")
 
 
 def test_a_name_has_one_method() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.errors import InputError
-from tt_precise.tradeoff.measure import method_named
+from tt_precise.tradeoff.measure import METHODS
 from tt_precise.tradeoff.methods import Settings
 from tt_precise.tradeoff.problem import GoldenProblem, golden_problem
 
@@ -18,7 +18,7 @@ DOUBLE, QUAD = precision_named("double"), precision_named("quad")
 
 def judged(problem: GoldenProblem, name: str, settings: Settings, spoil: Any = None) -> Any:
     times = problem.clock(settings.precision, problem.times)
-    run = method_named(name).prepare(problem, settings)(times)
+    run = METHODS[name].prepare(problem, settings)(times)
     states = [list(row) for row in run.states]
     if spoil is not None:
         states[-1][0] += spoil
@@ -47,7 +47,7 @@ def test_an_error_of_the_state_is_found(short: GoldenProblem) -> None:
 def test_the_rounding_of_the_time_is_no_error_of_the_method() -> None:
     problem = golden_problem("reference", "newton", "0.3")
     times = problem.clock(DOUBLE, problem.times)
-    run = method_named("heyoka").prepare(problem, Settings(0.0, DOUBLE))(times)
+    run = METHODS["heyoka"].prepare(problem, Settings(0.0, DOUBLE))(times)
     fair = problem.truth.errors(run.states, DOUBLE, times)
     shifted = [t * (1 + 1e-12) for t in times]
     assert fair.error < 1e-13

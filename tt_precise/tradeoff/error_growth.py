@@ -122,13 +122,11 @@ def integrals(form: Formulation, values: dict[str, float], state: Array) -> dict
 
 
 class Exponent(NamedTuple):
-    """rms error = size (t/1 s)^exponent; the standard error of the exponent over the seeds."""
+    """The exponent of rms error ~ t^exponent, and its standard error over the seeds."""
 
     exponent: float
     error: float
-    size: float
     seeds: int
-    until_s: float
     rms_at_end: float
 
 
@@ -145,15 +143,14 @@ def exponent(rows: pandas.DataFrame, scene: str, integral: str, until_s: float) 
     times = numpy.log(numpy.unique(mine["t_s"]))
     seeds = len(errors)
 
-    def line(chosen: Array) -> Array:
+    def steepness(chosen: Array) -> float:
         rms = numpy.sqrt((chosen**2).mean(axis=0))
-        return numpy.polyfit(times, numpy.log(numpy.maximum(rms, 1e-20)), 1)
+        return float(numpy.polyfit(times, numpy.log(numpy.maximum(rms, 1e-20)), 1)[0])
 
-    steep, level = line(errors)
-    others = numpy.array([line(numpy.delete(errors, i, axis=0))[0] for i in range(seeds)])
+    others = numpy.array([steepness(numpy.delete(errors, i, axis=0)) for i in range(seeds)])
     spread = math.sqrt((seeds - 1) / seeds * float(((others - others.mean()) ** 2).sum()))
     rms_at_end = float(numpy.sqrt((errors[:, -1] ** 2).mean()))
-    return Exponent(float(steep), spread, math.exp(level), seeds, until_s, rms_at_end)
+    return Exponent(steepness(errors), spread, seeds, rms_at_end)
 
 
 def slope(x: Array, y: Array) -> float:

@@ -3,40 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 from typing import Any
 
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import catalogue
 from tt_precise.integration.heyoka_backend import Integrator, build, numeric_options
-from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.formulations import STATE_DIMENSIONS, integrated
-from tt_precise.mechanics.initial_state import InitialState
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.runtime.untyped import Adaptive
-from tt_precise.scene.scene import Scene
 from tt_precise.tradeoff.methods import Method, Prepare, Settings, Solve, SolverResult
 from tt_precise.tradeoff.problem import GoldenProblem
 
 
-def bare_adaptive(setup: Setup, state: Sequence[Scalar], parameters: Sequence[Scalar]) -> Adaptive:
-    """The equations as a ``taylor_adaptive``: no events, not even the end of contact."""
-    import heyoka
-
-    return heyoka.taylor_adaptive(
-        Equations.of(setup.formulation).system,
-        list(state),
-        pars=list(parameters),
-        fp_type=setup.precision.fp_type,
-        **numeric_options(setup),
-    )
-
-
 def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:
-    """The same in SIMD lanes: a column of ``state`` and of ``parameters`` for each."""
+    """The bare equations in SIMD lanes: a column of ``state`` and of ``parameters`` for each."""
     import heyoka
 
     return heyoka.taylor_adaptive_batch(
@@ -45,41 +29,6 @@ def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:
         pars=parameters,
         **numeric_options(setup),
     )
-
-
-@cache
-def _compiled(setup: Setup) -> Adaptive:
-    form, number = setup.formulation, setup.precision.number
-    zero = setup.precision.context.mpf(0)
-    return bare_adaptive(
-        setup, [number(zero) for _ in form.columns], [number(zero + 1) for _ in form.parameters]
-    )
-
-
-def bare_loop(scene: Scene, tolerance: float = 0.0, precision: str = "double") -> Callable[[], int]:
-    """A function that propagates the Newton form of ``scene`` to its horizon; returns the steps.
-
-    ``tolerance`` 0 stands for full accuracy. It knows no contact: also where the table would have
-    to pull it goes on.
-    """
-    working = precision_named(precision)
-    form = integrated(scene.model, "newton", scene.body.friction)
-    setup = Setup(formulation=form, precision=working, tolerance=tolerance)
-    adaptive, number = _compiled(setup), working.number
-    start = InitialState.of(scene, working.arithmetic)
-    state = list(map(number, start.state(form)))
-    parameters = list(map(number, start.parameters(form)))
-    until, zero = number(start.until), number(working.context.mpf(0))
-
-    def loop() -> int:
-        for i, value in enumerate(state):
-            adaptive.state[i] = value
-        for i, value in enumerate(parameters):
-            adaptive.pars[i] = value
-        adaptive.time = zero
-        return int(adaptive.propagate_until(until)[3])
-
-    return loop
 
 
 LANES = (4, 8)
@@ -91,7 +40,7 @@ def setup_of(
     settings: Settings,
     events: Sequence[str] = (),
     record: Sequence[str] = (),
-    **options: Any,
+    options: Sequence[str] = (),
 ) -> Setup:
     """What ``integrate`` would compile for these settings."""
     return Setup(
@@ -100,16 +49,21 @@ def setup_of(
         events=tuple(events),
         record=tuple(record),
         tolerance=settings.tolerance,
-        options=tuple(sorted(options.items())),
+        options=tuple((option, True) for option in options),
     )
 
 
-def bare(problem: GoldenProblem, settings: Settings, **options: Any) -> Solve:
+def bare(problem: GoldenProblem, settings: Settings, *options: str) -> Solve:
     """The equations and nothing else: no events, not even the end of contact."""
-    adaptive = bare_adaptive(
-        setup_of(problem, settings, **options),
+    import heyoka
+
+    setup = setup_of(problem, settings, options=options)
+    adaptive = heyoka.taylor_adaptive(
+        Equations.of(setup.formulation).system,
         problem.state(settings.precision),
-        problem.parameters(settings.precision),
+        pars=problem.parameters(settings.precision),
+        fp_type=setup.precision.fp_type,
+        **numeric_options(setup),
     )
     return _solver(adaptive, problem, settings)
 
@@ -121,7 +75,8 @@ def supplied(
     record: Sequence[str] = (),
 ) -> Solve:
     """What ``integrate`` runs: the end of contact watched, and the events and records given."""
-    made = build(setup_of(problem, settings, events, record))
+    names = catalogue(problem.scene.model) if events == ("all",) else events
+    made = build(setup_of(problem, settings, names, record))
     return _solver(made.adaptive, problem, settings, made)
 
 
@@ -224,13 +179,8 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
     return solve
 
 
-def all_events(problem: GoldenProblem, settings: Settings) -> Solve:
-    """With every event that the model has."""
-    return supplied(problem, settings, catalogue(problem.scene.model))
-
-
 def _with_option(option: str) -> Prepare:
-    return lambda problem, settings: bare(problem, settings, **{option: True})
+    return lambda problem, settings: bare(problem, settings, option)
 
 
 _WAYS: dict[str, Prepare] = {
@@ -243,7 +193,7 @@ _WAYS: dict[str, Prepare] = {
     **{f"heyoka, {width} lanes": partial(lanes, width) for width in LANES},
     "heyoka, contact watched": supplied,
     "heyoka, one event": partial(supplied, events=("theta_min",)),
-    "heyoka, all events": all_events,
+    "heyoka, all events": partial(supplied, events=("all",)),
     **{
         f"heyoka, records {' '.join(names)}": partial(supplied, record=names)
         for names in (("phi",), ("x",), ("phi", "psi", "x", "y"))

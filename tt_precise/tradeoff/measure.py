@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import gc
-import itertools
-import resource
+import operator
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import partial
 from importlib.util import find_spec
 from statistics import median
+from timeit import timeit
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from msgspec.structs import asdict
@@ -24,7 +23,7 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.records import Meta, Record
 from tt_precise.tradeoff.heyoka_methods import OWN
-from tt_precise.tradeoff.methods import PEERS, Method, Settings, Solve, SolverResult
+from tt_precise.tradeoff.methods import PEERS, Settings, Solve, SolverResult
 from tt_precise.tradeoff.problem import GoldenProblem, StateErrors, golden_problem
 
 if TYPE_CHECKING:
@@ -70,19 +69,6 @@ class Group(NamedTuple):
     trials: tuple[Trial, ...]
     rounds: int
     budget_s: float
-
-
-def method_named(name: str) -> Method:
-    """The method called ``name``.
-
-    Raises
-    ------
-    InputError
-        There is no such method.
-    """
-    if name not in METHODS:
-        raise InputError(f"method: got {name!r}, expected one of: {', '.join(METHODS)}")
-    return METHODS[name]
 
 
 # tolerances of each peer that it takes at all and bears: RK45 needs a minute for 1e-12
@@ -201,26 +187,6 @@ def _other_scenes() -> Iterator[Trial]:
 
 
 Action = Callable[[], object]
-Clock = Callable[[], float]
-
-
-def processor_time() -> float:
-    """Seconds that processors have spent on this process, and on those that it has waited for."""
-    every = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(used.ru_utime + used.ru_stime for used in every)
-
-
-@dataclass(frozen=True)
-class Turn:
-    """What is timed beside which baseline; ``prepare`` is called anew, untimed, before each.
-
-    ``clock`` counts in s; processor time does not depend on what else the machine has to do, but
-    is no time to wait where threads share the work.
-    """
-
-    prepare: Callable[[], Action]
-    baseline: Action
-    clock: Clock = time.perf_counter
 
 
 @dataclass
@@ -231,57 +197,42 @@ class Timings:
     baselines: list[float] = field(default_factory=list)
 
     @property
-    def least(self) -> float:
-        """The fastest."""
-        return min(self.seconds)
-
-    @property
     def median(self) -> float:
-        """The median."""
+        """The median of the seconds."""
         return median(self.seconds)
 
     @property
     def ratio(self) -> float:
         """The median of the ratios to the baseline beside each: a slow minute slows both."""
-        return median(
-            one / beside for one, beside in zip(self.seconds, self.baselines, strict=True)
-        )
+        return median(map(operator.truediv, self.seconds, self.baselines))
 
 
 def interleaved(
-    turns: Sequence[Turn],
+    actions: Sequence[Action],
+    baseline: Action,
     *,
     rounds: int,
     budget_s: float,
     progress: Progress = silent,
 ) -> list[Timings]:
-    """Time every action in turn, ``rounds`` times, and each just after its baseline.
+    """Time every action in turn, ``rounds`` times, and each just after the baseline.
 
     An action has at least one turn, and no further one that would bring it above ``budget_s``.
     """
-    times = [Timings() for _ in turns]
+    times = [Timings() for _ in actions]
     for number in range(rounds):
-        for place, (turn, mine) in enumerate(zip(turns, times, strict=True)):
+        for place, (action, mine) in enumerate(zip(actions, times, strict=True)):
             if number and (number + 1) * mine.median > budget_s:
                 continue
-            action = turn.prepare()
-            mine.baselines.append(timed(turn.baseline, turn.clock))
-            mine.seconds.append(timed(action, turn.clock))
-            progress((number + (place + 1) / len(turns)) / rounds)
+            mine.baselines.append(timed(baseline))
+            mine.seconds.append(timed(action))
+            progress((number + (place + 1) / len(actions)) / rounds)
     return times
 
 
-def timed(action: Action, clock: Clock = time.perf_counter) -> float:
+def timed(action: Action) -> float:
     """Seconds that an action takes, without the collection of garbage."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        begin = clock()
-        action()
-        return clock() - begin
-    finally:
-        if enabled:
-            gc.enable()
+    return timeit(action, number=1)
 
 
 @dataclass
@@ -298,8 +249,8 @@ class CompiledTrial:
     solve: Solve
     setup_s: float
     times: list[Scalar]
+    ended: SolverResult = field(init=False)  # the last timed run
     grid: SolverResult | None = None
-    _end: SolverResult | None = None
 
     @property
     def wide(self) -> bool:
@@ -308,14 +259,7 @@ class CompiledTrial:
 
     def run(self) -> None:
         """What is timed: from the start to the end."""
-        self._end = self.solve(self.times if self.wide else self.times[-1:])
-
-    @property
-    def ended(self) -> SolverResult:
-        """The last timed run."""
-        if self._end is None:
-            raise RuntimeError("a trial is compared with the truth after it was run")
-        return self._end
+        self.ended = self.solve(self.times if self.wide else self.times[-1:])
 
     def errors(self) -> StateErrors:
         """The error at the end, and the largest error and drift that are known of the way."""
@@ -339,21 +283,16 @@ def prepare(trial: Trial) -> CompiledTrial:
     ArithmeticError, InputError
         The method does not get through, or cannot be asked for this.
     """
-    problem = _problem(trial.scene, trial.coordinates, trial.until, trial.truth_bits)
+    problem = golden_problem(trial.scene, trial.coordinates, trial.until, trial.truth_bits)
     settings = Settings(trial.tolerance, trial.arithmetic)
     made: list[Solve] = []
-    setup_s = timed(lambda: made.append(method_named(trial.method).prepare(problem, settings)))
+    setup_s = timed(lambda: made.append(METHODS[trial.method].prepare(problem, settings)))
     times = problem.clock(settings.precision, problem.times)
     ready = CompiledTrial(trial, problem, made[0], setup_s, times)
     if not ready.wide:
         ready.run()
         ready.grid = ready.solve(times)
     return ready
-
-
-@cache
-def _problem(scene: str, coordinates: str, until: str | None, truth_bits: int) -> GoldenProblem:
-    return golden_problem(scene, coordinates, until, truth_bits)
 
 
 WORKLOAD = "reference workload"
@@ -430,69 +369,49 @@ def measure(groups: Iterable[Group], notify: Notify, progress: Progress = silent
     """Run the groups; ``notify`` is called with what is left out, and with what each group took."""
     every = list(groups)
     total = sum(len(group.trials) for group in every)
-    baseline = prepare(Trial("heyoka", 0.0, scene=SCENE)).run
-    machine, rows = [_workload(baseline, "start"), *_imports()], []
-    skipped, done = _Skipped(notify), 0
+    baseline = prepare(Trial("heyoka", 0.0)).run
+    machine = [_workload(baseline, "start"), *_imports()]
+    rows: list[Row] = []
+    skipped: list[str] = []
+    done = 0.0
+
+    def report(part: float) -> None:
+        progress(done + share * part)
+
+    def skip(line: str) -> None:
+        if line not in skipped:
+            skipped.append(line)
+            notify(f"skipped: {line}")
+
     with _compiled_anew() as forget:
         for group in every:
             forget()
-            share = _part(progress, done / total, len(group.trials) / total)
-            rows += _group(group, baseline, skipped, notify, share)
-            done += len(group.trials)
+            began, share = time.monotonic(), len(group.trials) / total
+            ready = list(_prepared(group.trials, skip))
+            times = interleaved(
+                [one.run for one in ready],
+                baseline,
+                rounds=group.rounds,
+                budget_s=group.budget_s,
+                progress=report,
+            )
+            rows += map(_row, ready, times)
+            done += share
+            notify(f"{group.name}: {len(ready)} settings, {time.monotonic() - began:.0f} s")
     machine.append(_workload(baseline, "end"))
-    return Tradeoff(tuple(rows), tuple(machine), tuple(skipped.lines))
+    return Tradeoff(tuple(rows), tuple(machine), tuple(skipped))
 
 
-def _part(progress: Progress, base: float, share: float) -> Progress:
-    return lambda part: progress(base + share * part)
-
-
-def _group(
-    group: Group, baseline: Action, skipped: _Skipped, notify: Notify, progress: Progress
-) -> list[Row]:
-    moments = [time.monotonic()]
-    ready = list(_prepared(group.trials, skipped))
-    moments.append(time.monotonic())
-    times = interleaved(
-        [Turn(partial(getattr, one, "run"), baseline) for one in ready],
-        rounds=group.rounds,
-        budget_s=group.budget_s,
-        progress=progress,
-    )
-    moments.append(time.monotonic())
-    rows = [_row(one, mine) for one, mine in zip(ready, times, strict=True)]
-    moments.append(time.monotonic())
-    took = [f"{after - before:.0f} s" for before, after in itertools.pairwise(moments)]
-    notify(
-        f"{group.name}: {len(ready)} settings, prepared in {took[0]}, timed in {took[1]}, "
-        f"compared in {took[2]}"
-    )
-    return rows
-
-
-class _Skipped:
-    """Lines about what was left out, each once."""
-
-    def __init__(self, notify: Notify):
-        self.lines: list[str] = []
-        self._notify = notify
-
-    def add(self, line: str) -> None:
-        if line not in self.lines:
-            self.lines.append(line)
-            self._notify(f"skipped: {line}")
-
-
-def _prepared(trials: Iterable[Trial], skipped: _Skipped) -> Iterator[CompiledTrial]:
+def _prepared(trials: Iterable[Trial], skip: Notify) -> Iterator[CompiledTrial]:
     for trial in trials:
-        missing = method_named(trial.method).missing
+        missing = METHODS[trial.method].missing
         if missing:
-            skipped.add(f"{trial.method}: needs {', '.join(missing)} (the extra peers)")
+            skip(f"{trial.method}: needs {', '.join(missing)} (the extra peers)")
             continue
         try:
             yield prepare(trial)
         except (ArithmeticError, InputError) as error:
-            skipped.add(f"{trial.scene}, {trial.method}, {_setting(trial)}: {error}")
+            skip(f"{trial.scene}, {trial.method}, {_setting(trial)}: {error}")
 
 
 @contextmanager
@@ -524,10 +443,10 @@ def _row(one: CompiledTrial, times: Timings) -> Row:
         bits=trial.arithmetic.bits,
         formulation=trial.coordinates,
         tolerance=trial.tolerance,
-        peer=method_named(trial.method).peer,
+        peer=METHODS[trial.method].peer,
         error=float(errors.error),
         error_on_way=None if errors.error_on_way is None else float(errors.error_on_way),
-        seconds=times.least / end.lanes,
+        seconds=min(times.seconds) / end.lanes,
         seconds_median=times.median / end.lanes,
         ratio=times.ratio / end.lanes,
         rounds=len(times.seconds),

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
-from typing import TYPE_CHECKING
+from functools import cache, cached_property
 
 from tt_precise.integration.columns import VECTOR_COLUMNS
 from tt_precise.integration.precision import Precision, precision_named
@@ -27,9 +26,6 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.arithmetic import Functions, Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene, load_scene
-
-if TYPE_CHECKING:
-    import pandas
 
 GOLDEN_BITS = 160  # holds the 34 decimals of golden data with room for the differences
 MOST_SAMPLES = 40  # of the golden rows, evenly taken, at which a method is compared on its way
@@ -90,7 +86,10 @@ class GoldenProblem:
                 *VECTOR_COLUMNS, times=self.times, numbers="text"
             )
         else:
-            rows = golden_rows(self.scene.name, self.times)
+            from tt_precise import golden
+
+            frame = golden.load(self.scene.name, "text")
+            rows = frame[frame["t"].map(Fraction).isin(self.times)]
         start = InitialState.of(self.scene, precision.arithmetic)
         units = [start.units.of_dimension(STATE_DIMENSIONS[name]) for name in VECTOR_COLUMNS]
         states = [
@@ -170,18 +169,7 @@ def _largest(errors: Sequence[Scalar], context: Functions) -> Scalar:
     return context.inf if any(map(context.isnan, errors)) else max(errors)
 
 
-def golden_rows(scene: str, times: Sequence[Fraction]) -> pandas.DataFrame:
-    """The rows of golden data at exact times, as text; raises if one is not there."""
-    from tt_precise import golden
-
-    frame = golden.load(scene, "text")
-    place = {Fraction(t): i for i, t in enumerate(frame["t"])}
-    missing = [t for t in times if t not in place]
-    if missing:
-        raise InputError(f"{scene}: got t = {float(missing[0])} s, expected a time of golden data")
-    return frame.iloc[[place[t] for t in times]]
-
-
+@cache
 def golden_problem(
     scene: str, coordinates: str = "newton", until: str | None = None, truth_bits: int = 0
 ) -> GoldenProblem:
