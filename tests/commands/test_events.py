@@ -29,7 +29,7 @@ def test_the_catalogue(capsys: pytest.CaptureFixture[str]) -> None:
         assert f"{name:<20} {event.meaning}" in lines
     for of_any in ("extremum:QUANTITY ", "zero:QUANTITY "):
         assert any(line.startswith(of_any) for line in lines)
-    start = lines.index("always recorded where they happen; they join two pieces of a trajectory:")
+    start = lines.index("always recorded; they join two stretches of a trajectory:")
     assert [line.split()[0] for line in lines[start + 1 :]][: len(JOINING)] == list(JOINING)
     start = lines.index("always watched; they end a trajectory:")
     assert [line.split()[0] for line in lines[start + 1 :]] == list(TERMINAL)

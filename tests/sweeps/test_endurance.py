@@ -130,8 +130,8 @@ def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Path) -> No
     with cluster(2, nanny=True) as (address, workers):
         killed: list[int] = []
 
-        def progress(done: int, rows: int) -> None:
-            if not killed and done > rows / 4:
+        def progress(share: float) -> None:
+            if not killed and share > 1 / 4:
                 victim = workers()[0]
                 os.kill(victim, signal.SIGKILL)
                 killed.append(victim)

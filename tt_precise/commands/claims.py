@@ -49,7 +49,7 @@ def command(
     The exit status is 0 for any verdict, because a claim that does not hold is a result.
     """
     from tt_precise.claims import committed
-    from tt_precise.runtime.records import UNSET, encode
+    from tt_precise.runtime.records import UNSET
 
     known = committed.committed()
     if again or known is None:
@@ -60,7 +60,7 @@ def command(
     if as_json:
         stated = run.checked if run else UNSET
         record = committed.Claims(claims=tuple(rows), counts=_counts(rows), run=stated)
-        click.echo(encode(record), nl=False)
+        options.emit(as_json, record, ())
         return 0
     if rows and (full or len(rows) <= SHOWN_IN_FULL):
         click.echo("\n\n".join(in_full(claim) for claim in rows))

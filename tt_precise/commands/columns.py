@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-
 import click
 
-from tt_precise.commands.options import JSON
+from tt_precise.commands.options import JSON, emit
 from tt_precise.runtime.untyped import Json
 
 SCHEMA = "tt_precise.columns/1"
@@ -42,18 +40,14 @@ CONVENTIONS = (
 def command(as_json: bool) -> int:
     """List the columns that `check` reads and `run` writes: name, unit, frame, meaning."""
     sets = column_sets()
-    if as_json:
-        content = {"schema": SCHEMA, "sets": sets, "conventions": list(CONVENTIONS)}
-        click.echo(json.dumps(content, indent=2))
-        return 0
-    click.echo("A trajectory has one of these sets of columns; others are ignored.")
+    lines = ["A trajectory has one of these sets of columns; others are ignored."]
     for name, columns in sets.items():
-        click.echo(f"\n{name}")
-        for column, content in columns.items():
-            click.echo(f"  {column:<10} {content['unit']:<9} {meaning(content)}")
-    click.echo("")
+        lines += ["", name]
+        lines += [f"  {key:<10} {one['unit']:<9} {meaning(one)}" for key, one in columns.items()]
+    lines.append("")
     for sentence in CONVENTIONS:
-        click.echo(click.wrap_text(sentence, 88, "- ", "  "))
+        lines += click.wrap_text(sentence, 88, "- ", "  ").splitlines()
+    emit(as_json, {"schema": SCHEMA, "sets": sets, "conventions": CONVENTIONS}, lines)
     return 0
 
 

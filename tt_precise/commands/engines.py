@@ -147,4 +147,4 @@ def _words(program: str) -> list[str]:
 def _show(content: dict[str, Json], as_json: bool) -> None:
     from tt_precise.engines.scoreboard import line
 
-    click.echo(json.dumps(content) if as_json else "\n".join(map(line, content["rows"])))
+    options.emit(as_json, content, map(line, content["rows"]))

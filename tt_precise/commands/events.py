@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,6 @@ import click
 from tt_precise.commands import options
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.terminal import say
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -65,20 +63,17 @@ def command(
             for definition in "ABC"
             for when in ("t_init", "t_end")
         }
-    if as_json:
-        text, context = run.precision.text, run.precision.context
-        content = {
-            "schema": SCHEMA,
-            "scene": loaded.name,
-            "status": run.status,
-            "t_end": text(context.mpf(run.t_end)),
-            "events": event_rows(run),
-            "touches": run.touches,
-            "climb": {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()}
-            or None,
-        }
-        click.echo(json.dumps(content))
-        return 0
+    text, context = run.precision.text, run.precision.context
+    content = {
+        "schema": SCHEMA,
+        "scene": loaded.name,
+        "status": run.status,
+        "t_end": text(context.mpf(run.t_end)),
+        "events": event_rows(run),
+        "touches": run.touches,
+        "climb": {key: None if t is None else text(context.mpf(t)) for key, t in climb.items()}
+        or None,
+    }
     shown = _lines(run)
     shown += [
         f"{name}: its function touches zero or stays there, does not cross" for name in run.touches
@@ -87,7 +82,7 @@ def command(
     if run.status != "complete":
         meaning = TERMINAL.get(run.status, "the integration ended early")
         shown.append(f"{run.status} at t = {_seconds(run.t_end)}: {meaning}")
-    say(shown)
+    options.emit(as_json, content, shown)
     return 0
 
 
@@ -120,19 +115,19 @@ def _lines(run: Trajectory) -> list[str]:
 def _catalogue(as_json: bool) -> int:
     from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
 
-    if as_json:
-        listed = {name: event.meaning for name, event in EVENTS.items()}
-        told = {"schema": SCHEMA, "events": listed, "joining": JOINING, "terminal": TERMINAL}
-        click.echo(json.dumps(told))
-        return 0
-    for name, event in EVENTS.items():
-        click.echo(f"{name:<20} {event.meaning}")
-    click.echo(f"{EXTREMUM + 'QUANTITY':<20} extremum of any quantity, such as {EXTREMUM}g_n")
-    click.echo(f"{ZERO + 'QUANTITY':<20} any quantity changes sign, such as {ZERO}E_dot")
-    click.echo("always recorded where they happen; they join two pieces of a trajectory:")
-    for name, meaning in JOINING.items():
-        click.echo(f"{name:<20} {meaning}")
-    click.echo("always watched; they end a trajectory:")
-    for name, meaning in TERMINAL.items():
-        click.echo(f"{name:<20} {meaning}")
+    listed = {name: event.meaning for name, event in EVENTS.items()}
+    shown = listed | {
+        f"{EXTREMUM}QUANTITY": f"extremum of any quantity, such as {EXTREMUM}g_n",
+        f"{ZERO}QUANTITY": f"any quantity changes sign, such as {ZERO}E_dot",
+    }
+    lines = []
+    for heading, group in (
+        ("", shown),
+        ("always recorded; they join two stretches of a trajectory:", JOINING),
+        ("always watched; they end a trajectory:", TERMINAL),
+    ):
+        lines += [heading] if heading else []
+        lines += [f"{name:<20} {meaning}" for name, meaning in group.items()]
+    told = {"schema": SCHEMA, "events": listed, "joining": JOINING, "terminal": TERMINAL}
+    options.emit(as_json, told, lines)
     return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.terminal import say
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
@@ -59,14 +57,14 @@ def build_command(
         built = build(
             scenes or None, folder=folder, replace=replace, workers=workers, progress=progress
         )
-    if as_json:
-        entries = [{**vars(one), "bits": list(one.bits or [])} for one in built]
-        click.echo(json.dumps({"schema": SCHEMA.format("build"), "scenes": entries}))
-    else:
-        say(line for one in built for line in _built_lines(one))
-        say(f"in {place}" for place in dict.fromkeys(one.folder for one in built if one.good))
-        seconds = sum(one.seconds for one in built)
-        click.echo(f"{seconds:.0f} s of CPU time, {time.monotonic() - began:.0f} s")
+    seconds = sum(one.seconds for one in built)
+    lines = [
+        *(line for one in built for line in _built_lines(one)),
+        *(f"in {place}" for place in dict.fromkeys(one.folder for one in built if one.good)),
+        f"{seconds:.0f} s of CPU time, {time.monotonic() - began:.0f} s",
+    ]
+    entries = [{**vars(one), "bits": list(one.bits or [])} for one in built]
+    options.emit(as_json, {"schema": SCHEMA.format("build"), "scenes": entries}, lines)
     return 0 if all(one.good for one in built) else CHECK_FAILED
 
 
@@ -87,11 +85,9 @@ def verify_command(
 
     with progress_bar("verifying golden data") as progress:
         found = verify(scenes or None, folder=folder, workers=workers, progress=progress)
-    if as_json:
-        entries = [{"scene": one.scene, "verdict": one.verdict, **_facts(one)} for one in found]
-        click.echo(json.dumps({"schema": SCHEMA.format("verify"), "scenes": entries}))
-    else:
-        say(line for one in found for line in _verified_lines(one))
+    entries = [{**vars(one), "verdict": one.verdict} for one in found]
+    content = {"schema": SCHEMA.format("verify"), "scenes": entries}
+    options.emit(as_json, content, (line for one in found for line in _verified_lines(one)))
     return 0 if all(one.verdict == "pass" for one in found) else CHECK_FAILED
 
 
@@ -109,17 +105,14 @@ def list_command(folder: Path | None, as_json: bool) -> int:
         stored = store.read(name, folder)
         entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
     missing = [name for name in shipped() if name not in present]
-    if as_json:
-        listed = {"schema": SCHEMA.format("list"), "scenes": entries, "missing": missing}
-        click.echo(json.dumps(listed, ensure_ascii=False))
-        return 0
-    say(
+    lines = [
         f"{one['scene']:<22}{one['digits']:>3} digits, {_proved(one['proof']):<17}"
         f"{one['rows']:>5} rows {one['events']:>5} events  {one['status']:<13}{one['title']}"
         for one in entries
-    )
-    if missing:
-        click.echo(f"without golden data: {', '.join(missing)}")
+    ]
+    lines += [f"without golden data: {', '.join(missing)}"] if missing else []
+    listed = {"schema": SCHEMA.format("list"), "scenes": entries, "missing": missing}
+    options.emit(as_json, listed, lines)
     return 0
 
 
@@ -195,11 +188,10 @@ def certify_command(
                 click.echo(f"{call.key}: {result}", err=True)
                 continue
             found.append(result)
-            if not as_json:
+            if not as_json:  # each when it is done: a proof takes minutes
                 click.echo(result.summary)
-    if as_json:
-        entries = [{**one.content, "complete": one.complete, "digits": one.digits} for one in found]
-        click.echo(json.dumps({"schema": SCHEMA.format("certify"), "scenes": entries}))
+    entries = [{**one.content, "complete": one.complete, "digits": one.digits} for one in found]
+    options.emit(as_json, {"schema": SCHEMA.format("certify"), "scenes": entries}, ())
     return 0 if all(one.complete for one in found) and not nothing else CHECK_FAILED
 
 
@@ -233,20 +225,15 @@ def vectors_command(build: bool, index_only: bool, folder: Path | None, as_json:
                 written = index.build(place, progress)
             else:
                 problems = index.verify(place, progress)
-    if as_json:
-        verdict = "fail" if problems else "pass"
-        names = [path.relative_to(place).as_posix() for path in written]
-        content = {
-            "schema": SCHEMA.format("vectors"),
-            "verdict": verdict,
-            "problems": problems,
-            "written": names,
-        }
-        click.echo(json.dumps(content))
-    else:
-        files = sum(1 for _ in index.entries(place))
-        good = [f"wrote {path}" for path in written] or [f"{files} files verified"]
-        click.echo("\n".join(problems or good))
+    content = {
+        "schema": SCHEMA.format("vectors"),
+        "verdict": "fail" if problems else "pass",
+        "problems": problems,
+        "written": [path.relative_to(place).as_posix() for path in written],
+    }
+    files = sum(1 for _ in index.entries(place))
+    good = [f"wrote {path}" for path in written] or [f"{files} files verified"]
+    options.emit(as_json, content, problems or good)
     return 1 if problems else 0
 
 
@@ -291,12 +278,6 @@ def _verified_lines(one: Verification) -> list[str]:
     return [line, *(f"    {problem}" for problem in one.problems)]
 
 
-def _facts(one: Verification) -> dict[str, Json]:
-    facts = dict(vars(one))
-    facts.pop("scene")
-    return {**facts, "problems": list(one.problems)}
-
-
 def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: bool) -> int:
     from dataclasses import asdict
 
@@ -328,6 +309,5 @@ def _check(scenes: tuple[str, ...], folder: Path | None, bits: int, as_json: boo
             line = found.summary
         if not as_json:
             click.echo(line)
-    if as_json:
-        click.echo(json.dumps({"schema": SCHEMA.format("certify.check"), "scenes": results}))
+    options.emit(as_json, {"schema": SCHEMA.format("certify.check"), "scenes": results}, ())
     return 0 if all(one["verdict"] == "accepted" for one in results) else CHECK_FAILED

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 import click
+
+from tt_precise.runtime.untyped import Json
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -16,6 +18,17 @@ PRECISION = click.option(
     type=click.Choice(["double", "extended", "double-double", "quad", "triple-double", "mp"]),
     help="The arithmetic: 53 bits (the default), 64, 104, 113, 155 or 200.",
 )
+
+
+def emit(as_json: bool, content: Json, lines: Iterable[str]) -> None:
+    """Print ``content`` (a ``Record``, or plain values) as one JSON object; or else the lines."""
+    from tt_precise.runtime.records import encode
+    from tt_precise.runtime.terminal import say
+
+    if as_json:
+        click.echo(encode(content), nl=False)
+    else:
+        say(lines)
 
 
 class _Finite(click.ParamType):

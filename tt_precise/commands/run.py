@@ -12,8 +12,7 @@ from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.files import require_apart, require_writable
-from tt_precise.runtime.records import Meta, Record, encode
-from tt_precise.runtime.terminal import say
+from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.untyped import Json
 
 if TYPE_CHECKING:
@@ -240,15 +239,13 @@ def command(
     if animate is not None:
         with progress_bar(f"drawing {loaded.name}") as progress:
             trajectory.animate(animate, progress=progress)
-    if as_json:
-        click.echo(encode(summary(trajectory)), nl=False)
-    else:
-        say(lines(trajectory))
+    found = answers(trajectory)
+    options.emit(as_json, summary(trajectory, found), lines(trajectory, found))
     return 0 if trajectory.status == "complete" else UNFINISHED
 
 
-def summary(trajectory: Trajectory) -> RunRecord:
-    """The JSON object of the command: strings for every number beyond a count."""
+def summary(trajectory: Trajectory, found: dict[str, Any]) -> RunRecord:
+    """The JSON object of the command, with the ``answers``; numbers beyond a count are strings."""
     text, context = trajectory.precision.text, trajectory.precision.context
 
     def short(value: Scalar) -> str:
@@ -266,7 +263,7 @@ def summary(trajectory: Trajectory) -> RunRecord:
         tolerance=short(trajectory.tolerance),
         status=cast(Any, trajectory.status),
         t_end=full(trajectory.t_end),
-        **answers(trajectory),
+        **found,
         steps=trajectory.steps,
         order=trajectory.order,
         state=trajectory.state.as_text(),
@@ -350,8 +347,8 @@ def event_rows(trajectory: Trajectory) -> list[dict[str, Json]]:
     ]
 
 
-def lines(trajectory: Trajectory) -> list[str]:
-    """What a person reads: how it ended, where, how well."""
+def lines(trajectory: Trajectory, found: dict[str, Any]) -> list[str]:
+    """What a person reads: how it ended, the ``answers``, where, how well."""
     context = trajectory.precision.context
 
     def short(value: Scalar) -> str:
@@ -362,7 +359,7 @@ def lines(trajectory: Trajectory) -> list[str]:
         f"{trajectory.scene.name}: {trajectory.status} at t = {trajectory.shown_end} s "
         f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
         f"{trajectory.formulation}, {trajectory.steps} steps)",
-        *_told(answers(trajectory)),
+        *_told(found),
         *(f"  {line}" for line in str(state).splitlines()[1:]),  # without its time
         f"  digits of the worst entry: {digits:.1f}",
         *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),

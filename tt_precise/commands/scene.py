@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.commands.options import JSON
+from tt_precise.commands.options import JSON, emit
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.terminal import say
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.laws import law_named
 
@@ -94,11 +92,12 @@ def list_command(as_json: bool) -> None:
     from tt_precise.scene.scene import load_scene, shipped
 
     found = [load_scene(name) for name in shipped()]
-    if as_json:
-        content = [{"name": one.name, "model": one.model, "title": one.title} for one in found]
-        click.echo(json.dumps({"schema": "tt_precise.scene.list/1", "scenes": content}, indent=2))
-        return
-    say(f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}" for one in found)
+    content = [{"name": one.name, "model": one.model, "title": one.title} for one in found]
+    emit(
+        as_json,
+        {"schema": "tt_precise.scene.list/1", "scenes": content},
+        (f"{one.name:<22} {one.model:<8} {float(one.until):>6g} s  {one.title}" for one in found),
+    )
 
 
 @command.command("show", short_help="Show derived numbers and warnings of a scene.")
@@ -112,10 +111,7 @@ def show(scene: str, as_json: bool) -> None:
     from tt_precise.scene.scene import load_scene
 
     content = summary(load_scene(scene))
-    if as_json:
-        click.echo(json.dumps(content, indent=2, ensure_ascii=False))
-    else:
-        say(lines(content))
+    emit(as_json, content, lines(content))
 
 
 def summary(scene: Scene) -> dict[str, Json]:

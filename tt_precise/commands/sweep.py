@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
 
 from tt_precise.commands import options
 from tt_precise.runtime.errors import InputError
-from tt_precise.runtime.terminal import console, say
+from tt_precise.runtime.terminal import say
 from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import cores
-
-if TYPE_CHECKING:
-    from tt_precise.sweeps import Specification
 
 SOME_FAILED = 1
 CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")  # of the spot check, in the summary
@@ -81,7 +74,7 @@ def command() -> None:
     "--recheck", type=click.IntRange(min=0), default=1000, show_default=True,
     help="Integrate one row in N again in double-double; 0: none.",
 )  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object.")
+@options.JSON
 def run(
     scene: str,
     vary: tuple[str, ...],
@@ -117,12 +110,13 @@ def run(
     Exit status 1 if rows are missing because their chunk failed repeatedly, or if the recheck in
     double-double contradicts a row: another outcome, a time in only one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
-    from tt_precise.sweeps import specification
+    from tt_precise.runtime.progress import progress_bar
+    from tt_precise.sweeps import read_specification, specification
     from tt_precise.sweeps.run import sweep
 
     if is_sweep_file(scene):
         _refuse_what_the_file_says(scene)
-        spec = _read(scene)
+        spec = read_specification(scene)
     else:
         spec = specification(
             scene,
@@ -137,7 +131,7 @@ def run(
         )
     if as_csv and out is None:
         raise InputError("--csv: got no --out, expected the folder to write it into")
-    with _bars(spec.rows) as (progress, checking):
+    with progress_bar(f"{spec.rows} rows") as progress:
         swept = sweep(
             spec,
             out=out,
@@ -147,7 +141,6 @@ def run(
             chunk=chunk,
             one_in=recheck,
             progress=progress,
-            checking=checking,
         )
     if as_csv and out is not None:
         from tt_precise.runtime.files import replacing
@@ -155,10 +148,7 @@ def run(
         with replacing(Path(out) / "rows.csv") as temporary:
             for position, frame in enumerate(swept.store.frames()):
                 frame.to_csv(temporary, index=False, header=not position, mode="a")
-    if as_json:
-        click.echo(json.dumps(swept.summary, indent=2))
-    else:
-        say(lines(dict(swept.summary)))
+    options.emit(as_json, dict(swept.summary), lines(dict(swept.summary)))
     checked = swept.summary["recheck"]
     contradicted = [name for name in CONTRADICTIONS if checked[name]]
     if contradicted:
@@ -258,49 +248,3 @@ def is_sweep_file(path: str) -> bool:
         return "scene" in parse(read_text(Path(path), "a sweep"))
     except InputError:
         return False  # the scene's own reader says what is wrong
-
-
-def _read(path: str) -> Specification:
-    from tt_precise.sweeps import read_specification
-
-    return read_specification(path)
-
-
-@contextmanager
-def _bars(
-    rows: int,
-) -> Iterator[tuple[Callable[[int, int], None] | None, Callable[[int, int], None] | None]]:
-    """Bars on stderr with rate and time left, while it is a terminal."""
-    import sys
-
-    if not sys.stderr.isatty():
-        yield None, None
-        return
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        console=console(stderr=True),
-        transient=True,
-    ) as shown:
-        first = shown.add_task("rows", total=rows, rate="")
-        second = shown.add_task("again in double-double", total=None, rate="", visible=False)
-
-        def progress(done: int, all_rows: int) -> None:
-            speed = shown.tasks[0].speed
-            shown.update(first, completed=done, rate=f"{speed:.0f}/s" if speed else "")
-
-        def checking(done: int, all_rows: int) -> None:
-            shown.update(second, completed=done, total=all_rows, visible=True)
-
-        yield progress, checking

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.commands.options import JSON
-from tt_precise.runtime.terminal import say
+from tt_precise.commands.options import JSON, emit
 
 if TYPE_CHECKING:
     from tt_precise.exact.thresholds import Determination, Thresholds
@@ -34,11 +32,7 @@ def command(scene: str, digits: int, as_json: bool) -> int:
     loaded = load_scene(scene)
     with progress_bar(f"{loaded.name}: {digits} digits"):
         found = thresholds(loaded, digits)
-    if as_json:
-        content = {"schema": SCHEMA, "scene": loaded.name, **found.as_dict()}
-        click.echo(json.dumps(content, indent=2, ensure_ascii=False))
-    else:
-        say(lines(found))
+    emit(as_json, {"schema": SCHEMA, "scene": loaded.name, **found.as_dict()}, lines(found))
     return 0 if agree(found) else DISAGREE
 
 

@@ -7,20 +7,12 @@ from typing import Annotated
 
 import click
 
-from tt_precise.commands.options import JSON
-from tt_precise.runtime.records import Meta, Record, encode
+from tt_precise.commands.options import JSON, emit
+from tt_precise.runtime.records import Meta, Record
+from tt_precise.tradeoff.findings import Finding
 from tt_precise.tradeoff.measure import Machine, Row
 
 REPORTS = Path("reports/measured")
-
-
-class FindingRecord(Record, frozen=True):
-    """A number from the tables."""
-
-    name: Annotated[str, Meta(description="what it is")]
-    value: Annotated[float | None, Meta(description="its value")]
-    unit: Annotated[str, Meta(description="its unit")]
-    definition: Annotated[str, Meta(description="how it is computed")]
 
 
 class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/2"):
@@ -34,7 +26,7 @@ class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff
     ratios: Annotated[
         dict[str, float | None], Meta(description="value of each finding by its name")
     ]
-    findings: Annotated[tuple[FindingRecord, ...], Meta(description="the same with definitions")]
+    findings: Annotated[tuple[Finding, ...], Meta(description="the same with definitions")]
     skipped: Annotated[tuple[str, ...], Meta(description="what was skipped, with the reason")]
 
 
@@ -76,13 +68,8 @@ def command(quick: bool, out: Path | None, as_json: bool) -> int:
         write_together({folder / name: content for name, content in written.items()})
         for name in written:
             click.echo(str(folder / name), err=True)
-    if as_json:
-        records = tuple(FindingRecord(f.name, f.value, f.unit, f.definition) for f in found)
-        ratios = {one.name: one.value for one in found}
-        record = Measured(measured.rows, measured.machine, ratios, records, measured.skipped)
-        click.echo(encode(record), nl=False)
-    else:
-        for one in found:
-            value = "-" if one.value is None else f"{one.value:.3g} {one.unit}".strip()
-            click.echo(f"{one.name}: {value}  ({one.definition})")
+    ratios = {one.name: one.value for one in found}
+    record = Measured(measured.rows, measured.machine, ratios, tuple(found), measured.skipped)
+    lines = (f"{f.name}: {f'{f.value:.3g} {f.unit}'.strip()}  ({f.definition})" for f in found)
+    emit(as_json, record, lines)
     return 0

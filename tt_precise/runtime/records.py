@@ -56,8 +56,8 @@ def means(description: str) -> Meta:
     return Meta(description=description)
 
 
-def encode(record: Record) -> str:
-    """The JSON text of a record, indented by one space, doubles as their shortest texts."""
+def encode(record: Record | dict[str, Json]) -> str:
+    """The JSON text, indented by one space, doubles as their shortest texts."""
     content = msgspec_json.encode(record, enc_hook=_plain)
     return msgspec_json.format(content, indent=1).decode("utf-8") + "\n"
 

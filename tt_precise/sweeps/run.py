@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from tt_precise._version import __version__
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.startup import import_heyoka
 from tt_precise.runtime.untyped import Json
 from tt_precise.runtime.workers import Call, Failure, Pool, dask_pool, local_pool
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 TRIES = 3  # of a chunk, before it is quarantined
 RECYCLED_AFTER = 500  # tasks of a process; then a new one, without what it may have leaked
 MANY_ROWS = 10_000  # of one worker: then steps of more lanes save what compiling them costs
-Counted = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,7 @@ def sweep(
     batch: int | None = None,
     chunk: int | None = None,
     one_in: int = spot_check.ONE_IN,
-    progress: Counted | None = None,
-    checking: Counted | None = None,
+    progress: Progress = silent,
 ) -> Swept:
     """Integrate every row of ``spec``.
 
@@ -82,8 +81,8 @@ def sweep(
         Rows of one task and of one file.
     one_in
         One row in so many is integrated again in a finer arithmetic; 0: none.
-    progress, checking
-        Called with rows done and all rows; and with rows recomputed and all of those.
+    progress
+        Called with the share of rows that are done.
 
     Raises
     ------
@@ -107,7 +106,7 @@ def sweep(
             computed = _compute(spec, store, pool, lanes, there, progress)
             seconds = time.perf_counter() - started
             if not store.quarantined:
-                _check(spec, store, pool, one_in, checking)
+                _check(spec, store, pool, one_in)
             checked = time.perf_counter() - started - seconds
             serving = pool.size()
         how = {
@@ -180,12 +179,10 @@ def _compute(
     pool: Pool,
     batch: int,
     there: bool,
-    progress: Counted | None,
+    progress: Progress,
 ) -> int:
     """Compute the chunks that are missing; ``there``: the workers can write where they belong."""
-    report = progress or (lambda done, all_rows: None)
     found = done = sum(part["rows"] for part in store.parts.values())
-    report(done, spec.rows)
     out = store.out if there else None
 
     def calls() -> Iterator[Call]:
@@ -209,19 +206,12 @@ def _compute(
         else:
             store.keep(number, None, result)
         done += len(values)
-        report(done, spec.rows)
+        progress(done / spec.rows)
     return done - found
 
 
-def _check(
-    spec: Specification,
-    store: Store,
-    pool: Pool,
-    one_in: int,
-    checking: Counted | None,
-) -> None:
+def _check(spec: Specification, store: Store, pool: Pool, one_in: int) -> None:
     """Integrate the rows of the spot check again, and note how they differ."""
-    report = checking or (lambda done, all_rows: None)
     wanted = set(spot_check.drawn(spec.rows, spec.seed, one_in)) - store.checked.keys()
     asked: dict[int, dict[Hashable, Any]] = {}
 
@@ -235,7 +225,7 @@ def _check(
                 int(row["index"]), (spec.plan, {name: float(row[name]) for name in spec.names})
             )
 
-    for done, (call, result) in enumerate(pool.perform(recheck_task, calls()), start=1):
+    for call, result in pool.perform(recheck_task, calls()):
         row = asked.pop(call.key)
         if isinstance(result, Failure):
             store.checked[call.key] = {"error": result.reason}
@@ -244,7 +234,6 @@ def _check(
                 "outcomes": [row["outcome"], result["outcome"]],
                 "differences": spot_check.differences(row, result),
             }
-        report(done, len(wanted))
 
 
 def _rows(store: Store, wanted: set[int]) -> Iterator[dict[Hashable, Any]]:

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
+from tt_precise.runtime.records import Meta, Record
 from tt_precise.tradeoff import error_growth
 from tt_precise.tradeoff.measure import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
 
@@ -58,14 +58,13 @@ def read(folder: Path) -> TradeoffTables:
     return TradeoffTables(*(pandas.read_csv(file) if file.is_file() else None for file in files))
 
 
-@dataclass(frozen=True)
-class Finding:
-    """A number from the tables (None: they do not hold it), with its definition."""
+class Finding(Record, frozen=True):
+    """A number from the tables, with its definition; None where they do not hold it."""
 
-    name: str
-    value: float | None
-    definition: str
-    unit: str = "times"
+    name: Annotated[str, Meta(description="what it is")]
+    value: Annotated[float | None, Meta(description="its value")]
+    definition: Annotated[str, Meta(description="how it is computed")]
+    unit: Annotated[str, Meta(description="its unit")] = "times"
 
 
 def findings(tables: TradeoffTables) -> list[Finding]:
