@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -98,8 +99,22 @@ def _words(kind: str | list[str]) -> list[str]:
     return kind if isinstance(kind, list) else [kind]
 
 
+def digits(_: str) -> Iterator[str]:
+    """What digits cost, as measured."""
+    with (DOCS.parent / "reports/measured/digits.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    yield from table(
+        ("digits asked for", "arithmetic", "digits delivered", "motion / s", "seconds of a core"),
+        [
+            (row["digits"], f"{row['precision']}, {row['bits']} bits", row["delivered"],
+             f"{float(row['until_s']):g}", f"{float(row['seconds']):g}")
+            for row in rows
+        ],
+    )  # fmt: skip
+
+
 MAKERS: dict[str, Callable[[str], Iterator[str]]] = {
-    made.__name__: made for made in (columns, scenes, events, quantities, schema)
+    made.__name__: made for made in (columns, scenes, events, quantities, schema, digits)
 }
 
 
