@@ -154,10 +154,10 @@ def test_reads_toml(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[vary]", "[varied]", "unknown key varied"),
-        ('"0.1,0.2"', "1", "expected text"),
-        ("samples = 8", 'samples = "8"', "whole number"),
-        ("seed = 5", "sed = 5", "sampling.sed"),
+        ("[vary]", "[varied]", "unknown field `varied`"),
+        ('"0.1,0.2"', "1", r"Expected `str`, got `int` - at `\$.vary"),
+        ("samples = 8", 'samples = "8"', r"Expected `int`, got `str` - at `\$.sampling.samples"),
+        ("seed = 5", "sed = 5", "unknown field `sed`"),
         ('"bilateral"', '"both"', "unilateral or bilateral"),
         ('scene = "reference"', "", "scene"),
         ("[box]", "[box", "TOML"),

@@ -16,10 +16,15 @@ from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
+from typing import Annotated
+
+from msgspec import ValidationError, convert
+from msgspec.structs import asdict
 
 from tt_precise.integration.setup import CONTACTS
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
+from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.toml import parse, read_text
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.body import require_si
@@ -316,51 +321,35 @@ def read_specification(path: str | Path) -> Specification:
     path = Path(path)
     text = read_text(path, "a TOML file of a sweep")
     try:
-        return _from_table(parse(text), path.parent)
-    except InputError as error:
+        found = convert(parse(text), _File)
+        near = str(path.parent / found.scene) if found.scene.endswith(".toml") else found.scene
+        return specification(
+            near,
+            until=found.until,
+            vary=found.vary,
+            box=found.box,
+            record=found.record,
+            contact=found.contact,
+            **asdict(found.sampling),
+        )
+    except (InputError, ValidationError) as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _from_table(table: Mapping[str, Json], folder: Path) -> Specification:
-    known = {"scene", "until", "record", "contact", "vary", "box", "sampling"}
-    for key in table.keys() - known:
-        raise InputError(f"unknown key {key[:60]}, expected only: {', '.join(sorted(known))}")
-    scene = table.get("scene")
-    if not isinstance(scene, str):
-        raise InputError(f"scene: got {scene!r}, expected a shipped name or a path")
-    sampling = _subtable(table, "sampling")
-    for key in sampling.keys() - {"samples", "sampler", "seed"}:
-        raise InputError(f"unknown key sampling.{key[:60]}, expected only: samples, sampler, seed")
-    for key in ("samples", "seed"):
-        if not isinstance(sampling.get(key, 0), int) or sampling.get(key, 0) < 0:
-            raise InputError(f"sampling.{key}: got {sampling[key]!r}, expected a whole number")
-    record = table.get("record", [])
-    if not isinstance(record, list) or not all(isinstance(name, str) for name in record):
-        raise InputError(f"record: got {str(record)[:60]!r}, expected a list of names")
-    return specification(
-        str(folder / scene) if scene.endswith(".toml") else scene,
-        until=table.get("until"),
-        vary=_texts(table, "vary"),
-        box=_texts(table, "box"),
-        record=tuple(record),
-        contact=table.get("contact", "unilateral"),
-        **sampling,
-    )
+class _Sampling(Record, frozen=True, forbid_unknown_fields=True):
+    samples: Annotated[int, Meta(ge=0)] = 0
+    sampler: str = "sobol"
+    seed: Annotated[int, Meta(ge=0)] = 0
 
 
-def _subtable(table: Mapping[str, Json], key: str) -> Mapping[str, Json]:
-    value = table.get(key, {})
-    if not isinstance(value, dict):
-        raise InputError(f"{key}: got {str(value)[:60]!r}, expected a table [{key}]")
-    return value
-
-
-def _texts(table: Mapping[str, Json], key: str) -> dict[str, str]:
-    found = _subtable(table, key)
-    for name, value in found.items():
-        if not isinstance(value, str):
-            raise InputError(f"{key}.{name}: got {value!r}, expected text such as '-200:200:801'")
-    return dict(found)
+class _File(Record, frozen=True, forbid_unknown_fields=True):
+    scene: str
+    until: str | int | None = None
+    record: tuple[str, ...] = ()
+    contact: str = "unilateral"
+    vary: dict[str, str] | None = None
+    box: dict[str, str] | None = None
+    sampling: _Sampling = _Sampling()
 
 
 # ---- the numbers of the rows -----------------------------------------------------------------
