@@ -32,7 +32,7 @@ SHOWN_IN_FULL = 3  # so few claims are shown with their quotes and notes
 )
 @click.option("--full", is_flag=True, help="Show quotes, definitions and notes too.")
 @click.option("--again", is_flag=True, help="Recompute the verdicts.")
-@options.workers("for --again; one for each core, at most 4")
+@options.workers("with --again; by default one for each core, at most 4")
 @options.JSON
 def command(
     ids: tuple[str, ...],

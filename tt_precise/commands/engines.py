@@ -18,7 +18,9 @@ LAW = "coulomb"
 
 
 @click.command("engines")
-@click.option("--run", "program", help="A program for the engine protocol, with arguments.")
+@click.option(
+    "--run", "program", help="Your program, with arguments; it speaks the engine protocol."
+)
 @click.option(
     "--law", default=LAW, show_default=True,
     type=click.Choice(["coulomb", "viscous", "regularised"]),
@@ -38,8 +40,10 @@ LAW = "coulomb"
     "--time-limit", default=120.0, show_default=True, type=options.POSITIVE,
     help="Most seconds for one motion.",
 )  # fmt: skip
-@options.workers("one for each core")
-@click.option("--out", type=click.Path(path_type=Path), help="File for the scoreboard.")
+@options.workers("by default one for each core")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Write the scoreboard (JSON) to this file."
+)
 @click.option("--schema", is_flag=True, help="Print the JSON Schema of a job.")
 @click.option("--job", "job_of", metavar="RUNG", help="Print the job of a test at --step.")
 @options.JSON

@@ -20,9 +20,9 @@ SCHEMA = "tt_precise.events/1"
 @click.command("events")
 @click.argument("scene", required=False)
 @options.PRECISION
-@click.option("--digits", type=int, help="Correct digits wanted, of times and states.")
+@click.option("--digits", type=int, help="Correct digits that you want, of times and states.")
 @click.option("--until", help="Horizon in s, instead of the scene's.")
-@click.option("--only", help="Names of the catalogue, by commas; extremum:QUANTITY, zero:QUANTITY.")
+@click.option("--only", help="Events, separated by commas; also extremum:QUANTITY, zero:QUANTITY.")
 @options.JSON
 def command(
     scene: str | None,
@@ -34,8 +34,8 @@ def command(
 ) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
 
-    Beside each stand what it is (minimum or maximum, up or down through zero), theta, and the
-    quantity's own value at its extremum.
+    Each line has the time, the kind (minimum or maximum, up or down through zero), theta, and the
+    value of the quantity at its extremum.
     """
     if scene is None:
         if any(one is not None for one in (precision, digits, until, only)):

@@ -23,7 +23,7 @@ CASE_FAILED = 1
 @click.option("--quick", is_flag=True, help="Only the quick cases (half a minute).")
 @click.option("--topic", multiple=True, type=click.Choice(list(TOPICS)), help="Only these topics.")
 @click.option("--full", is_flag=True, help="Print a line for each case, not only for each family.")
-@options.workers("one for each core, at most 4")
+@options.workers("by default one for each core, at most 4")
 @click.option("--out", type=click.Path(dir_okay=False), help="Write the JSON to this file too.")
 @options.JSON
 def command(

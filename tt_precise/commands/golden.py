@@ -22,7 +22,7 @@ FOLDER = click.option(
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder of golden data; by default the package's, and ./golden.",
 )
-WORKERS = options.workers("one for each core")
+WORKERS = options.workers("by default one for each core")
 
 
 @click.group("golden")
@@ -119,7 +119,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
 @command.command("certify", short_help="Prove the printed digits.")
 @click.argument("scenes", nargs=-1)
 @FOLDER
-@click.option("--bits", type=click.IntRange(min=64), default=200, help="Initial precision.")
+@click.option("--bits", type=click.IntRange(min=64), default=200, help="Precision to begin with.")
 @click.option("--certificate", is_flag=True, help="Also write certificate.json.xz, for --check.")
 @click.option(
     "--check",
@@ -144,8 +144,8 @@ def certify_command(
 ) -> int:
     """Prove the printed digits of SCENES, by default of all golden data, in ball arithmetic.
 
-    Writes proof.json and the enclosures beside the golden tables. With --check it verifies the
-    certificates of SCENES (certificate.json.xz in the folder of the tables, or one made first) and
+    Writes proof.json and the enclosures into the folder of the golden tables. With --check it
+    verifies the certificates of SCENES (certificate.json.xz in that folder, or one made first) and
     writes nothing. Exit status 1 if a printed digit is proved wrong, the proof does not reach the
     end, or a certificate is refused. Needs python-flint (extra `certify`).
     """

@@ -67,6 +67,8 @@ def workers(default: str) -> Callable[[F], F]:
     kind = click.IntRange(1, most_workers())
 
     def decorate(function: F) -> F:
-        return click.option("--workers", type=kind, help=f"Processes; {default}.")(function)
+        return click.option("--workers", type=kind, help=f"Number of processes; {default}.")(
+            function
+        )
 
     return decorate

@@ -124,30 +124,32 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
 @click.command("run", epilog=f"Digits: {RULE}")
 @click.argument("scene")
 @options.PRECISION
-@click.option("--bits", type=int, help="Bits of mp, instead of 200.")
-@click.option("--digits", type=int, help="Correct digits wanted; arithmetic and accuracy follow.")
-@click.option("--formulation", help="newton (unless --digits finds better) or euler.")
+@click.option("--bits", type=int, help="Bits of --precision mp; by default 200.")
+@click.option("--digits", type=int, help="Correct digits that you want; the arithmetic follows.")
+@click.option("--formulation", help="Coordinates: newton (the default) or euler.")
 @click.option(
     "--contact",
     default="unilateral",
     show_default=True,
-    help="Ends where g_n reaches 0; or bilateral: goes on, with g_n < 0.",
+    help="unilateral: ends where g_n reaches 0; bilateral: continues with g_n < 0.",
 )
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option("--events", help="Events to record: names separated by commas, or all.")
-@click.option("--record", help="Quadratures: any of phi,psi,x,y, separated by commas.")
+@click.option("--record", help="Also integrate any of phi,psi,x,y, separated by commas.")
 @click.option(
     "--columns",
-    help="Columns of the file, by commas: any quantity; pose, pose:xyzw; error:NAME, digits.",
+    help="Columns of --out, separated by commas: quantities, pose, pose:xyzw, error:NAME, digits.",
 )
 @click.option(
     "--out",
     type=click.Path(dir_okay=False),
     help="Write the trajectory (SI): .csv, .json, .parquet or .arrow.",
 )
-@click.option("--plot", type=click.Path(dir_okay=False), help="Draw it (.svg, .png or .pdf).")
 @click.option(
-    "--animate", type=click.Path(dir_okay=False), help="Draw it moving (.gif, .html or .mp4)."
+    "--plot", type=click.Path(dir_okay=False), help="Plot the trajectory (.svg, .png or .pdf)."
+)
+@click.option(
+    "--animate", type=click.Path(dir_okay=False), help="Animate the top (.gif, .html or .mp4)."
 )
 @options.JSON
 def command(

@@ -42,7 +42,9 @@ def command() -> None:
 @click.option(
     "--samples", type=click.IntRange(min=0), default=0, help="Number of samples of the box."
 )
-@click.option("--sampler", default="sobol", show_default=True, help="sobol or latin.")
+@click.option(
+    "--sampler", default="sobol", show_default=True, help="Samples of the box: sobol or latin."
+)
 @click.option(
     "--seed",
     type=click.IntRange(0, LARGEST_SEED),
@@ -62,8 +64,10 @@ def command() -> None:
     "--out", help="Folder or fsspec URL for rows and summary; resumes an interrupted sweep."
 )
 @click.option("--csv", "as_csv", is_flag=True, help="Also write rows.csv into that folder.")
-@options.workers("one for each core")
-@click.option("--dask", metavar="ADDRESS", help="A dask.distributed scheduler, for a cluster.")
+@options.workers("by default one for each core")
+@click.option(
+    "--dask", metavar="ADDRESS", help="Address of a dask.distributed scheduler, for a cluster."
+)
 @click.option(
     "--batch",
     type=click.IntRange(1, 64),
@@ -159,12 +163,18 @@ def run(
 
 @command.command("plot", short_help="Draw the rows of a sweep.")
 @click.argument("result", type=click.Path())
-@click.option("--x", required=True, help="A column.")
-@click.option("--y", required=True, help="A column; t_init, t_end and climb use definition A.")
-@click.option("--colour", help="A column, such as outcome.")
+@click.option("--x", required=True, help="Column of the horizontal axis.")
+@click.option(
+    "--y",
+    required=True,
+    help="Column of the vertical axis; t_init, t_end and climb use definition A.",
+)
+@click.option("--colour", help="Column that colours the points, such as outcome.")
 @click.option("--map", "z", help="Draw this column as a map over x and y.")
 @click.option(
-    "--out", type=click.Path(dir_okay=False), help=".svg, .png or .pdf; by default Y-X.svg."
+    "--out",
+    type=click.Path(dir_okay=False),
+    help="Picture (.svg, .png or .pdf); by default Y-X.svg.",
 )
 def plot(result: str, x: str, y: str, colour: str | None, z: str | None, out: str | None) -> None:
     """Draw the rows of RESULT: a sweep's folder, a Parquet file or a CSV file."""

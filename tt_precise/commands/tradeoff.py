@@ -40,7 +40,7 @@ class Measured(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff
 def command(quick: bool, out: Path | None, as_json: bool) -> int:
     """Time every method at every setting on golden scenes, and compare with golden data.
 
-    Missing peers are skipped with a line on stderr.
+    An integrator that is not installed is skipped with a line on stderr.
     """
     from tt_precise.report.sections.measured import figures
     from tt_precise.runtime.files import require_writable, write_together

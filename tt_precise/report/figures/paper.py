@@ -40,13 +40,18 @@ def over_time(axes: list[Axes], end: float = 8.0) -> None:
     axes[-1].set_xlabel(TIME)
 
 
+def angles_of(panel: Axes) -> None:
+    """Label and ticks of a vertical axis of theta."""
+    panel.set(ylabel=r"$\theta$ (rad)", yticks=[0, math.pi / 2, math.pi])
+    panel.set_yticklabels(["0", "π/2", "π"])
+
+
 def figure_2() -> Figure:
     """theta, theta_dot, and phi_dot with psi_dot on a scale that shows spikes and rest."""
     angle, rate = course("theta_dot", "theta"), course("phi_dot", "psi_dot")
     with style.panels([1.5, 1.5, 2.2]) as (drawing, axes):
         style.curve(axes[0], angle["t"], angle["theta"], r"$\theta$", style.BLUE)
-        axes[0].set(ylabel=r"$\theta$ (rad)", yticks=[0, math.pi / 2, math.pi])
-        axes[0].set_yticklabels(["0", "π/2", "π"])
+        angles_of(axes[0])
         style.curve(axes[1], angle["t"], angle["theta_dot"], "", style.ORANGE)
         axes[1].set_ylabel(r"$\dot\theta$ (rad/s)")
         style.curve(axes[2], rate["t"], rate["psi_dot"], r"$\dot\psi$", style.GREY)
@@ -222,8 +227,7 @@ def deforming_potential() -> Figure:
         wells.legend(loc="upper right", ncols=2)
         style.curve(motion, data["t"], data["theta"], r"$\theta(t)$", style.BLUE)
         motion.plot(lows, bottoms, ".", color=style.RED, markersize=3, label="minimum of $V$")
-        motion.set(ylabel=r"$\theta$ (rad)", yticks=[0, math.pi / 2, math.pi])
-        motion.set_yticklabels(["0", "π/2", "π"])
+        angles_of(motion)
         motion.legend(loc="upper left")
         style.moments([motion], climb_marks())
         over_time([motion])
@@ -331,8 +335,7 @@ def figure_8() -> Figure:
     rate = course("phi_dot", "psi_dot", scene=SCENE)
     with style.panels([1.2, 1.2, 1.6, 1.2, 1.2]) as (drawing, axes):
         style.curve(axes[0], data["t"], data["theta"], "", style.BLUE)
-        axes[0].set(ylabel=r"$\theta$ (rad)", yticks=[0, math.pi / 2, math.pi])
-        axes[0].set_yticklabels(["0", "π/2", "π"])
+        angles_of(axes[0])
         style.curve(axes[1], data["t"], data["theta_dot"], "", style.ORANGE)
         axes[1].set_ylabel(r"$\dot\theta$ (rad/s)")
         style.curve(axes[2], rate["t"], rate["psi_dot"], r"$\dot\psi$", style.GREY)
