@@ -143,7 +143,7 @@ def test_events_are_asked_for_by_name(asked: str | tuple[str, ...]) -> None:
     assert "theta_max" in set(integrate(scene, events=asked).events["name"])
 
 
-@pytest.mark.parametrize("asked", [7, abs, [abs], "none_such"])
+@pytest.mark.parametrize("asked", [7, [7], "none_such"])
 def test_what_names_no_event_is_refused(asked: Any) -> None:
     with pytest.raises(InputError, match="expected"):
         integrate("reference", events=asked)
