@@ -14,7 +14,7 @@ def by_id(judgements: list[Judgement]) -> dict[str, Entry]:
 
 def test_a_misprint_shows_what_should_stand(by_id: dict[str, Entry]) -> None:
     one = by_id["EQ-01"]
-    assert one.corrected
+    assert one.correction
     assert "- R*I3" in one.found
     assert one.note == "A factor R."  # not what stands beside it already
     assert [line.name for line in one.lines] == ["as printed", "as corrected"]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec.structs import asdict
 
 from tt_precise.claims import paper
 from tt_precise.claims.committed import JudgedCheck, JudgedClaim
@@ -15,37 +16,19 @@ MARKS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A claim, all as plain text.
+class Entry(JudgedClaim, frozen=True, kw_only=True):
+    """A claim whose ``section`` is a key of ``sections()``, and its ``note`` without repetitions.
 
     Attributes
     ----------
-    section
-        A key of ``sections()``.
     printed, found
         The essential in one line: what the paper has, and what it should have or what was found.
     lines
-        Parts, or ``readings`` of one sentence; empty where there is one thing only.
-    note
-        Without what ``lines`` and ``found`` say already.
+        Parts or readings; empty where there is one thing only.
     """
 
-    id: str
-    kind: str
-    verdict: str
-    proved: bool
-    section: str
-    where: str
-    statement: str
-    quote: str
-    definition: str
-    printed: str
     found: str
-    corrected: bool
     lines: tuple[JudgedCheck, ...]
-    readings: bool
-    note: str
 
     @property
     def mark(self) -> str:
@@ -59,23 +42,8 @@ def entry(claim: JudgedClaim) -> Entry:
     lines = tuple(line for line in claim.checks if line.name and several)
     printed, found = _essential(claim, lines)
     prefixes = {one.name: one.prefix for one in paper.PAPERS}
-    return Entry(
-        id=claim.id,
-        kind=claim.kind,
-        verdict=claim.verdict,
-        proved=claim.proved,
-        section=prefixes[claim.paper] + claim.section,
-        where=claim.where,
-        statement=claim.statement,
-        quote=claim.quote,
-        definition=claim.definition,
-        printed=printed,
-        found=found,
-        corrected=bool(claim.correction),
-        lines=lines,
-        readings=claim.form == "readings",
-        note=claim.remark,
-    )
+    own = {"section": prefixes[claim.paper] + claim.section, "note": claim.remark}
+    return Entry(**asdict(claim) | own | {"printed": printed, "found": found, "lines": lines})
 
 
 def sections() -> dict[str, str]:

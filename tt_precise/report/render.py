@@ -102,7 +102,7 @@ def _pair(
 ) -> tuple[Markup, ...]:
     from markupsafe import Markup
 
-    if entry.corrected:
+    if entry.correction:
         written = pair(entry.printed, entry.found)
     else:
         written = single(entry.printed), single(entry.found)
@@ -125,7 +125,7 @@ def _compact(value: Mapping[str, Json]) -> Markup:
 
 
 def _tally(entries: Iterable[Entry]) -> list[tuple[str, int]]:
-    counted = Counter(entry.verdict for entry in entries)
+    counted = Counter[str](entry.verdict for entry in entries)
     return [(verdict, counted[verdict]) for verdict in MARKS]
 
 

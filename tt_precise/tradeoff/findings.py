@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -103,14 +102,13 @@ def cost_of(points: Iterable[Point], error: float) -> float | None:
     The cheapest point if even that is better; None if no point is good enough: a curve is not
     extrapolated.
     """
+    import numpy
+
     best = front(points)
     if not best or best[-1].error > error:
         return None
-    if best[0].error <= error:
-        return best[0].cost
-    coarse, fine = next(pair for pair in pairwise(best) if pair[1].error <= error)
-    part = math.log(error / coarse.error) / math.log(fine.error / coarse.error)
-    return float(coarse.cost * (fine.cost / coarse.cost) ** part)
+    errors, costs = (numpy.log(one) for one in zip(*reversed(best), strict=True))
+    return float(numpy.exp(numpy.interp(math.log(error), errors, costs)))
 
 
 def points(rows: pandas.DataFrame, cost: str) -> list[Point]:
