@@ -1,6 +1,8 @@
 """Sweeps as a whole: on disk, interrupted, resumed, damaged, checked in finer arithmetic."""
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from pathlib import Path
@@ -203,3 +205,12 @@ def test_specification_can_travel_to_a_worker() -> None:
     assert pickle.loads(pickle.dumps(SPEC.plan)) == SPEC.plan
     assert isinstance(SPEC, Specification)
     assert len(pickle.dumps(SPEC.plan)) < 20_000
+
+
+def test_a_worker_loads_few_modules() -> None:
+    code = (
+        "import sys, tt_precise.sweeps.run, tt_precise.sweeps.chunk;"
+        "print(sum(name.startswith('tt_precise') for name in sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert int(done.stdout) <= 65

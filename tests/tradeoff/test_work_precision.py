@@ -19,9 +19,7 @@ def test_interpolation_is_exact_on_a_power_law() -> None:
 def test_a_curve_is_not_extrapolated() -> None:
     assert cost_of(SQUARE, 1e-9) is None
     assert cost_of([], 1e-3) is None
-    assert cost_of(SQUARE[1:], 1.0) == pytest.approx(
-        10, rel=1e-14
-    )  # the cheapest
+    assert cost_of(SQUARE[1:], 1.0) == pytest.approx(10, rel=1e-14)  # the cheapest
 
 
 def test_a_beaten_point_changes_nothing() -> None:

@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import ended_at_start
@@ -23,6 +22,9 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene
 from tt_precise.sweeps.columns import DEFINITIONS, TIMES, extremum, outcomes, parts, turning_events
+
+if TYPE_CHECKING:
+    from tt_precise.integration import Trajectory
 
 ONE_IN = 1000
 FINE, WHERE_REFUSED = "double-double", "quad"
@@ -85,6 +87,8 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
 
 
 def _integrated(scene: Scene, events: tuple[str, ...]) -> Trajectory:
+    from tt_precise.integration import integrate  # which a worker without such rows does not load
+
     run = partial(integrate, scene, events=events, record=(), tolerance=TOLERANCE)
     try:
         return run(FINE)
