@@ -54,8 +54,3 @@ def test_it_shows_what_was_measured(
     assert section.results["MuJoCo, ice"] == "floor"
     text = render.markdown(replace(small_report, sections=[section]))
     assert "DART" in text
-
-
-def test_without_measurement_it_names_the_command(tmp_path: Path) -> None:
-    (block,) = measured.engines(tmp_path).blocks
-    assert "tt-precise engines" in str(block)

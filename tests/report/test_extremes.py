@@ -45,11 +45,6 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_without_a_file_the_command_is_named(tmp_path: Path) -> None:
-    (block,) = measured.extremes(tmp_path).blocks
-    assert "tt-precise extremes" in str(block)
-
-
 def test_a_row_for_each_family_and_for_each_failure(folder: Path) -> None:
     section = measured.extremes(folder)
     (table,) = (block for block in section.blocks if isinstance(block, PageTable))

@@ -1,5 +1,6 @@
 """The section on speed against accuracy, with a table and without."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy
@@ -42,10 +43,21 @@ def tables(folder: Path) -> None:
     pandas.DataFrame(long_runs).to_csv(folder / GROWTH, index=False)
 
 
-def test_without_a_table_it_says_how_to_make_one(tmp_path: Path) -> None:
-    (block,) = measured.tradeoff(tmp_path).blocks
+@pytest.mark.parametrize(
+    ("make", "command"),
+    [
+        (measured.tradeoff, "tt-precise tradeoff"),
+        (measured.extremes, "tt-precise extremes"),
+        (measured.engines, "tt-precise engines"),
+        (measured.ALL[0].section, "benchmarks.planted_faults"),
+    ],
+)
+def test_without_a_table_it_says_how_to_make_one(
+    make: Callable[[Path], Section], command: str, tmp_path: Path
+) -> None:
+    (block,) = make(tmp_path).blocks
     assert isinstance(block, Text)
-    assert "tt-precise tradeoff" in block.text
+    assert command in block.text
 
 
 @pytest.mark.parametrize("name", [TABLE, GROWTH, "faults.csv"])

@@ -40,6 +40,10 @@ TRADEOFF_TITLE = "Speed against accuracy"
 TRADEOFF_COMMAND = "tt-precise tradeoff"
 
 
+def _not_measured(key: str, title: str, command: str) -> Section:
+    return Section(key, title, [Text(f"Not measured yet: `{command}`.")])
+
+
 def tradeoff(folder: Path) -> Section:
     """What the tables in ``folder`` say, or the command that would make them."""
     with of_its_form(folder / TABLE, f"what `{TRADEOFF_COMMAND}` writes, as its other tables"):
@@ -49,9 +53,7 @@ def tradeoff(folder: Path) -> Section:
 def _tradeoff(tables: TradeoffTables) -> Section:
     rows = tables.rows
     if rows is None:
-        return Section(
-            "tradeoff", TRADEOFF_TITLE, [Text(f"Not measured yet: `{TRADEOFF_COMMAND}`.")]
-        )
+        return _not_measured("tradeoff", TRADEOFF_TITLE, TRADEOFF_COMMAND)
     found = findings(tables)
     blocks: list[Block] = [
         Text(
@@ -117,9 +119,7 @@ def extremes(folder: Path) -> Section:
     """A row for each family of cases, the failed cases one by one, and the pictures."""
     file = folder / EXTREMES
     if not file.is_file():
-        return Section(
-            "extremes", EXTREMES_TITLE, [Text(f"Not measured yet: `{EXTREMES_COMMAND}`.")]
-        )
+        return _not_measured("extremes", EXTREMES_TITLE, EXTREMES_COMMAND)
     return records.read_as(
         file, f"what `{EXTREMES_COMMAND}` writes", lambda content: _cases(content["cases"])
     )
@@ -187,7 +187,7 @@ def engines(folder: Path) -> Section:
     """The scoreboard, or the command that would measure it."""
     file = folder / ENGINES
     if not file.is_file():
-        return Section("engines", ENGINES_TITLE, [Text(f"Not measured yet: `{ENGINES_COMMAND}`.")])
+        return _not_measured("engines", ENGINES_TITLE, ENGINES_COMMAND)
     return records.read_as(file, f"what `{ENGINES_COMMAND}` writes", _board)
 
 
@@ -265,12 +265,10 @@ class MeasuredFile:
     def section(self, folder: Path) -> Section:
         """The table, or the command that would make it."""
         file = folder / f"{self.key}.csv"
-        blocks: list[Block] = [Text(self.text)]
         if not file.is_file():
-            blocks.append(Text(f"Not measured yet: `{self.command}`."))
-            return Section(self.key, self.title, blocks)
+            return _not_measured(self.key, self.title, self.command)
         with of_its_form(file, f"what `{self.command}` writes"):
-            return Section(self.key, self.title, [*blocks, *self._shown(file)])
+            return Section(self.key, self.title, [Text(self.text), *self._shown(file)])
 
     def _shown(self, file: Path) -> list[Block]:
         import pandas
