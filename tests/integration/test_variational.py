@@ -121,6 +121,23 @@ def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
     assert first["d kx/d theta"] == pytest.approx(numpy.cos(0.1), rel=1e-15)
 
 
+def test_a_spread_is_the_derivative_times_sigma() -> None:
+    run = integrate("kicked", until=4, sensitivity=("theta", "mu"))
+    assert run.sensitivity is not None
+    last, climb = run.sensitivity.frame("g_n").iloc[-1], run.sensitivity.climb.loc["equator"]
+    alone = run.sensitivity.spread({"mu": 0.03}, "g_n")
+    assert alone.loc["g_n", "value"] == run.frame("g_n").g_n.iloc[-1]
+    assert alone.loc["g_n", "sigma"] == pytest.approx(0.03 * abs(last["d g_n/d mu"]))
+    both = run.sensitivity.spread({"theta": 0.002, "mu": 0.03}).loc["equator"]
+    assert both["value"] == climb["t"]
+    by_both = numpy.hypot(0.002 * climb["d/d theta"], 0.03 * climb["d/d mu"])
+    assert both["sigma"] == pytest.approx(by_both)
+    assert (run.sensitivity.spread({})["sigma"] == 0).all()
+    for wrong in ({"I1": 0.1}, {"mu": -0.1}, {"mu": numpy.nan}):
+        with pytest.raises(InputError, match="expected sigmas of any of: theta, mu"):
+            run.sensitivity.spread(wrong)
+
+
 @pytest.mark.parametrize(
     ("scene", "names", "said"),
     [

@@ -42,6 +42,7 @@ Trajectory: TypeAlias = Any  # its module imports this one
 COARSER = 2.0**-44  # the tolerance of the run whose distance is the error: 256 eps
 START_BITS = 300  # in which the start is differentiated, by central differences
 NUDGE = 2**-90  # of an entry, or of 1
+COLUMNS = ("theta", "omega_3")  # that are differentiated by default
 LITTLE = 2.0**-40  # by which events are moved, of the 117 bits of their times
 
 
@@ -233,7 +234,7 @@ class Derivatives:
         import numpy
         import pandas
 
-        columns = columns or ("theta", "omega_3")
+        columns = columns or COLUMNS
         for column in columns:
             if column not in {*VECTOR_COLUMNS, *QUANTITIES}:
                 raise InputError(
@@ -262,6 +263,33 @@ class Derivatives:
             table[f"d/d {name}"] = found
             table[f"error:d/d {name}"] = {one: abs(found[one] - others[one]) for one in found}
         return pandas.DataFrame(table)
+
+    def spread(self, sigmas: Mapping[str, float], *columns: str) -> pandas.DataFrame:
+        """Columns at the last sample and times of the climb (SI): "value" and "sigma".
+
+        To first order, from independent errors of entries with standard deviations ``sigmas``, in
+        the units of the scene's file; other entries are exact. By default theta and omega_3.
+        """
+        import numpy
+        import pandas
+
+        for name, sigma in sigmas.items():
+            if name not in self.names or not 0 <= sigma < numpy.inf:
+                known = ", ".join(self.names)
+                raise InputError(f"spread: got {name}: {sigma}, expected sigmas of any of: {known}")
+        columns = columns or COLUMNS
+        end = self.frame(*columns).iloc[-1]
+        values = self.run.frame([*columns], times=[end["t"]]).iloc[-1]
+        values = {one: values[one] for one in columns} | self.climb["t"].to_dict()
+        slopes = {
+            name: {one: end[f"d {one}/d {name}"] for one in columns}
+            | self.climb[f"d/d {name}"].to_dict()
+            for name in sigmas
+        }
+        table = pandas.DataFrame({"value": values})
+        errors = pandas.DataFrame(slopes, index=table.index) * [*sigmas.values()]
+        table["sigma"] = numpy.linalg.norm(errors, axis=1)
+        return table
 
     @cached_property
     def _events(self) -> dict[str, Array]:
