@@ -45,6 +45,23 @@ def test_a_function_is_a_column_and_an_event(reference: Scene, digits: int) -> N
     assert run.plot(energy).axes[0].get_ylabel() == "energy / J"
 
 
+def test_digits_of_an_event_with_an_arc_tangent(reference: Scene) -> None:
+    """double-double has none: the ladder goes on in heyoka's arithmetics."""
+
+    def azimuth(q: Motion) -> Scalar:
+        return q.fn.atan2(q.state.ky, q.state.kx) + q.body.alpha / 8
+
+    run = tt.integrate(reference.varied(until="0.05"), digits=12, events=[azimuth])
+    assert run.precision.name == "extended"
+    assert run.digits_throughout >= 12
+    (t,) = run.events["t"]
+    state = run.at(t)
+    assert float(state.ky / state.kx) == pytest.approx(numpy.tan(-0.3 / 8), rel=1e-14)
+    finer = tt.integrate(run.scene, digits=20, events=[azimuth])
+    assert finer.precision.name == "quad"
+    assert float(finer.events["t"][0]) == pytest.approx(float(t), rel=1e-12)
+
+
 def test_of_a_motion_in_segments() -> None:
     run = tt.integrate("coulomb-gliding", until="0.2", events=half_up)
     assert run.frame(half_up)["half_up"].iloc[0] == pytest.approx(run.at(0).kz - 0.5)

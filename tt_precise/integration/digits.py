@@ -11,6 +11,7 @@ from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.integration.trajectory import Trajectory
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene
+from tt_precise.taylor.graph import ArcTangentError
 
 SPARE = 0.1  # digits; a reference that errs by a tenth of the run's error is off by half of this
 LOST = 2.0  # digits that a scene mostly loses of those of the tolerance
@@ -41,7 +42,8 @@ LADDER = (
     Rung("double-double", 1e-18), Rung("double-double", 1e-23), Rung("double-double", 1e-28),
     Rung("triple-double", 1e-34), Rung("triple-double", 1e-40), Rung("triple-double", 3e-45),
 )  # fmt: skip
-# of heyoka's arithmetics alone: for motions in pieces, for Euler angles, and without llvmlite
+# of heyoka's arithmetics alone: for motions in pieces, Euler angles and arc tangents in events, and
+# without llvmlite
 HEYOKAS = (
     Rung("double", 1e-10), Rung("double", 9.3e-14), Rung("extended", 1e-17), Rung("quad", 1e-23),
     Rung("quad", 1e-30),
@@ -65,12 +67,16 @@ def integrate_to_digits(
         raise InputError(f"digits: got {wanted}, expected a whole number from 1")
     _require_practical(wanted, scene)
     ours = is_available("double-double") and not (euler or refused_in_doubles(scene))
-    plain = LADDER if ours else HEYOKAS
-    ladder = [rung for rung in plain if is_available(rung.precision)]
+    ladder = LADDER if ours else HEYOKAS
     needed, before = wanted + LOST, (-math.inf, -math.inf)
     while True:
-        rung = next((one for one in ladder if one.digits >= needed), None) or _mp(needed)
-        trajectory = run(rung)
+        enough = (r for r in ladder if r.digits >= needed and is_available(r.precision))
+        rung = next(enough, None) or _mp(needed)
+        try:
+            trajectory = run(rung)
+        except ArcTangentError:  # of an event's function, which heyoka takes
+            ladder = HEYOKAS
+            continue
         reached = 0.0 if trajectory.status == "failed" else trajectory.digits_throughout
         if reached >= wanted + SPARE:
             return trajectory

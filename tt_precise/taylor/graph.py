@@ -272,12 +272,16 @@ class Graph:
         return found
 
 
+class ArcTangentError(InputError):
+    """A function that needs an arc tangent, whose series are not computed here."""
+
+
 def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
     """All series that ``wanted`` are made of, and these, operands first.
 
     Raises
     ------
-    InputError
+    ArcTangentError
         One of them is an angle.
     """
     found: set[Traced] = set()
@@ -285,7 +289,7 @@ def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
     while left:
         one = left.pop()
         if one.kind == "angle":
-            raise InputError(
+            raise ArcTangentError(
                 "event: got an event of theta in double-double or triple-double, expected one that "
                 "needs no arc tangent, such as theta_min and theta_max, or precision quad or mp"
             )
