@@ -22,7 +22,7 @@ import numpy
 import pytest
 
 from benchmarks.random_scenes import gliding_scenes
-from tt_precise.engines.ladder import climb, rungs
+from tt_precise.engines.ladder import EVERY_LAW, climb, rungs
 from tt_precise.engines.protocol import as_text
 from tt_precise.golden.store import home
 
@@ -179,6 +179,19 @@ def test_the_healthy_engines_are_not_flagged(name: str, language: str, tmp_path:
     (found,) = climb("healthy", command, [rung], order=ORDER, time_limit=PATIENCE_S)
     assert found.verdict == "converges"
     assert found.order == pytest.approx(ORDER, abs=0.1)
+    checks = {} if name == "flight" else dict.fromkeys(EVERY_LAW, "pass")
+    assert {name: one["verdict"] for name, one in found.checks.items()} == checks
+
+
+@both
+def test_what_no_friction_law_can_excuse_is_named(language: str, tmp_path: Path) -> None:
+    command = program(language, getattr(FAULTS["no gyroscopic term"], language), tmp_path)
+    (gliding,) = (one for one in rungs() if one.name == "gliding")
+    (found,) = climb("spoiled", command, [gliding], time_limit=PATIENCE_S)
+    momentum = found.checks["contact_momentum"]
+    assert momentum["verdict"] == "fail"
+    assert "no gyroscopic term" in momentum["note"]
+    assert min(momentum["values"]) > 100 * momentum["limit"]  # at no step is it smaller
 
 
 @both

@@ -18,10 +18,12 @@ from tt_precise.report.sections import measured
 
 @pytest.fixture
 def board() -> dict[str, Any]:
+    momentum = {"values": [0.04, None, 0.03], "limit": 1e-4, "verdict": "fail", "note": "why"}
     rows = [
         RungResult("MuJoCo", "flight", "converges", digits=(7.0, 8.2, 9.5), order=4.0, floor=1e-12,
                drift={"angular_momentum": (1e-8, 1e-9, 1e-10)}),
-        RungResult("MuJoCo", "ice", "floor", digits=(1.0, 1.5, 1.7), order=1.1, floor=0.02),
+        RungResult("MuJoCo", "ice", "floor", digits=(1.0, 1.5, 1.7), order=1.1, floor=0.02,
+                   checks={"contact_momentum": momentum}),
         RungResult("MuJoCo", "inversion", "measured", equator=(2.9, None, 3.8)),
         RungResult("Bullet", "flight", "failed", "step 0.001 s: timeout: still running after 60 s"),
         RungResult("Bullet", "ice", "refused", "Bullet has no viscous friction"),
@@ -48,9 +50,21 @@ def test_it_shows_what_was_measured(
         "4.00",
         "1.0e-12",
     )
+    assert table.header[-1] == "contact_momentum"
+    assert [row[-1] for row in table.rows[:2]] == ["", "fail 4.0e-02, -, 3.0e-02 (why)"]
     assert table.rows[2][2] == "measured: axis horizontal at 2.90 s, never, 3.80 s"
     assert {row[0] for row in settings.rows} == {"MuJoCo", "Bullet"}
     assert "(1.7)" in figure.svg
     assert section.results["MuJoCo, ice"] == "floor"
     text = render.markdown(replace(small_report, sections=[section]))
     assert "DART" in text
+
+
+def test_a_file_measured_before_these_checks_has_no_columns_for_them(
+    board: dict[str, Any], tmp_path: Path
+) -> None:
+    for row in board["rows"]:
+        del row["checks"]
+    (tmp_path / "engines.json").write_text(json.dumps(board))
+    table = next(one for one in measured.engines(tmp_path).blocks if isinstance(one, PageTable))
+    assert table.header[-1] == "largest drift of what is conserved"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +15,7 @@ from typing import Any, Literal
 import numpy
 
 from tt_precise import golden
+from tt_precise.check.run import conservation
 from tt_precise.engines.protocol import (
     DOUBLE,
     TIME_LIMIT_S,
@@ -32,6 +34,8 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import turned
 from tt_precise.runtime.arithmetic import Array
+from tt_precise.runtime.check import Check
+from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, load_scene
@@ -42,6 +46,8 @@ SLOWER = 0.5  # by which an observed order may be below the method's
 LEAST_ORDER = 0.5  # below it halving the step does not bring the motions closer together
 HIGHEST_ORDER = 4.0  # of the methods that engines have; more is seen where a coarse run blew up
 EPS = 2.0**-52
+ROWS = 10  # of output in a sampling interval, at most: a check of motions needs closer rows
+EVERY_LAW = ("kinematics", "contact_momentum")  # what no friction law can excuse
 VERDICTS = {
     "rounding": "differs from the reference by rounding alone",
     "converges": "converges to the reference",
@@ -76,9 +82,14 @@ class Rung:
         """The friction in the job."""
         return self.friction or Friction.of(self.scene)
 
-    def job(self, step: Fraction) -> dict[str, Json]:
-        """The job for one step size."""
-        return job(self.scene, step, self.asked, contact=self.contact)
+    def job(self, step: Fraction, rows: int = 1) -> dict[str, Json]:
+        """The job for one step size, with ``rows`` of output in a sampling interval."""
+        scene = self.scene.varied(sample_every=str(self.scene.sample_every / rows))
+        return job(scene, step, self.asked, contact=self.contact)
+
+    def rows(self, step: Fraction) -> int:
+        """Most rows in a sampling interval, up to ``ROWS``, that lie at multiples of ``step``."""
+        return math.gcd(int(self.scene.sample_every / step), ROWS)
 
     @cached_property
     def start(self) -> Motion:
@@ -211,7 +222,7 @@ class RungResult:
     ``floor`` describe the error as constant step^order + floor; ``resolved`` bounds the step error
     that is left at the smallest step; ``limit`` is twice the error that they give there.
     ``equator`` is when the axis was first horizontal, s. ``digits_over_time``: smallest step, at
-    ten times.
+    ten times. ``checks``: what ``check`` says of ``EVERY_LAW``, with the values of all steps.
     """
 
     engine: str
@@ -229,6 +240,7 @@ class RungResult:
     resolved: float | None = None
     limit: float | None = None
     equator: tuple[float | None, ...] = ()
+    checks: dict[str, Json] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Json]:
         """Plain values for JSON, numbers to four digits."""
@@ -267,7 +279,10 @@ def climb(
     pool = ThreadPoolExecutor(workers)
     try:
         asked = [
-            [pool.submit(run, command, rung.job(step), time_limit, stop) for step in steps]
+            [
+                pool.submit(run, command, rung.job(step, rung.rows(steps[0])), time_limit, stop)
+                for step in steps
+            ]
             for rung in rungs
         ]
         for done, (rung, futures) in enumerate(zip(rungs, asked, strict=True)):
@@ -293,13 +308,16 @@ def measured(
             verdict = "refused" if one.status == "refused" else "failed"
             where = "" if verdict == "refused" else f"step {float(step):g} s: {one.status}: "
             return RungResult(engine, rung.name, verdict, f"{where}{one.message}")
-    states = [one.states for one in runs if one.states is not None]
+    written = [one.states for one in runs if one.states is not None]
+    rows = (len(written[0].k) - 1) // (len(rung.scene.sample_times) - 1)
+    states = [one.every(rows) for one in written]
     known: dict[str, Json] = {
         "steps": tuple(map(float, steps)),
         "drift": {
             name: tuple(DRIFTS[name](rung, one) for one in states) for name in rung.conserved
         },
         "equator": tuple(_equator(rung, one) for one in states),
+        "checks": _checks(rung, runs),
     }
     order, resolved = _order(states, rung)
     known |= {"order": order, "resolved": resolved}
@@ -330,6 +348,25 @@ def measured(
         constant=left / float(steps[-1]) ** of_method, floor=floor, limit=2 * (left + floor),
         **known,
     )  # fmt: skip
+
+
+def _checks(rung: Rung, runs: Sequence[ProgramRun]) -> dict[str, Json]:
+    """The findings ``EVERY_LAW`` at the smallest step, and their values at all steps."""
+    if rung.contact == "none" or not all(one.columns for one in runs):
+        return {}
+    try:
+        results = [conservation(one.columns, rung.scene, friction="other") for one in runs]
+    except InputError as error:  # rows that seem to have other units
+        unread = Check("", "skipped", note=str(error))
+        return {name: _told(unread, []) for name in EVERY_LAW}
+    return {
+        name: _told(results[-1][name], [result[name].as_dict()["value"] for result in results])
+        for name in EVERY_LAW
+    }
+
+
+def _told(last: Check, values: list[float | None]) -> dict[str, Json]:
+    return {"values": values, "limit": last.limit, "verdict": last.verdict, "note": last.note}
 
 
 def _difference(one: States, other: States, rung: Rung) -> float:
@@ -400,4 +437,4 @@ def _rounded(value: Json) -> Json:
         return float(f"{value:.4g}")
     if isinstance(value, dict):
         return {name: _rounded(one) for name, one in value.items()}
-    return [_rounded(one) for one in value] if isinstance(value, tuple) else value
+    return [_rounded(one) for one in value] if isinstance(value, tuple | list) else value

@@ -15,7 +15,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import IO, Annotated, Literal
 
@@ -185,6 +185,10 @@ class States:
     omega: Array
     s_dot: Array
 
+    def every(self, rows: int) -> States:
+        """Every ``rows``-th row, the first one included."""
+        return States(self.k[::rows], self.omega[::rows], self.s_dot[::rows])
+
     def distance(self, other: States, spin: float, radius: float) -> Array:
         """Largest of |dk|, |d omega|/spin, |d s_dot|/(radius spin), row by row."""
         return numpy.max(
@@ -204,13 +208,14 @@ class ProgramRun:
     ``status``: "done"; "refused" (exit status 3); "failed", "stopped" (it took too long or wrote
     too much) or "unreadable", with ``message`` in one line; "diverged": numbers that are no
     numbers, or out of all proportion. ``name`` is what the engine calls itself, in a line
-    ``# engine: NAME``.
+    ``# engine: NAME``. ``columns`` are its rows as it wrote them.
     """
 
     status: str
     message: str = ""
     states: States | None = None
     name: str = ""
+    columns: dict[str, Array] = field(default_factory=dict, repr=False)
 
 
 def run(
@@ -280,7 +285,8 @@ def _read(text: str, job: dict[str, Json]) -> ProgramRun:
         raise ValueError(f"quaternion of length {size[abs(size - 1).argmax()]:.3g}, expected 1")
     _require_start(table[0], job)
     k = numpy.stack(axis_of(*table[:, 1:5].T), axis=1)
-    return ProgramRun("done", "", States(k, table[:, 5:8], table[:, 8:11]))
+    states = States(k, table[:, 5:8], table[:, 8:11])
+    return ProgramRun("done", "", states, columns=dict(zip(COLUMNS, table.T, strict=True)))
 
 
 def _require_start(row: Array, job: dict[str, Json]) -> None:

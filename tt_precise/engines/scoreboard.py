@@ -184,7 +184,18 @@ def line(row: dict[str, Json]) -> str:
     if row["drift"]:
         drifts = (f"{name} {values[-1]:.1e}" for name, values in row["drift"].items())
         parts.append("drift " + ", ".join(drifts))
+    parts.extend(f"{name} {check_of(row, name)}" for name in row["checks"])
     if row["rung"] == "inversion" and row["equator"]:
         moments = ("never" if t is None else f"{t:.2f}" for t in row["equator"])
         parts.append(f"axis horizontal at {' '.join(moments)} s")
     return "  ".join(parts)
+
+
+def check_of(row: dict[str, Json], name: str) -> str:
+    """What a row says of a check for every friction law: verdict, values of all steps, why."""
+    found = row.get("checks", {}).get(name)
+    if found is None:
+        return ""
+    values = ", ".join("-" if value is None else f"{value:.1e}" for value in found["values"])
+    why = f" ({found['note']})" if found["verdict"] != "pass" else ""
+    return f"{found['verdict']} {values}{why}"
