@@ -243,8 +243,9 @@ def _explained(as_given: dict[str, float], otherwise: dict[str, float], likely: 
     most = {MOTION: math.inf, JELLETT: MISFIT, TURNING: MISFIT if rough else FIT}
     if any(part >= most.get(name, FIT) for name, part in otherwise.items()):
         return ""
-    better = (n for n, part in otherwise.items() if part < FIT and as_given.get(n, 0.0) >= MISFIT)
-    return next(better, "")
+    better = [n for n, part in otherwise.items() if part < FIT and as_given.get(n, 0.0) >= MISFIT]
+    # a soft contact sinks, in any reading that has no vertical motion: the axis must move to tell
+    return better[0] if better and (better[0] != CONTACT or TURNING in otherwise) else ""
 
 
 def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict[str, float]:
