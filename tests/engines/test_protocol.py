@@ -18,7 +18,7 @@ import numpy
 import pytest
 
 from tt_precise.cli import main
-from tt_precise.engines.adapters import COLUMNS
+from tt_precise.engines.adapters import COLUMNS, rotated
 from tt_precise.engines.ladder import Rung, rungs
 from tt_precise.engines.protocol import Job, run
 from tt_precise.runtime.errors import InputError
@@ -162,7 +162,7 @@ def test_a_first_row_in_another_convention_is_named(
 ) -> None:
     start = flight_job["start"]
     w, x, y, z = start["quaternion_wxyz"]
-    turned = conversion_matrix(w, x, y, z).T @ start["angular_velocity"]
+    turned = rotated(numpy.array([w, -x, -y, -z]), start["angular_velocity"])
     text = (
         f"q, w, v, body = {start['quaternion_wxyz']}, {start['angular_velocity']}, "
         f"{start['velocity']}, {turned.tolist()}\n"
@@ -173,16 +173,6 @@ def test_a_first_row_in_another_convention_is_named(
     found = run(program(tmp_path, text + ROWS.format(columns=COLUMNS, row=row)), flight_job)
     assert found.status == "unreadable"
     assert convention in found.message
-
-
-def conversion_matrix(w: float, x: float, y: float, z: float) -> Any:
-    return numpy.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def test_an_engine_has_the_name_that_it_gives_itself(

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy
 
@@ -39,6 +39,9 @@ from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.progress import Progress, silent
 from tt_precise.runtime.untyped import Json
 from tt_precise.scene.scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    import pandas
 
 UNTIL, INVERSION_UNTIL = "0.5", "4"  # s
 STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))  # s
@@ -131,20 +134,20 @@ def integrated(scene: Scene) -> States:
     trajectory = integrate(scene, events=(), record=())
     if trajectory.status != "complete":
         raise ArithmeticError(f"{scene.name}: the reference ended as {trajectory.status}")
-    frame = trajectory.frame(*NewtonState._fields, numbers="float")
-    body = InitialState.in_si(scene, DOUBLE).body
-    columns = [frame[name].to_numpy() for name in NewtonState._fields]
-    q = Motion(body, NewtonState(*columns), numpy, scene.model)
-    return States(*(_rows(vector) for vector in (q.k, q.omega, q.s_dot)))
+    return _of_columns(scene, trajectory.frame(*NewtonState._fields, numbers="float"))
 
 
 def published(scene: Scene) -> States:
     """The scene's golden data."""
-    frame = golden.load(scene.name)
+    return _of_columns(scene, golden.load(scene.name))
+
+
+def _of_columns(scene: Scene, frame: pandas.DataFrame) -> States:
     body = InitialState.in_si(scene, DOUBLE).body
     columns = [frame[name].to_numpy(dtype=float) for name in NewtonState._fields]
     q = Motion(body, NewtonState(*columns), numpy, scene.model)
-    return States(*(_rows(vector) for vector in (q.k, q.omega, q.s_dot)))
+    vectors = (numpy.broadcast_arrays(*vector) for vector in (q.k, q.omega, q.s_dot))
+    return States(*(numpy.stack(vector, axis=1).astype(float) for vector in vectors))
 
 
 def standing(scene: Scene) -> States:
@@ -153,10 +156,6 @@ def standing(scene: Scene) -> States:
     return States(
         *(numpy.tile([float(x) for x in vector], (rows, 1)) for vector in (q.k, q.omega, q.s_dot))
     )
-
-
-def _rows(vector: Array) -> Array:
-    return numpy.stack(numpy.broadcast_arrays(*vector), axis=1).astype(float)
 
 
 def rungs(law: str = "coulomb") -> tuple[Rung, ...]:
