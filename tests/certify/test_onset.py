@@ -61,6 +61,8 @@ def test_signs_however_small() -> None:
     assert SINE.sign(theta) == 1
     assert COSINE.sign(theta) == -1
     assert (SINE - Fraction(1, 10**300)).sign(theta) == -1
+    nought = Inclination.parse("1e-300")
+    assert (1 - COSINE - SINE * SINE / 2).sign(nought) == 1  # theta^4/8
 
 
 def test_the_reference_scene() -> None:

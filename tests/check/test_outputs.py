@@ -96,7 +96,8 @@ def test_the_plot_is_written(failing: tt.check.Result, tmp_path: Path, suffix: s
     legend = axes.get_legend()
     assert legend is not None
     labels = [text.get_text() for text in legend.get_texts()]
-    assert any(label.startswith("jellett") for label in labels)
+    drifts = {"jellett", "energy", "energy_balance", "equations", "friction_power", "axis_norm"}
+    assert {label.split()[0] for label in labels} == {*drifts, "limit"}
     assert "limit 1.0e-06" in labels
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
 

@@ -234,6 +234,9 @@ def test_a_blow_up_at_the_start_leaves_nothing_to_check(healthy: Healthy, row: i
     assert [finding.name for finding in result.failures] == ["finite"]
     assert {finding.verdict for finding in result.checks} == {"fail", "skipped"}
     assert f"kz = nan in row {row}" in str(result)
+    assert result["finite"].at == frame["t"][row]
+    frame.loc[row, "t"] = None  # the time is that of the row before, or 0
+    assert tt.check.conservation(frame, "reference")["finite"].at == 0
 
 
 def test_rows_of_another_length_are_refused(written: Path) -> None:

@@ -188,7 +188,10 @@ def test_a_wrong_digit_under_right_hashes_is_found(
     assert f"{file}, line {line + 1}, {column}: newton quad agrees to" in judged(small, fresh)
 
 
-def test_a_dropped_event_under_right_hashes_is_found(small: Small, fresh: list[Run]) -> None:
+def test_another_event_under_right_hashes_is_found(small: Small, fresh: list[Run]) -> None:
+    edit_table(small, EVENTS, lambda lines: lines[1].__setitem__(0, "equator"))
+    rehash(small.folder / small.scene.name)
+    assert "events.csv, line 2, name: got equator, a fresh computation has" in judged(small, fresh)
     edit_table(small, EVENTS, lambda lines: lines.pop())
     rehash(small.folder / small.scene.name)
     assert "events.csv: " in judged(small, fresh)

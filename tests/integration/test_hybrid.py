@@ -382,6 +382,9 @@ def test_slipping_begins_on_the_cone(quad: Trajectory) -> None:
 def test_sticking_in_the_other_form(trajectory: Trajectory) -> None:
     record = ("phi", "psi", "x", "y")
     newton = tt.integrate(scene(), record=record, events=())
+    slip = float(joints(newton)[1])
+    near = newton.frame("phi", "phi_dot", times=[slip, slip + 1e-6])
+    assert numpy.ptp(near["phi"]) == pytest.approx(1e-6 * abs(near["phi_dot"][0]), rel=1e-3)
     euler = tt.integrate(scene(), record=record, events=(), formulation="euler")
     one, other = newton.frame(), euler.frame()
     for name in one.columns:

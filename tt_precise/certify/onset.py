@@ -127,7 +127,7 @@ class Exact(Ring):
                 t = arb(0) if theta.at_pole else (1 - cosine) / sine
                 above = _at(self.a, t) + ball(self.square or Fraction(0)).sqrt() * _at(self.b, t)
                 value = above * _at(self.c, t)
-            if value > 0 or value < 0:
+            if value != 0:
                 return 1 if value > 0 else -1
             bits *= 2
         raise NotProved("onset", f"a sign at t = 0 is undecided with {MOST_BITS} bits")

@@ -177,7 +177,7 @@ class OnsetOutput(RowwiseOutput):
         return (*body, glide, ex, ey, time)
 
     def _recorded(self, time: Scalar) -> Row:
-        if not self.setup.record or not time:
+        if not time:
             return self.quadratures
         fn = self.precision.context
 
