@@ -199,6 +199,8 @@ def test_what_cannot_take_these_scenes_says_so() -> None:
                 refused(scene)
     with pytest.raises(InputError, match="got contact bilateral for a scene with flight"):
         tt.integrate(flies, contact="bilateral")
+    glides, flown = tt.integrate(flies).pieces
+    assert (glides.begin, flown.begin, flown.model) == (0, glides.end, "flight")
 
 
 def test_a_scene_may_begin_in_flight() -> None:
