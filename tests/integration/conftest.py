@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
 import pytest
 
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.mechanics import formulations
-from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 Spoil = Callable[[Any, Any], Any]
 
@@ -32,7 +31,13 @@ def quad() -> Trajectory:
 @pytest.fixture(scope="session")
 def half(reference: Scene) -> Scene:
     """The first half second: the wide arithmetics need a tenth of the time."""
-    return replace(reference, until=Fraction(1, 2))
+    return reference.varied(until="0.5")
+
+
+@pytest.fixture(scope="session")
+def short(reference: Scene) -> Scene:
+    """A tenth of a second: three oscillations, a tenth of a second's work for 240 bits too."""
+    return reference.varied(until="0.1")
 
 
 @pytest.fixture(scope="session")
@@ -43,13 +48,13 @@ def half_quad(half: Scene) -> Trajectory:
 @pytest.fixture(scope="session")
 def rough(reference: Scene) -> Scene:
     """The reference start with mu = 3 s/m, which throws the top off the table at 0.6577188 s."""
-    return replace(reference, body=replace(reference.body, mu="3"))
+    return reference.varied(mu="3")
 
 
 @pytest.fixture(scope="session")
 def toppling(reference: Scene) -> Scene:
     """No spin at all: the axis falls through the pole at 0.0947 s."""
-    return replace(reference, start=Start(Inclination.parse("1"), omega_3=Fraction(0)))
+    return reference.varied(theta="1", omega_3="0")
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """Errors of events: what a reference run without events says, against one that looks for them."""
 
-from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
@@ -16,11 +15,6 @@ from tt_precise.integration.errors import _beside
 from tt_precise.scene.scene import Scene
 
 EVENTS = ("theta_min", "phi_dot_zero", "extremum:g_n")
-
-
-@pytest.fixture(scope="module")
-def short(reference: Scene) -> Scene:
-    return replace(reference, until=Fraction(1, 10))
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +46,7 @@ def test_the_estimate_is_the_error(coarse: Trajectory, truth: Trajectory, name: 
 @pytest.mark.parametrize("name", EVENTS)
 def test_another_top_has_its_events_later(truth: Trajectory, short: Scene, name: str) -> None:
     """Against heyoka's own events of a top whose friction is different in the ninth digit."""
-    mu = short.body.mu * (1 + Fraction(1, 10**7))
-    other = integrate(replace(short, body=replace(short.body, mu=mu)), "extended", events=EVENTS)
+    other = integrate(short.perturbed(mu="1e-7"), "extended", events=EVENTS)
     found = truth.event_errors(beside=[other])
     apart = numpy.subtract(sorted_times(other, name), sorted_times(truth, name))
     stated = found["error"][found["name"] == name].to_numpy()
@@ -63,22 +56,17 @@ def test_another_top_has_its_events_later(truth: Trajectory, short: Scene, name:
 
 def test_an_event_at_the_very_end_is_looked_at_from_before(short: Scene) -> None:
     """Where three points around it do not fit before the end."""
-    mu = short.body.mu * (1 + Fraction(1, 10**6))
-    another = replace(short, body=replace(short.body, mu=mu))
+    another = short.perturbed(mu="1e-6")
     first = [
         sorted_times(integrate(one, events=EVENTS[1:2]), EVENTS[1])[0] for one in (short, another)
     ]
     late = Fraction(max(first)) + Fraction(1, 10**9)
-    run, other = (
-        integrate(replace(one, until=late), events=EVENTS[1:2]) for one in (short, another)
-    )
+    run, other = (integrate(one.varied(until=late), events=EVENTS[1:2]) for one in (short, another))
     found = run.event_errors(beside=[other])
     assert found["error"].to_numpy() == pytest.approx([abs(first[1] - first[0])], rel=1e-3)
 
 
-def test_digits_throughout_hold_in_the_events_too(
-    coarse: Trajectory, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_digits_hold_in_events_too(coarse: Trajectory, monkeypatch: pytest.MonkeyPatch) -> None:
     events = coarse.event_errors()
     assert 3 < coarse.digits_throughout <= events["digits"].min()
     assert coarse.digits_throughout <= coarse.error_over_time()["digits"].min()
@@ -90,7 +78,7 @@ def test_digits_throughout_hold_in_the_events_too(
 
 
 def test_a_reference_that_ends_before_leaves_no_digits(coarse: Trajectory, short: Scene) -> None:
-    early = integrate(replace(short, until=Fraction(1, 20)))
+    early = integrate(short.varied(until="0.05"))
     found = coarse.event_errors(beside=[early])
     beyond = found["t"] > 0.05
     assert numpy.isinf(found["error"][beyond]).all()
@@ -100,7 +88,7 @@ def test_a_reference_that_ends_before_leaves_no_digits(coarse: Trajectory, short
 
 
 def test_in_mpmath_too(short: Scene) -> None:
-    scene = replace(short, until=Fraction(1, 20))
+    scene = short.varied(until="0.05")
     run = integrate(scene, "quad", events=("theta_min",), tolerance=1e-20)
     finer = integrate(scene, "quad", events=("theta_min",))
     found = run.event_errors(beside=[finer])
@@ -137,9 +125,7 @@ def test_another_top_has_its_pieces_at_other_times() -> None:
 
 
 @pytest.mark.parametrize(("at", "other"), [(0.5, "slip"), (2.0, "stick")])
-def test_beside_a_part_of_another_kind_or_after_its_end_nothing_holds(
-    at: float, other: str
-) -> None:
+def test_nothing_holds_beside_another_part(at: float, other: str) -> None:
     one = SimpleNamespace(columns=None, begin=0)
     part, beside = (SimpleNamespace(one=one, before=b) for b in ("stick", other))
     asked: Any = (part, [SimpleNamespace(time=at)], None, beside, 1.0)
@@ -149,9 +135,8 @@ def test_beside_a_part_of_another_kind_or_after_its_end_nothing_holds(
 
 def test_digits_hold_in_the_events_of_several_doubles_too(reference: Scene) -> None:
     """The spike of phi_dot lies between samples, and has five digits fewer than they have."""
-    events = ("extremum:phi_dot",)
-    scene = replace(reference, until=Fraction(33, 10))
-    run = integrate(scene, "double-double", tolerance=1e-26, events=events)
+    scene = reference.varied(until="3.3")
+    run = integrate(scene, "double-double", tolerance=1e-26, events=("extremum:phi_dot",))
     in_events = run.event_errors()["digits"].min()
     assert run.error_over_time()["digits"].min() > in_events
     assert run.digits_throughout == in_events

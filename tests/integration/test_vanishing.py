@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -15,27 +13,18 @@ from tt_precise.integration.vanishing import at_start
 from tt_precise.mechanics.formulations import integrated
 from tt_precise.mechanics.initial_state import InitialState
 from tt_precise.runtime.errors import InputError
-from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 ALL = catalogue("gliding")
 ARITHMETICS = ("double", "extended", "double-double", "triple-double", "quad")
 QUAD = precision_named("quad")
 
 
-def starting(scene: Scene, **entries: str) -> Scene:
-    given: dict[str, Any] = {name: Fraction(value) for name, value in entries.items()}
-    if "theta" in entries:
-        given["theta"] = Inclination.parse(entries["theta"])
-    return replace(scene, start=replace(scene.start, **given))
-
-
 @pytest.fixture(scope="module")
 def beside_zero(reference: Scene) -> Scene:
-    start = Start(
-        Inclination.parse("1e-5"),
-        theta_dot=Fraction(-20), phi_dot=Fraction(-50), omega_3=Fraction(-20),
-    )  # fmt: skip
-    return replace(reference, start=start, until=Fraction(1, 1000))
+    return reference.varied(
+        theta="1e-5", theta_dot="-20", phi_dot="-50", omega_3="-20", until="0.001"
+    )
 
 
 # by a run of 200 bits; nu_x and nu_y vanish at t = 0 too
@@ -57,7 +46,7 @@ def test_zeros_beside_one_at_the_start_are_found(beside_zero: Scene, precision: 
 @pytest.mark.parametrize("precision", ARITHMETICS)
 def test_zeros_within_the_first_step(beside_zero: Scene, precision: str) -> None:
     """A hundred times nearer: all of them within 2^-20 sqrt(R/g)."""
-    near = starting(beside_zero, theta="1e-7")
+    near = beside_zero.varied(theta="1e-7")
     events = integrate(near, precision, events=ALL).events
     assert list(events["name"]) == list(BESIDE_ZERO)
     assert float(events["t"].iloc[0]) == pytest.approx(5e-9, rel=1e-6)
@@ -88,7 +77,7 @@ def test_digits_of_events_beside_zero_hold(beside_zero: Scene) -> None:
 @pytest.mark.parametrize("precision", ARITHMETICS)
 @pytest.mark.parametrize("name", ["rolling", "frictionless"])
 def test_what_touches_zero_is_no_event(name: str, precision: str) -> None:
-    scene = replace(load_scene(name), until=Fraction(1))
+    scene = load_scene(name).varied(until="1")
     run = integrate(scene, precision, events=("phi_dot_zero", "theta_max"))
     assert set(run.events["name"]) == {"theta_max"}
     assert run.touches == ("phi_dot_zero",)
@@ -110,7 +99,7 @@ def test_events_keep_their_digits_beside_the_opposite_pole(chosen: dict[str, Any
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_what_almost_touches_zero_crosses_it(precision: str) -> None:
     """Two zeros a millionth of a radian deep."""
-    loops = starting(replace(load_scene("rolling"), until=Fraction(1)), phi_dot="1e-6")
+    loops = load_scene("rolling").varied(until="1", phi_dot="1e-6")
     events = integrate(loops, precision, events=("phi_dot_zero",)).events
     assert len(events) >= 60
     assert (events["direction"].to_numpy()[:-1] * events["direction"].to_numpy()[1:] == -1).all()
@@ -118,23 +107,20 @@ def test_what_almost_touches_zero_crosses_it(precision: str) -> None:
 
 @pytest.mark.parametrize("precision", ["double", "extended", "triple-double"])
 def test_what_vanishes_identically_is_no_event(precision: str) -> None:
-    ice = starting(replace(load_scene("frictionless"), until=Fraction(1)), omega_3="0")
+    ice = load_scene("frictionless").varied(until="1", omega_3="0")
     names = ("omega_3_zero", "extremum:E", "extremum:lambda", "zero:omega_3", "extremum:omega_3")
     still = integrate(ice, precision, events=names)
     assert still.events.empty
     assert still.touches == names
-    again = integrate(starting(ice, omega_3="1"), precision, events=names).events
-    assert again.empty
+    assert integrate(ice.varied(omega_3="1"), precision, events=names).events.empty
 
 
 def test_without_what_settles_them_there_are_such_events(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "tt_precise.integration.heyoka_backend.settled", lambda hits, *_: (tuple(hits), frozenset())
     )
-    scene = replace(load_scene("rolling"), until=Fraction(1))
-    assert len(integrate(scene, events=("phi_dot_zero",)).events) > 20
-    scene = replace(load_scene("reference"), until=Fraction(1, 10))
-    early = integrate(scene, events=ALL).events
+    assert len(integrate("rolling", until="1", events=("phi_dot_zero",)).events) > 20
+    early = integrate("reference", until="0.1", events=ALL).events
     assert {"theta_max", "nu_x_zero"} <= set(early["name"][early["t"] < 0.01])
 
 
@@ -153,11 +139,11 @@ def test_one_digit_invents_no_event(reference: Scene) -> None:
         ({"theta": "0"}, set(ALL) - {"equator", "omega_3_zero"}, 0),
     ],
 )
-def test_what_the_series_at_the_start_say(
+def test_the_series_at_the_start(
     reference: Scene, entries: dict[str, str], silent: set[str], events: int
 ) -> None:
     setup = Setup(formulation=integrated("gliding", "newton"), precision=QUAD, events=ALL)
-    start = InitialState.of(starting(reference, **entries), QUAD.arithmetic)
+    start = InitialState.of(reference.varied(**entries), QUAD.arithmetic)
     found = at_start(setup, start)
     assert found.silent == silent
     assert len(found.hits) == events
@@ -165,7 +151,7 @@ def test_what_the_series_at_the_start_say(
 
 def test_what_is_undefined_at_the_start_is_refused(reference: Scene) -> None:
     with pytest.raises(InputError, match="extremum:phi_dot, undefined at the start"):
-        integrate(starting(reference, theta="0"), events=("extremum:phi_dot", "theta_max"))
+        integrate(reference.varied(theta="0"), events=("extremum:phi_dot", "theta_max"))
 
 
 def test_what_becomes_undefined_on_the_way_is_refused() -> None:
