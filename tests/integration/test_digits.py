@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,18 +12,19 @@ import tt_precise as tt
 from tt_precise.integration import Trajectory, digits, integrate
 from tt_precise.integration.columns import digits_over_rows
 from tt_precise.integration.digits import HEYOKAS, LADDER, SPARE, Rung, integrate_to_digits
-from tt_precise.integration.errors import floats
+from tt_precise.integration.errors import distance, floats
 from tt_precise.integration.precision import KINDS
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
 
+@dataclass
 class Runs:
     """Stands for the integration: each run loses ``lost`` digits, and has ``most`` at most."""
 
-    def __init__(self, lost: float = 1.0, most: float = 1e9):
-        self.lost, self.most = lost, most
-        self.rungs: list[Rung] = []
+    lost: float = 1.0
+    most: float = 1e9
+    rungs: list[Rung] = field(default_factory=list)
 
     def __call__(self, rung: Rung) -> Any:
         self.rungs.append(rung)
@@ -61,10 +62,18 @@ def test_a_retry_that_cannot_help_is_not_made() -> None:
     assert len(runs.rungs) == 2
 
 
-@pytest.mark.parametrize("wanted", [0, -3, 2.5, "12", True, float("nan")])
-def test_what_is_no_number_of_digits_is_refused(wanted: Any) -> None:
-    with pytest.raises(InputError, match="digits: got "):
-        integrate("reference", digits=wanted)
+@pytest.mark.parametrize(
+    ("wanted", "more", "said"),
+    [
+        *((wanted, {}, "") for wanted in (0, -3, 2.5, "12", True, float("nan"))),
+        (8, {"tolerance": 1e-3}, "a tolerance too"),
+        (8, {"precision": "quad"}, "a precision too"),
+        (8, {"bits": 200}, "a bits too"),
+    ],
+)
+def test_digits_that_are_refused(wanted: Any, more: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=f"digits: got {said}"):
+        integrate("reference", digits=wanted, **more)
 
 
 def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practical() -> None:
@@ -76,23 +85,11 @@ def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practi
     assert digits.seconds_for(40, scene) == 0  # no mp
 
 
-@pytest.mark.parametrize("more", [{"tolerance": 1e-3}, {"precision": "quad"}, {"bits": 200}])
-def test_what_digits_choose_is_not_given_too(more: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match=f"digits: got a {next(iter(more))} too"):
-        integrate("reference", digits=8, **more)
-
-
 @pytest.mark.parametrize(
     ("wanted", "expected"),
-    [
-        (3, "double"),
-        (12, "double-double"),
-        (40, "triple-double"),
-        (50, "mp"),
-    ],
+    [(3, "double"), (12, "double-double"), (40, "triple-double"), (50, "mp")],
 )
-def test_wanted_digits_are_delivered(reference: Scene, wanted: int, expected: str) -> None:
-    short = reference.varied(until="0.1")
+def test_wanted_digits_are_delivered(short: Scene, wanted: int, expected: str) -> None:
     run = integrate(short, digits=wanted)
     assert run.precision.name == expected
     truth = integrate(short, "mp", bits=240)
@@ -100,23 +97,20 @@ def test_wanted_digits_are_delivered(reference: Scene, wanted: int, expected: st
     assert run.digits_throughout >= wanted
 
 
-def test_a_machine_without_80_bit_floats_and_llvmlite_goes_on_to_quad(
-    reference: Scene, monkeypatch: pytest.MonkeyPatch
+def test_quad_without_80_bit_floats_and_llvmlite(
+    short: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tt_precise.integration.precision._has_80_bit_floats", lambda: False)
-    monkeypatch.setattr("tt_precise.integration.precision._has_llvmlite", lambda: False)
-    assert integrate(reference.varied(until="0.1"), digits=15).precision.name == "quad"
+    for name in ("_has_80_bit_floats", "_has_llvmlite"):
+        monkeypatch.setattr(f"tt_precise.integration.precision.{name}", lambda: False)
+    assert integrate(short, digits=15).precision.name == "quad"
     assert not any(KINDS[rung.precision].doubles for rung in HEYOKAS)
 
 
-def test_digits_of_a_hopeless_start_are_refused(
-    reference: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_hopeless_start_is_refused(reference: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, kind in KINDS.items():
         monkeypatch.setitem(KINDS, name, kind._replace(steps=5))
-    hopeless = replace(reference, body=replace(reference.body, mu="1e300"))
     with pytest.raises(InputError, match="digits: got 10, but the integration of reference fails"):
-        integrate(hopeless, digits=10)
+        integrate(reference.varied(mu="1e300"), digits=10)
 
 
 def right_digits(run: Trajectory) -> float:
@@ -125,17 +119,12 @@ def right_digits(run: Trajectory) -> float:
     known = tt.golden.load(name, "text")
     assert known.manifest["status"] == run.status
     names = [column for column in run.state.values if column in known.columns]
-    number = run.precision.context.mpf
-    inner = known[[number(t) < number(run.t_end) for t in known["t"]]]
+    context = run.precision.context
+    inner = known[[context.mpf(t) < context.mpf(run.t_end) for t in known["t"]]]
     rows = run.table(*names, times=inner["t"], numbers="exact")
     errors = {
-        column: floats(
-            [
-                None if own is None or not text else abs(number(own) - number(text))
-                for own, text in zip(rows[column], inner[column], strict=True)
-            ]
-        )
-        for column in names
+        name: distance(rows[name], [text or None for text in inner[name]], context)
+        for name in names
     }
     values = {column: floats(rows[column]) for column in names}
     return float(digits_over_rows(values, errors, run.start, run.precision.bits).min())

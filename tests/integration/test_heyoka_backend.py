@@ -9,19 +9,13 @@ import mpmath
 import pytest
 
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
-from tt_precise.integration.equations import (
-    LARGE_TILT,
-    SLOW_SPEED,
-    Equations,
-    longest_step,
-)
+from tt_precise.integration.equations import LARGE_TILT, SLOW_SPEED, Equations, longest_step
 from tt_precise.integration.heyoka_backend import Idle, numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import FORMULATIONS, SLOW, integrated
 from tt_precise.mechanics.initial_state import InitialState
-from tt_precise.scene.body import TippeTop
-from tt_precise.scene.scene import Inclination, Scene, Start, load_scene
+from tt_precise.scene.scene import Scene, load_scene
 
 SETUP = Setup(formulation=integrated("gliding", "newton"), precision=precision_named("double"))
 
@@ -41,15 +35,14 @@ def builds(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
 
 
 def test_one_integrator_serves_every_body_and_start(builds: list[Setup], half: Scene) -> None:
-    heavy = replace(half, body=replace(half.body, m="1", I1="2", I3="3", alpha="1/7"))
+    heavy = half.varied(m="1", I1="1/2", I3="3/4", alpha="1/7")
     first, other, again = integrate(half), integrate(heavy), integrate(half)
     assert len(builds) == 1
     assert first.state.values == again.state.values != other.state.values
 
 
 def test_events_of_an_earlier_run_are_forgotten(double: Trajectory, half: Scene) -> None:
-    first = integrate(half, events=double.setup.events)
-    second = integrate(half, events=double.setup.events)
+    first, second = (integrate(half, events=double.setup.events) for _ in range(2))
     before = double.events[double.events["t"] <= 0.5]
     assert len(first.events) == len(second.events) == len(before) > 10
     assert first.events["t"].equals(second.events["t"])
@@ -59,11 +52,7 @@ def test_recorded_quadratures_do_not_disturb_the_state(quad: Trajectory) -> None
     """psi grows to 450 rad, far above the rest of the state, and phi has a spike of its rate."""
 
     def error(tolerance: float) -> float:
-        recorded = integrate(
-            "reference",
-            record=("phi", "psi", "x", "y"),
-            tolerance=tolerance,
-        )
+        recorded = integrate("reference", record=("phi", "psi", "x", "y"), tolerance=tolerance)
         assert abs(recorded.state.psi) > 100
         apart = [recorded.state.values[k] - float(quad.state.values[k]) for k in ("kx", "ky", "kz")]
         return max(map(abs, apart))
@@ -92,25 +81,26 @@ def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Sce
     assert coarse.drift["jellett"] > 1000 * fine.drift["jellett"]
 
 
-def test_terminal_functions_are_those_of_the_model() -> None:
-    def names(model: str, coordinates: str) -> list[str]:
-        form = integrated(model, coordinates)
-        equations = Equations.of(form)
-        return list(
-            heyoka_backend.terminal_functions(form, equations.motion, equations.variables[0])
-        )
-
-    assert names("gliding", "newton") == ["contact_lost", "singular_contact"]
-    assert names("gliding", "euler") == ["contact_lost", "singular_contact", "pole"]
-    assert names("rolling", "newton") == ["contact_lost"]
-    assert names("rolling", "euler") == ["contact_lost", "pole"]
+@pytest.mark.parametrize(
+    ("model", "coordinates", "expected"),
+    [
+        ("gliding", "newton", ["contact_lost", "singular_contact"]),
+        ("gliding", "euler", ["contact_lost", "singular_contact", "pole"]),
+        ("rolling", "newton", ["contact_lost"]),
+        ("rolling", "euler", ["contact_lost", "pole"]),
+    ],
+)
+def test_terminal_functions(model: str, coordinates: str, expected: list[str]) -> None:
+    form = integrated(model, coordinates)
+    equations = Equations.of(form)
+    found = heyoka_backend.terminal_functions(form, equations.motion, equations.variables[0])
+    assert list(found) == expected
 
 
 def test_mu_is_exact_though_it_comes_as_a_square(reference: Scene) -> None:
-    with_exact_root = replace(reference.body, g=Fraction("12.5"), mu="3")
-    context = precision_named("quad").context
-    body = with_exact_root.dimensionless(context, precision_named("quad").exact)
-    assert body.mu == context.mpf("1.5")
+    quad = precision_named("quad")
+    with_exact_root = reference.varied(g="12.5", mu="3").body
+    assert with_exact_root.dimensionless(quad.context, quad.exact).mu == quad.context.mpf("1.5")
 
 
 def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:
@@ -133,33 +123,21 @@ def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:
     assert [few.waiting(key) for key in "abc"] == [1, 0, 1]  # of many kinds the oldest goes
 
 
-@pytest.fixture(scope="module")
-def slow_start() -> Scene:
-    # so close to the pole that the first step, without events, reaches to 0.03 s
-    return replace(load_scene("beside-the-pole"), until=Fraction("0.05"))
-
-
 @pytest.mark.parametrize("formulation", ["newton", "euler"])
 @pytest.mark.parametrize("precision", ["double", "quad"])
-def test_events_of_the_first_step_are_found(
-    slow_start: Scene, formulation: str, precision: str
-) -> None:
+def test_events_of_the_first_step_are_found(formulation: str, precision: str) -> None:
+    """So close to the pole that it would reach to 0.03 s without events."""
     events = integrate(
-        slow_start,
-        precision,
-        formulation=formulation,
-        events=("theta_min", "theta_max"),  # compiles faster
-    ).events
+        "beside-the-pole", precision, until="0.05", formulation=formulation,
+        events=("theta_min", "theta_max"),
+    ).events  # fmt: skip
     assert list(events["name"]) == ["theta_min", "theta_max"]
     # by the Euler form, whose first steps are short
     assert float(events["t"].iloc[0]) == pytest.approx(0.018061239564, abs=1e-11)
 
 
 def test_a_frame_reads_each_time_from_its_own_piece() -> None:
-    times = [Fraction(i, 100) for i in range(101)]
-    scene = replace(load_scene("reference"), until=Fraction(1))
-    whole = integrate(scene).frame(times=times)
-    pieces = integrate(scene, events=("theta_min",)).frame(times=times)
+    whole, pieces = (integrate("reference", until=1, events=e).frame() for e in ((), "theta_min"))
     # 1e5 eps: the two take other steps, and the scene is ill conditioned
     scale = whole.abs().max().to_numpy()
     assert (abs(pieces.to_numpy() - whole.to_numpy()) <= 1e5 * 2**-52 * scale).all()
@@ -170,21 +148,17 @@ ORDER = 20
 
 
 def start(theta: str) -> InitialState:
-    scene = load_scene("reference")
-    leaning = replace(scene.start, theta=Inclination.parse(theta), omega_3=scene.start.omega_3)
-    return InitialState.of(replace(scene, start=leaning), DOUBLE.arithmetic)
+    return InitialState.of(load_scene("reference").varied(theta=theta), DOUBLE.arithmetic)
 
 
-@pytest.mark.parametrize(("tilt", "limited"), [("1e-20", True), ("0.007", True), ("0.1", False)])
+@pytest.mark.parametrize(
+    ("tilt", "limited"), [("0", False), ("1e-20", True), ("0.007", True), ("0.1", False)]
+)
 def test_only_a_small_tilt_needs_a_limit(tilt: str, limited: bool) -> None:
-    assert (float(tilt) < LARGE_TILT) == limited
+    """On the axis there is no tilt to keep."""
+    assert (0 < float(tilt) < LARGE_TILT) == limited
     one = start(tilt)
     assert (longest_step(one.body, one.vectors, ORDER, DOUBLE) is not None) == limited
-
-
-def test_on_the_axis_there_is_no_tilt_to_keep() -> None:
-    one = start("0")
-    assert longest_step(one.body, one.vectors, ORDER, DOUBLE) is None
 
 
 def test_in_a_time_of_its_own_a_step_is_as_many_times_longer_as_rates_are_smaller() -> None:
@@ -204,16 +178,10 @@ def test_a_step_too_short_for_the_clock_ends_in_failed(reference: Scene) -> None
 
     The last step before is so short that it only moves the low part of heyoka's time.
     """
-    body: TippeTop = replace(reference.body, mu="0")
+    ice = reference.varied(mu="0", theta="1e-3", theta_dot="-10", omega_3="20", until="0.01")
     with mpmath.workdps(50):
         aimed = mpmath.nstr(20 / (1 + mpmath.cos(mpmath.mpf("1e-3"))), 40)  # L.z = L.k
-    start = Start(
-        Inclination.parse("1e-3"),
-        theta_dot=Fraction(-10),
-        omega_3=Fraction(20),
-        phi_dot=Fraction(aimed) * body.I3 / body.I1,
-    )
-    scene = replace(reference, body=body, start=start, until=Fraction("0.01"))
+    scene = ice.varied(phi_dot=Fraction(aimed) * ice.body.I3 / ice.body.I1)
     euler = integrate(scene, formulation="euler")
     assert euler.status == "failed"
     assert 0.99e-4 < euler.t_end < 1.01e-4
