@@ -11,12 +11,7 @@ import mpmath
 import numpy
 import pytest
 
-from tt_precise.integration import (
-    Trajectory,
-    dense_output,
-    heyoka_backend,
-    integrate,
-)
+from tt_precise.integration import Trajectory, dense_output, heyoka_backend, integrate
 from tt_precise.integration import run as run_of_scenes
 from tt_precise.integration.columns import EULER_COLUMNS, VECTOR_COLUMNS
 from tt_precise.integration.dense_output import SampleTimes, Times
@@ -66,7 +61,7 @@ def test_dense_output_starts_with_the_start(half_quad: Trajectory) -> None:
 
 def test_dense_output_is_the_solution_that_ends_there(half: Scene, half_quad: Trajectory) -> None:
     """A step ends at 1/4 s here and nowhere near it there."""
-    ended = integrate(replace(half, until=Fraction(1, 4)), "quad")
+    ended = integrate(half, "quad", until="0.25")
     passing = half_quad.at("0.25")
     bound_eps = 1000  # of the largest of each kind: 30 steps, and the sensitivity to the start
     for names in (("kx", "ky", "kz"), ("Lx", "Ly", "Lz"), ("vx", "vy")):
@@ -93,12 +88,8 @@ def test_nothing_is_given_behind_an_early_end(rough: Scene) -> None:
     assert frame["t"].iloc[-1] == lost.t_end
     assert (frame["t"].diff().iloc[1:] > 0).all()
     assert len(frame) == 67  # 0 to 0.65 every 0.01 s, and the end
-
-
-def test_a_printed_end_is_still_inside(rough: Scene) -> None:
-    lost = integrate(rough, "quad")
-    sixteen = lost.precision.context.nstr(lost.t_end, 17)
-    assert lost.at(sixteen).t <= lost.t_end
+    fine = integrate(rough, "quad")  # whose end is inside, as it is printed
+    assert fine.at(fine.precision.context.nstr(fine.t_end, 17)).t <= fine.t_end
 
 
 @pytest.mark.parametrize(
@@ -140,7 +131,11 @@ def test_default_columns(double: Trajectory, recorded: Trajectory, half: Scene) 
     assert list(angles.frame(times=[0])) == ["t", *EULER_COLUMNS]
     with pytest.raises(InputError, match="column: got 'kx'"):
         angles.frame("kx")
+    with pytest.raises(InputError, match=r"column: got 'phi', expected one of: kx, .* g_n,"):
+        double.frame("phi")  # not recorded
     assert not hasattr(angles.state, "kx")
+    track = integrate(half, "extended", until="0.1", formulation="euler", record=("x",))
+    assert track.setup.record == ("phi", "x")  # that it needs
 
 
 def test_forms_of_numbers(half_quad: Trajectory) -> None:
@@ -149,12 +144,12 @@ def test_forms_of_numbers(half_quad: Trajectory) -> None:
         for form in ("exact", "float", "text")
     )
     assert native["theta"].dtype == object
+    assert {one.kind for one in half_quad.frame("theta", "phi_dot").dtypes} == {"f"}
+    assert half_quad.frame("theta", numbers="exact")["theta"].iloc[-1] == half_quad.state.theta
     assert floats["theta"].dtype == numpy.float64
-    number = half_quad.precision.number
-    context = half_quad.precision.context
-    for exact, rounded, printed in zip(
-        native["theta"], floats["theta"], text["theta"], strict=True
-    ):
+    number, context = half_quad.precision.number, half_quad.precision.context
+    columns = (frame["theta"] for frame in (native, floats, text))
+    for exact, rounded, printed in zip(*columns, strict=True):
         assert float(exact) == rounded
         assert number(context.mpf(printed)) == number(exact)
     assert text["t"].tolist() == ["1.0e-1", "3.0e-1"]
@@ -169,11 +164,6 @@ def test_undefined_values_are_missing_and_no_zeros(precision: str) -> None:
     frame = upright.frame("theta", "phi_dot", "omega_3", times=[0, 1], numbers="float")
     assert frame["phi_dot"].isna().all()
     assert not frame[["theta", "omega_3"]].isna().any(axis=None)
-
-
-def test_unknown_columns_are_refused(double: Trajectory) -> None:
-    with pytest.raises(InputError, match=r"column: got 'phi', expected one of: kx, .* g_n,"):
-        double.frame("phi")  # known, but not recorded
 
 
 def test_azimuth_recorded_is_azimuth_seen(recorded: Trajectory) -> None:
@@ -201,9 +191,7 @@ def test_quadratures_are_the_integrals_of_their_rates(recorded: Trajectory) -> N
         assert abs(frame[name].iloc[-1]) > 1e-6
 
 
-def test_euler_angles_with_their_azimuth_give_the_vectors(
-    half: Scene, half_quad: Trajectory
-) -> None:
+def test_euler_angles_and_azimuth_give_the_vectors(half: Scene, half_quad: Trajectory) -> None:
     angles = integrate(half, "extended", formulation="euler", record=("phi",))
     for name in VECTOR_COLUMNS:
         scale = max(abs(half_quad.state.values[k]) for k in VECTOR_COLUMNS if k[0] == name[0])
@@ -211,24 +199,14 @@ def test_euler_angles_with_their_azimuth_give_the_vectors(
         assert apart < 1e-15 * scale, name  # 140 steps of eps 1.1e-19, sensitivity 100
 
 
-def test_track_in_euler_form_records_the_azimuth_it_needs(half: Scene) -> None:
-    track = integrate(
-        replace(half, until=Fraction(1, 10)), "extended", formulation="euler", record=("x",)
-    )
-    assert track.setup.record == ("phi", "x")
-
-
-def test_a_repetition_that_differs_is_not_hidden(
-    half: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_repetition_that_differs_is_told(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     trajectory = integrate(half)
     original: Callable[..., Any] = heyoka_backend.propagate
 
     def unreliable(*args: Any, **keywords: Any) -> Any:
         propagation = original(*args, **keywords)
-        return replace(
-            propagation, state=(propagation.state[0] * (1 + 2.0**-52), *propagation.state[1:])
-        )
+        first, *others = propagation.state
+        return replace(propagation, state=(first * (1 + 2.0**-52), *others))
 
     monkeypatch.setattr(heyoka_backend, "propagate", unreliable)
     with pytest.raises(RuntimeError, match="another result when it was repeated"):
@@ -247,19 +225,21 @@ def test_a_run_too_long_to_be_stored_is_read_piece_by_piece(
     half: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same bits, whether the series of all steps are stored or of some steps at a time."""
+    done: list[float] = []
+
+    def read(run: Trajectory) -> list[Any]:
+        text = run.frame(numbers="text", progress=done.append)
+        return [text.to_csv(), run.frame().to_csv(), run.at("0.2")]
+
     whole = integrate(half, precision)
-    expected = [whole.frame(numbers="text").to_csv(), whole.frame().to_csv(), whole.at("0.2")]
-    assert whole.run.segments[0].output._pieces is not None
+    expected = read(whole)
+    assert has_series(whole)
     monkeypatch.setattr(dense_output, "MOST_BYTES", 10_000)
     monkeypatch.setitem(KINDS, precision, KINDS[precision]._replace(steps=10))
-    done: list[float] = []
+    done.clear()
     long = integrate(half, precision)
-    found = [
-        long.frame(numbers="text", progress=done.append).to_csv(), long.frame().to_csv(),
-        long.at("0.2"),
-    ]  # fmt: skip
-    assert long.run.segments[0].output._pieces is None
-    assert found == expected
+    assert read(long) == expected
+    assert not has_series(long)
     assert len(done) > 5
     assert done[-1] == 1
 
@@ -290,9 +270,7 @@ def test_samples_of_a_run_that_ends_early_are_read_from_the_series() -> None:
     assert frame["kx"].iloc[-1] == run.state.kx
 
 
-def test_not_more_samples_are_kept_than_are_worth_it(
-    half: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_many_samples_are_not_kept(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = integrate(half).frame("kx")
     monkeypatch.setattr(run_of_scenes, "MOST_SAMPLES", 10)
     run_of_scenes.beginning.cache_clear()

@@ -19,7 +19,7 @@ import pytest
 import tt_precise as tt
 from tt_precise.golden import store
 from tt_precise.integration import Trajectory
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene
 
 NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(12)
 WIDEST_S, DEEPEST = 2e-3, 40  # intervals to begin with, and how often one is halved
@@ -113,22 +113,13 @@ def imbalance(run: Trajectory, scene: Scene) -> float:
     return max(*found, abs(end - unit - explained) / unit)
 
 
-def measured(name: str) -> tuple[float, float]:
-    scene = load_scene(name)
-    run = tt.integrate(scene, events=(), record=())
-    return float(run.drift["jellett"]), imbalance(run, scene)
-
-
-@pytest.mark.parametrize("name", CHEAP)
-def test_bars_of_each_kind_of_law(name: str) -> None:
-    jellett, energy = measured(name)
-    assert (jellett <= JELLETT, energy <= ENERGY) == (True, True), (jellett, energy)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", store.scenes())
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=() if one in CHEAP else pytest.mark.slow) for one in store.scenes()],
+)
 def test_bars_of_every_golden_scene(name: str) -> None:
-    jellett, energy = measured(name)
+    run = tt.integrate(name, events=(), record=())
+    jellett, energy = float(run.drift["jellett"]), imbalance(run, run.scene)
     print(f"{name}: jellett {jellett:.1e}, energy {energy:.1e}")
     assert (jellett <= JELLETT, energy <= ENERGY) == (True, True), (jellett, energy)
 
@@ -142,9 +133,8 @@ def test_bars_of_every_golden_scene(name: str) -> None:
     ],
 )
 def test_another_law_does_not_explain_the_loss(name: str, entries: dict[str, str]) -> None:
-    scene = load_scene(name)
-    run = tt.integrate(scene, events=(), record=())
-    assert imbalance(run, scene.varied(**entries)) > ENERGY
+    run = tt.integrate(name, events=(), record=())
+    assert imbalance(run, run.scene.varied(**entries)) > ENERGY
 
 
 @pytest.mark.parametrize(
@@ -156,8 +146,7 @@ def test_another_law_does_not_explain_the_loss(name: str, entries: dict[str, str
     ],
 )
 def test_a_piece_that_is_lost_is_missed(name: str, lost: int) -> None:
-    scene = load_scene(name)
-    run = tt.integrate(scene, events=(), record=())
+    run = tt.integrate(name, events=(), record=())
     others = (*run.pieces[:lost], *run.pieces[lost + 1 :])
     part: Any = SimpleNamespace(frame=run.frame, pieces=others, t_end=run.t_end)
-    assert imbalance(part, scene) > ENERGY
+    assert imbalance(part, run.scene) > ENERGY

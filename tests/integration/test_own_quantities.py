@@ -75,14 +75,6 @@ def test_what_is_neither_a_name_nor_a_function(asked: object) -> None:
         tt.integrate("reference", until="0.1").frame(asked)
 
 
-def test_tables_hold_floats_in_every_arithmetic(half_quad: tt.Trajectory) -> None:
-    frame = half_quad.frame("theta", "phi_dot")
-    assert {one.kind for one in frame.dtypes} == {"f"}
-    assert numpy.cos(frame["theta"]).iloc[-1] == pytest.approx(float(half_quad.state.kz))
-    exact = half_quad.frame("theta", numbers="exact")["theta"].iloc[-1]
-    assert exact == half_quad.state.theta
-
-
 def test_numbers_show_the_digits_that_their_error_leaves(half: Scene) -> None:
     run = tt.integrate(half, digits=14)
     assert run.precision.bits > 53

@@ -53,19 +53,17 @@ def test_reading_in_threads_gives_what_one_thread_reads(half: Scene, precision: 
 def test_everything_can_be_asked_for_by_threads_at_once(half: Scene) -> None:
     """What is cached is computed by whoever comes first, or twice; no answer depends on that."""
     asked = ["events", "drift", "digits", "inversion", "suspect_events"]
-    trajectory, alone = integrate(half), integrate(half)
-    barrier = threading.Barrier(THREADS)
+    trajectory, barrier = integrate(half), threading.Barrier(THREADS)
 
-    def ask(number: int) -> list[str]:
+    def answers(run: Trajectory, first: int) -> dict[str, str]:
+        found = {name: repr(getattr(run, name)) for name in (*asked[first:], *asked[:first])}
+        return found | {"frame": run.frame("theta", "g_n").to_csv()}
+
+    def ask(number: int) -> dict[str, str]:
         barrier.wait()
-        order = [*asked[number:], *asked[:number]]
-        found = {name: repr(getattr(trajectory, name)) for name in order}
-        found["frame"] = trajectory.frame("theta", "g_n").to_csv()
-        return [found[name] for name in (*asked, "frame")]
+        return answers(trajectory, number)
 
-    expected = [repr(getattr(alone, name)) for name in asked]
-    expected.append(alone.frame("theta", "g_n").to_csv())
-    assert together(ask) == [expected] * THREADS
+    assert together(ask) == [answers(integrate(half), 0)] * THREADS
 
 
 def test_each_thread_computes_in_a_context_of_its_own(double: Trajectory) -> None:

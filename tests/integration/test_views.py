@@ -1,5 +1,6 @@
 """Pictures of a trajectory, still and moving, and what a notebook shows."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,16 +46,13 @@ def test_the_drift_of_a_fine_run_is_drawn_as_it_is(half: Scene) -> None:
 def test_columns_of_ones_choice(short: Trajectory) -> None:
     drawn = short.plot("g_n", "phi_dot")
     assert [axes.get_ylabel() for axes in drawn.axes] == ["$g_n$ / N", r"$\dot\varphi$ / rad/s"]
+    assert drawn._repr_svg_().rstrip().endswith("</svg>")  # type: ignore[attr-defined]
     with pytest.raises(InputError, match="column: got 'lean'"):
         short.plot("lean")
 
 
 def test_a_run_that_ended_early_says_so(rough: Scene) -> None:
     assert "contact_lost" in integrate(rough).plot("theta").axes[0].get_title("left")
-
-
-def test_a_notebook_shows_it(short: Trajectory) -> None:
-    assert short.plot("theta")._repr_svg_().rstrip().endswith("</svg>")  # type: ignore[attr-defined]
 
 
 def test_html_of_a_trajectory_and_a_scene(short: Trajectory) -> None:
@@ -64,15 +62,13 @@ def test_html_of_a_trajectory_and_a_scene(short: Trajectory) -> None:
     scene = short.scene._repr_html_()
     for text in ("Reference solution", "body.alpha", "3/10", "start.omega_3", "155"):
         assert text in scene
+    assert "<b>" not in replace(short.scene, title="<b>bold</b>")._repr_html_()
 
 
-def test_html_is_escaped(half: Scene) -> None:
-    from dataclasses import replace
-
-    assert "<b>" not in replace(half, title="<b>bold</b>")._repr_html_()
-
-
-def test_a_gif_has_its_frames(short: Trajectory, tmp_path: Path) -> None:
+def test_pictures_that_move_have_their_frames(short: Trajectory, tmp_path: Path) -> None:
+    text = short.animate(tmp_path / "top.html", seconds=0.2, fps=10, end=0.1).read_text("utf-8")
+    assert text.count("data:image/png;base64") == 2
+    assert not list(tmp_path.glob("*_frames"))
     done: list[float] = []
     made = short.animate(tmp_path / "top.gif", seconds=0.3, fps=10, progress=done.append)
     with Image.open(made) as picture:
@@ -95,12 +91,6 @@ def test_words_and_panels_stand_inside_the_picture(short: Trajectory) -> None:
         box = words.get_window_extent()
         assert 0 < box.x0 < box.x1 < drawn.bbox.x1
         assert 0 < box.y0 < box.y1 < drawn.bbox.y1
-
-
-def test_html_holds_everything(short: Trajectory, tmp_path: Path) -> None:
-    text = short.animate(tmp_path / "top.html", seconds=0.2, fps=10, end=0.1).read_text("utf-8")
-    assert text.count("data:image/png;base64") == 2
-    assert not list(tmp_path.glob("*_frames"))
 
 
 def test_what_is_nearer_to_the_eye_hides_what_is_behind() -> None:
@@ -135,7 +125,7 @@ def test_what_cannot_be_animated(
     assert not list(tmp_path.iterdir())
 
 
-def test_no_mp4_without_ffmpeg(
+def test_mp4_needs_ffmpeg(
     short: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from matplotlib.animation import FFMpegWriter

@@ -98,10 +98,8 @@ class Top:
         zero = 0 * y[0]
         rest = self.acceleration(y, (zero, zero, zero))
         columns = []
-        for i in range(3):
-            unit = [zero, zero, zero]
-            unit[i] = zero + 1
-            moved = self.acceleration(y, (unit[0], unit[1], unit[2]))
+        for x, y_, z in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
+            moved = self.acceleration(y, (zero + x, zero + y_, zero + z))
             columns.append(plus(moved, times(-1, rest)))
         a, b, c = columns
         size = dot(a, cross(b, c))
@@ -132,11 +130,7 @@ class Top:
         }  # fmt: skip
         if self.kind not in ("rolling", "flight"):
             found |= {"nu_x_zero": towards, "nu_y_zero": across, "nu_crossing": across - towards}
-        if self.kind == "flight":
-            found["end"] = y[9]
-        else:
-            found["end"] = self.force(y)[2]
-        return found
+        return found | {"end": y[9] if self.kind == "flight" else self.force(y)[2]}
 
 
 @cache
@@ -158,8 +152,7 @@ def _tables() -> tuple[Any, Any, Any]:
         for j in range(POINTS):
 
             def whole(m: int, t: int = t) -> Any:
-                here = cosines[m][t] if m < POINTS else gmpy2.cos(m * angles[t])
-                return here - (-1) ** m
+                return gmpy2.cos(m * angles[t]) - (-1) ** m
 
             if j == 0:
                 row.append(whole(1))
