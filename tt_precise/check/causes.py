@@ -60,7 +60,7 @@ def _fitted(free: str, residual: Residual, rows: Samples) -> tuple[float, float]
         if free == GYROSCOPIC:
             return residual(rows, factor)
         setup = replace(rows.setup, assumed=replace(body, **{free: factor * getattr(body, free)}))
-        block = Block({**rows.given, "t": rows.t}, str, lambda row, names: [])
+        block = Block({**rows.given, "t": rows.t})
         return residual(setup.samples(block), 1.0)
 
     factor, here = 1.0, at(1.0)

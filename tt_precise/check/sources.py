@@ -40,8 +40,8 @@ class Block:
     """
 
     values: dict[str, numpy.ndarray]
-    place: Callable[[int], str]
-    texts: Callable[[int, Sequence[str]], list[Any]]
+    place: Callable[[int], str] = str
+    texts: Callable[[int, Sequence[str]], list[Any]] = lambda row, names: []
 
     def __len__(self) -> int:
         return len(self.values["t"])
@@ -291,7 +291,10 @@ class TextSource(RowSource):
     def _header(self, expected: set[str]) -> list[str]:
         """The names in the header, the first line that is no comment."""
         for number in itertools.count(1):
-            line = self._decoded(self._read_line())
+            read = self._read(self._stream.readline, LONGEST_LINE)
+            if len(read) >= LONGEST_LINE:
+                raise InputError(f"{self._file}: no end of its first line, expected a CSV header")
+            line = self._decoded(read)
             if not line.strip():
                 raise InputError(
                     f"{self._file}: it is empty, expected a header line and rows of numbers"
@@ -314,11 +317,9 @@ class TextSource(RowSource):
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
     ) -> Iterator[Block]:
         names = (*wanted, *also)
-        indices = [self.names.index(name) for name in names]
-        strict = [name in wanted for name in names]
         rest, line = b"", self._rows_begin
         while True:
-            piece = self._read(BLOCK_BYTES)
+            piece = self._read(self._stream.read, BLOCK_BYTES)
             data = rest + piece
             if piece:
                 cut = data.rfind(b"\n") + 1
@@ -329,7 +330,7 @@ class TextSource(RowSource):
                         f"{LONGEST_LINE} bytes, expected a row of numbers"
                     )
             if data.strip():
-                yield self._block(self._decoded(data), names, indices, strict, line)
+                yield self._block(self._decoded(data), names, wanted, line)
             line += data.count(b"\n")
             if not piece:
                 return
@@ -341,39 +342,31 @@ class TextSource(RowSource):
         if self._size:
             self._opened.close()
 
-    def _block(
-        self,
-        text: str,
-        names: Sequence[str],
-        indices: list[int],
-        strict: Sequence[bool],
-        line: int,
-    ) -> Block:
+    def _block(self, text: str, names: Sequence[str], wanted: Sequence[str], first: int) -> Block:
         @cache
         def lines() -> list[tuple[int, str]]:
-            return self._lines(text, line)
+            rows = text.replace("\r\n", "\n").split("\n")
+            return [(number, row) for number, row in enumerate(rows, first) if row.strip()]
 
-        def cells(row: int, wanted: Sequence[str]) -> list[str]:
-            split = self._split(lines()[row][1], lines()[row][0])
-            positions = [self.names.index(name) for name in wanted]
-            return [split[i].strip() for i in positions]
+        def cells(row: int, asked: Sequence[str]) -> list[str]:
+            number, line = lines()[row]
+            split = self._split(line, number)
+            return [split[self.names.index(name)].strip() for name in asked]
 
-        def place(row: int) -> str:
-            return f"line {lines()[row][0]}"
-
+        indices = [self.names.index(name) for name in names]
         try:
             parsed = numpy.loadtxt(
                 io.StringIO(text), delimiter=",", usecols=indices, comments=None, ndmin=2,
                 quotechar='"',
             )  # fmt: skip
         except ValueError:
-            parsed = self._cell_by_cell(lines(), names, indices, strict)
-        else:
-            if not self._even(text, len(parsed)) or not numpy.isfinite(parsed).all():
-                # a row of another length, or a number that a double cannot hold, is refused there
-                parsed = self._cell_by_cell(lines(), names, indices, strict)
+            parsed = None
+        if parsed is None or not (self._even(text, len(parsed)) and numpy.isfinite(parsed).all()):
+            # a row of another length, or a number that a double cannot hold, is refused there
+            parsed = self._cell_by_cell(lines(), names, wanted)
         columns = numpy.ascontiguousarray(parsed.T)
-        return Block(dict(zip(names, columns, strict=True)), place, cells)
+        values = dict(zip(names, columns, strict=True))
+        return Block(values, lambda row: f"line {lines()[row][0]}", cells)
 
     def _even(self, text: str, rows: int) -> bool:
         """Whether each of so many lines of ``text`` has as many cells as the header."""
@@ -388,11 +381,7 @@ class TextSource(RowSource):
         )
 
     def _cell_by_cell(
-        self,
-        lines: Sequence[tuple[int, str]],
-        names: Sequence[str],
-        indices: Sequence[int],
-        strict: Sequence[bool],
+        self, lines: Sequence[tuple[int, str]], names: Sequence[str], wanted: Sequence[str]
     ) -> numpy.ndarray:
         found = numpy.empty((len(lines), len(names)))
         for row, (at, line) in enumerate(lines):
@@ -403,12 +392,13 @@ class TextSource(RowSource):
                     f"{self.where}: line {at} has {len(split)} cells, expected "
                     f"{len(self.names)} as in the header{cut}"
                 )
-            for column, index in enumerate(indices):
+            cells = dict(zip(self.names, split, strict=True))
+            for column, name in enumerate(names):
                 try:
-                    found[row, column] = number(split[index], strict=strict[column])
+                    found[row, column] = number(cells[name], strict=name in wanted)
                 except ValueError as error:
                     place = f"{self.where}: line {at}"
-                    raise InputError(bad_cell(place, names[column], split[index], error)) from None
+                    raise InputError(bad_cell(place, name, cells[name], error)) from None
         return found
 
     def _split(self, row: str, number: int) -> list[str]:
@@ -422,25 +412,11 @@ class TextSource(RowSource):
                 "feeds"
             ) from None
 
-    @staticmethod
-    def _lines(text: str, line: int) -> list[tuple[int, str]]:
-        rows = text.replace("\r\n", "\n").split("\n")
-        return [(number, row) for number, row in enumerate(rows, line) if row.strip()]
-
-    def _read(self, count: int) -> bytes:
+    def _read(self, read: Callable[[int], bytes], most: int) -> bytes:
         try:
-            return self._stream.read(count)
+            return read(most)
         except (OSError, EOFError, zlib.error) as error:
             raise InputError(f"{self._file}: {error}; expected a readable file") from None
-
-    def _read_line(self) -> bytes:
-        try:
-            line = self._stream.readline(LONGEST_LINE)
-        except (OSError, EOFError, zlib.error) as error:
-            raise InputError(f"{self._file}: {error}; expected a readable file") from None
-        if len(line) >= LONGEST_LINE:
-            raise InputError(f"{self._file}: no end of its first line, expected a CSV header")
-        return line
 
     def _decoded(self, data: bytes) -> str:
         try:
@@ -467,14 +443,13 @@ class ParquetSource(RowSource):
         try:
             self._file = pyarrow.parquet.ParquetFile(path)
         except self._failures as error:
-            raise self._refused(str(path), error) from None
+            raise InputError(f"{path}: {_line(error)}; expected a Parquet file") from None
         self._theirs = list(self._file.schema_arrow.names)
         super().__init__(str(path), self._theirs, rename)
 
     def blocks(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
     ) -> Iterator[Block]:
-        """The columns as arrays, batch by batch."""
         every = (*wanted, *also)
         theirs = [self._theirs[self.names.index(name)] for name in every]
         total, done = self._file.metadata.num_rows, 0
@@ -483,7 +458,7 @@ class ParquetSource(RowSource):
             try:
                 batch = next(batches, None)
             except self._failures as error:
-                raise self._refused(self.where, error) from None
+                raise InputError(f"{self.where}: {_line(error)}; expected a Parquet file") from None
             if batch is None:
                 return
             given = {
@@ -497,11 +472,6 @@ class ParquetSource(RowSource):
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-    @staticmethod
-    def _refused(where: str, error: Exception) -> InputError:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        return InputError(f"{where}: {reason}; expected a Parquet file")
 
 
 class ColumnSource(RowSource):
@@ -523,7 +493,6 @@ class ColumnSource(RowSource):
     def blocks(
         self, wanted: Sequence[str], also: Sequence[str] = (), progress: Progress = silent
     ) -> Iterator[Block]:
-        """The columns as arrays, block by block."""
         given = {}
         for name in (*wanted, *also):
             theirs = self._theirs[self.names.index(name)]
@@ -585,37 +554,13 @@ def open_source(source: object, rename: Mapping[str, str] | None = None) -> RowS
 
 def _npz(path: Path) -> Any:
     with numpy.load(path, allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
-
-
-def _json(path: Path) -> Any:
-    import json
-
-    return dict(json.loads(path.read_text("utf-8")))
-
-
-def _arrow(path: Path) -> Any:
-    import pyarrow.feather
-
-    return pyarrow.feather.read_table(path)
-
-
-# what ``run --out`` writes besides CSV and Parquet, and NumPy's
-IN_MEMORY: dict[str, Callable[[Path], Any]] = {".npz": _npz, ".json": _json, ".arrow": _arrow}
-
-
-def _in_memory(path: Path, rename: Mapping[str, str]) -> RowSource:
-    try:
-        table = IN_MEMORY[path.suffix](path)
-        names = list(getattr(table, "column_names", table))
-    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, ImportError) as error:
-        raise InputError(f"{path}: {_line(error)}; expected a {path.suffix} file") from None
-    return ColumnSource(names, table.__getitem__, rename, str(path))
+        return dict(file)
 
 
 def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
-    if path.suffix in IN_MEMORY:
-        return _in_memory(path, rename)
+    read = _npz if path.suffix == ".npz" else FORMATS.get(path.suffix, FORMATS[".csv"]).read
+    if read is not None:
+        return _whole(path, read, rename)
     parquet = path.suffix == ".parquet"
     try:
         # opening a pipe waits for its writer, and Parquet cannot be read from one
@@ -629,10 +574,6 @@ def _open_file(path: Path, rename: Mapping[str, str]) -> RowSource:
     if parquet:
         opened.close()
         return ParquetSource(path, rename)
-    form = FORMATS.get(path.suffix)
-    if form is not None and form.read is not None:
-        with opened:
-            return _whole(path, form.read, rename)
     try:
         return TextSource(str(path), opened, size, rename)
     except BaseException:
@@ -644,8 +585,7 @@ def _whole(path: Path, read: Callable[[Path], Any], rename: Mapping[str, str]) -
     """All columns of a file at once."""
     try:
         table = read(path)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"{path}: {_line(error)}; expected columns as `run --out` writes"
-        ) from None
-    return ColumnSource(getattr(table, "column_names", table), table.__getitem__, rename, str(path))
+        names = list(getattr(table, "column_names", table))
+    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: {_line(error)}; expected a {path.suffix} file") from None
+    return ColumnSource(names, table.__getitem__, rename, str(path))

@@ -263,7 +263,7 @@ def _misfits(setup: CheckSetup, given: Columns, most: float = numpy.inf) -> dict
     if not setup.velocity_given or not whole:
         known |= dict.fromkeys(setup.columns.velocity, numpy.zeros_like(given["t"]))
     moving = replace(setup, velocity_given=True)
-    samples = moving.samples(Block(known, str, lambda row, names: []))
+    samples = moving.samples(Block(known))
     change, mismatch = EquationResidual(moving, samples, ROUGHLY).changes(samples)
     axis = slice(0, 3 if setup.columns.azimuth else 1)
     integral = INTEGRALS["jellett"]
@@ -289,7 +289,7 @@ def _part(change: numpy.ndarray, mismatch: numpy.ndarray) -> float | None:
 
 def _lift(setup: CheckSetup, given: Columns) -> float:
     """Speed at which the contact point leaves the table, in terms of its parts."""
-    q = setup.samples(Block(dict(given), str, lambda row, names: [])).q
+    q = setup.samples(Block(dict(given))).q
     swing, rise = cross(q.omega, arm(setup.body, q.k))[2], numpy.asarray(given["vcz"])
     size = math.sqrt(float(numpy.mean(swing**2 + rise**2)))
     still = STILL * float(setup.body.R * numpy.sqrt(numpy.max(dot(q.omega, q.omega))))
