@@ -116,17 +116,63 @@ class RowCheck:
     sense: Sense = "at most"
 
 
+def _lacking(setup: CheckSetup) -> dict[str, str]:
+    """Why what checks need is not there, by names of their own; "" where it is."""
+    columns, lifts = setup.columns, setup.scene.lifts
+    rigid, raised = columns.name == "rigid body", setup.height_given or not lifts
+    height = f"needs the height of the lowest point: columns {', '.join(columns.height)}"
+    velocity = f"needs the velocity: columns {', '.join(columns.velocity)}"
+    other = "the force of another friction law does not follow from the state"
+    dissipates = not (setup.rolling or setup.flies) and (setup.scene.body.mu != 0 or lifts)
+    vertical = setup.velocity_given and (rigid or (setup.height_given and not setup.flies))
+    found = {
+        "azimuth": (
+            columns.azimuth,
+            "needs the direction of the axis, which Euler angles without phi leave open",
+        ),
+        "own force": (setup.own_force, "holds under the scene's own contact force only"),
+        "force": (setup.own_force, height if setup.friction == "scene" else other),
+        "velocity": (setup.velocity_known, velocity),
+        "velocity columns": (setup.velocity_given, velocity),
+        "vertical velocity": (vertical, "needs the vertical velocity: column vcz"),
+        "vertical slip": (
+            rigid or setup.rolling, f"the {columns.name} columns leave v_A no vertical part",
+        ),
+        "height": (raised, height),
+        "centre's height": (rigid or raised, height),
+        "contact": (not setup.flies, "there is no contact in flight"),
+        "no flight": (not lifts, "the top may leave the table"),
+        "dissipation": (dissipates, "nothing is dissipated: see energy"),
+        "axis": (
+            columns.name == "vectors", f"|k| = 1 by construction in the {columns.name} columns",
+        ),
+        "quaternion": (rigid, "no quaternion among the columns"),
+    }  # fmt: skip
+    return {need: "" if there else reason for need, (there, reason) in found.items()}
+
+
+def _unless(*needs: str) -> Callable[[CheckSetup, Samples], str]:
+    """The reason to skip a check with these ``needs``: the first that is not there."""
+
+    def skipped(setup: CheckSetup, first: Samples) -> str:
+        lacking = _lacking(setup)
+        return next((lacking[need] for need in needs if lacking[need]), "")
+
+    return skipped
+
+
 def _integral(integral: Integral) -> RowCheck:
+    needs = ["azimuth"] if integral.azimuth else []
+    needs += ["own force"] if integral.name != "jellett" else []
+
     def skipped(setup: CheckSetup, first: Samples) -> str:
         if not integral.holds(setup.scene.model, setup.scene.body):
-            return _why_not(integral.name)
-        if integral.azimuth and not setup.columns.azimuth:
-            return "needs the direction of the axis, which Euler angles without phi leave open"
-        if integral.name != "jellett" and not setup.own_force:
-            return "holds under the scene's own contact force only"
-        if not numpy.isfinite(integral.evaluate(first.first)):
-            return _no_velocity(setup)
-        return ""
+            rolls = integral.name in ("routh", "modified_energy")
+            return f"an integral of {'rolling' if rolls else 'frictionless gliding'} only"
+        lacking = _unless(*needs)(setup, first)
+        if lacking or numpy.isfinite(integral.evaluate(first.first)):
+            return lacking
+        return f"needs the velocity: columns {', '.join(setup.columns.velocity)}"
 
     def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:
         start = integral.evaluate(first.first)
@@ -136,23 +182,8 @@ def _integral(integral: Integral) -> RowCheck:
     return RowCheck(integral.name, integral.meaning, watch, skipped)
 
 
-def _why_not(name: str) -> str:
-    if name in ("routh", "modified_energy"):
-        return "an integral of rolling only"
-    return "an integral of frictionless gliding only"
-
-
-def _no_velocity(setup: CheckSetup) -> str:
-    return f"needs the velocity: columns {', '.join(setup.columns.velocity)}"
-
-
 def _energy(integral: Integral) -> RowCheck:
     conserved = _integral(integral)
-
-    def skipped(setup: CheckSetup, first: Samples) -> str:
-        if setup.scene.lifts and not setup.height_given:
-            return _no_height(setup)
-        return "" if setup.velocity_known else _no_velocity(setup)
 
     def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:
         if integral.holds(setup.scene.model, setup.scene.body) and setup.own_force:
@@ -176,28 +207,8 @@ def _energy(integral: Integral) -> RowCheck:
         "E, with what an elastic table holds: conserved without friction, never rising with it; "
         "section 1",
         watch,
-        skipped,
+        _unless("height", "velocity"),
     )
-
-
-def _no_height(setup: CheckSetup) -> str:
-    return f"needs the height of the lowest point: columns {', '.join(setup.columns.height)}"
-
-
-def _no_force(setup: CheckSetup) -> str:
-    if setup.scene.lifts and setup.friction == "scene":
-        return _no_height(setup)
-    return "the force of another friction law does not follow from the state"
-
-
-def _contact_skipped(setup: CheckSetup, first: Samples) -> str:
-    if setup.flies:
-        return "there is no contact in flight"
-    if setup.scene.lifts:
-        return "the top may leave the table"
-    if not setup.own_force:
-        return _no_force(setup)
-    return "" if setup.velocity_known else _no_velocity(setup)
 
 
 class Contact:
@@ -223,27 +234,8 @@ class Contact:
         return ending("contact_lost", self._left) if self._left < math.inf else ""
 
 
-def _slip_skipped(setup: CheckSetup, first: Samples) -> str:
-    if setup.scene.lifts:
-        return "there is no contact in flight" if setup.flies else "the top may leave the table"
-    if not setup.velocity_given:
-        return _no_velocity(setup)
-    if setup.columns.name != "rigid body" and not setup.rolling:
-        return f"the {setup.columns.name} columns leave v_A no vertical part"
-    return ""
-
-
 def _axis(setup: CheckSetup, first: Samples, limit: float) -> Watch:
     return lambda samples: abs(numpy.sqrt(dot(samples.state.k, samples.state.k)) - 1)
-
-
-def _axis_skipped(setup: CheckSetup, first: Samples) -> str:
-    given = setup.columns.name == "vectors"
-    return "" if given else f"|k| = 1 by construction in the {setup.columns.name} columns"
-
-
-def _quaternion_skipped(setup: CheckSetup, first: Samples) -> str:
-    return "" if setup.columns.name == "rigid body" else "no quaternion among the columns"
 
 
 def _quaternion(setup: CheckSetup, first: Samples, limit: float) -> Watch:
@@ -256,18 +248,6 @@ def _quaternion(setup: CheckSetup, first: Samples, limit: float) -> Watch:
     return error
 
 
-def _evolution_skipped(setup: CheckSetup, first: Samples) -> str:
-    if not setup.own_force:
-        return _no_force(setup)
-    return "" if setup.velocity_known else _no_velocity(setup)
-
-
-def _balance_skipped(setup: CheckSetup, first: Samples) -> str:
-    if setup.rolling or setup.flies or (setup.scene.body.mu == 0 and not setup.scene.lifts):
-        return "nothing is dissipated: see energy"
-    return _evolution_skipped(setup, first)
-
-
 def _residual(part: str) -> Callable[[CheckSetup, Samples, float], Watch]:
     def watch(setup: CheckSetup, first: Samples, limit: float) -> Watch:
         if "residual" not in first.shared:
@@ -275,39 +255,6 @@ def _residual(part: str) -> Callable[[CheckSetup, Samples, float], Watch]:
         return SummedResidual(first.shared["residual"], part, limit)
 
     return watch
-
-
-def _kinematics_skipped(setup: CheckSetup, first: Samples) -> str:
-    if not setup.columns.azimuth:
-        return "needs the direction of the axis, which Euler angles without phi leave open"
-    return ""
-
-
-def _momentum_skipped(setup: CheckSetup, first: Samples) -> str:
-    if not setup.columns.azimuth or not setup.velocity_known:
-        return _kinematics_skipped(setup, first) or _no_velocity(setup)
-    rises = setup.height_given or setup.columns.name == "rigid body"
-    return "" if rises or not (setup.scene.lifts or setup.flies) else _no_height(setup)
-
-
-def _push_skipped(setup: CheckSetup, first: Samples) -> str:
-    if setup.flies:
-        return "there is no contact in flight"
-    if setup.velocity_given and (setup.height_given or setup.columns.name == "rigid body"):
-        return ""
-    return "needs the vertical velocity: column vcz"
-
-
-def _power_skipped(setup: CheckSetup, first: Samples) -> str:
-    if setup.flies or not setup.velocity_given:
-        return _push_skipped(setup, first) if setup.flies else _no_velocity(setup)
-    return _momentum_skipped(setup, first)
-
-
-def _fall_skipped(setup: CheckSetup, first: Samples) -> str:
-    if setup.columns.name == "rigid body" and setup.velocity_given:
-        return ""
-    return "needs the vertical velocity: column vcz"
 
 
 def _fall(setup: CheckSetup, first: Samples, limit: float) -> Watch:
@@ -330,52 +277,54 @@ def checks_of(scene: Scene) -> tuple[RowCheck, ...]:
 CHECKS = (
     RowCheck(
         "time", "strictly increasing: anything else is refused (s)",
-        _time, lambda setup, first: "", 0.0, "above",
+        _time, _unless(), 0.0, "above",
     ),
     _integral(INTEGRALS["jellett"]),
     _energy(INTEGRALS["energy"]),
     RowCheck(
         "energy_balance", "E falls by the integral of mu g_n v_A^2; section 1",
-        _residual("energy"), _balance_skipped,
+        _residual("energy"), _unless("dissipation", "force", "velocity"),
     ),
     RowCheck(
         "equations", "the state changes by the integral of its rates; eq (1)",
-        _residual("state"), _evolution_skipped,
+        _residual("state"), _unless("force", "velocity"),
     ),
     RowCheck(
         "kinematics",
         "attitude (rad) and position (over R) follow the velocities, z stands at R (1 - alpha cos "
         "theta); every law",
-        Kinematics, _kinematics_skipped, 1e-2,
+        Kinematics, _unless("azimuth"), 1e-2,
     ),
     RowCheck(
         "contact_momentum",
         "the angular momentum about the lowest point changes as weight and motion make it, in "
         "units of m g R alpha; every law",
-        ContactMomentum, _momentum_skipped, 1e-4,
+        ContactMomentum, _unless("azimuth", "velocity", "centre's height"), 1e-4,
     ),
     RowCheck(
         "normal_force",
         "F_z/(m g) in the mean from row to row: the table does not pull; every law",
-        normal_force, _push_skipped, -1e-3, "at least",
+        normal_force, _unless("contact", "vertical velocity"), -1e-3, "at least",
     ),
     RowCheck(
         "friction_power", "F_t.v_A over m g R omega at the start: never above 0; every law",
-        FrictionPower, _power_skipped, 1e-3,
+        FrictionPower,
+        _unless("contact", "velocity columns", "azimuth", "velocity", "centre's height"), 1e-3,
     ),
     RowCheck(
         "contact", "g_n/(m g): the table pushes, it does not pull; eq (7)",
-        Contact, _contact_skipped, LIFT_OFF, "at least",
+        Contact, _unless("contact", "no flight", "force", "velocity"), LIFT_OFF, "at least",
     ),
     RowCheck(
         "contact_velocity", "v_A.z = 0 (rolling: v_A = 0), in units of R omega at the start",
-        ContactVelocity, _slip_skipped,
+        ContactVelocity, _unless("contact", "no flight", "velocity columns", "vertical slip"),
     ),
     RowCheck(
-        "fall", "s_dot.z falls at g, in units of R omega at the start", _fall, _fall_skipped
+        "fall", "s_dot.z falls at g, in units of R omega at the start",
+        _fall, _unless("vertical velocity"),
     ),
-    RowCheck("axis_norm", "|k| = 1", _axis, _axis_skipped),
-    RowCheck("quaternion_norm", "|q| = 1", _quaternion, _quaternion_skipped),
+    RowCheck("axis_norm", "|k| = 1", _axis, _unless("axis")),
+    RowCheck("quaternion_norm", "|q| = 1", _quaternion, _unless("quaternion")),
     *(
         _integral(INTEGRALS[name])
         for name in INTEGRALS
@@ -384,9 +333,7 @@ CHECKS = (
 )  # fmt: skip
 
 
-def default_limits() -> dict[str, float]:
-    """Default limit of every check."""
-    return {check.name: check.limit for check in CHECKS}
+DEFAULT_LIMITS = {check.name: check.limit for check in CHECKS}
 
 
 def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
@@ -397,11 +344,12 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     InputError
         A check of that name does not exist, or its limit is no number.
     """
-    known = default_limits()
     for name in given:
-        if name not in known:
-            raise InputError(f"limit: got {name!r}, expected one of: {', '.join(known)}")
-    return known | {name: finite(f"limit of {name}", value) for name, value in given.items()}
+        if name not in DEFAULT_LIMITS:
+            raise InputError(f"limit: got {name!r}, expected one of: {', '.join(DEFAULT_LIMITS)}")
+    return DEFAULT_LIMITS | {
+        name: finite(f"limit of {name}", value) for name, value in given.items()
+    }
 
 
 def finite(what: str, value: object) -> float:
@@ -412,12 +360,9 @@ def finite(what: str, value: object) -> float:
     InputError
         It is none, or not finite: a comparison with NaN would pass everything.
     """
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise InputError(f"{what}: got {value!r}, expected a finite number")
-    number = float(value)
-    if not math.isfinite(number):
-        raise InputError(f"{what}: got {value!r}, expected a finite number")
-    return number
+    return float(value)
 
 
 def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, float]:
@@ -444,4 +389,4 @@ def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, floa
     usual = found.pop("", None)
     if usual is None:
         return found
-    return {name: usual for name, value in default_limits().items() if value == PAPER_LIMIT} | found
+    return {name: usual for name, value in DEFAULT_LIMITS.items() if value == PAPER_LIMIT} | found
