@@ -21,7 +21,7 @@ from tt_precise.check.samples import CheckSetup, Samples
 from tt_precise.check.sources import Block
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.newton import arm
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled, subtracted
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.body import Parameters
@@ -171,26 +171,17 @@ def refuse_other_units(
         Units other than SI, or another body, are what explains them.
     """
     rows = first.rows(slice(0, LOOKED_AT))
-    _refuse_degrees(setup, rows)
-    _refuse_null_quaternions(setup, rows)
-    _refuse_other_units(setup, rows, otherwise)
-    _refuse_other_velocities(setup, rows)
-    _refuse_other_sets(setup, rows, block, present)
-
-
-def _refuse_degrees(setup: CheckSetup, rows: Samples) -> None:
     theta = rows.given.get("theta")
     if theta is not None and float(abs(theta).max()) > 1.1 * math.pi:
         raise InputError(
             f"theta reaches {abs(theta).max():g}, expected radians from 0 to pi; is it in degrees?"
         )
-
-
-def _refuse_null_quaternions(setup: CheckSetup, rows: Samples) -> None:
-    if setup.columns.name == "rigid body":
-        squared = sum(rows.given[name] ** 2 for name in ("qw", "qx", "qy", "qz"))
-        if not numpy.all(squared):
-            raise InputError("a quaternion is 0, expected an orientation of length 1")
+    rigid = setup.columns.name == "rigid body"
+    if rigid and not numpy.all(sum(rows.given[name] ** 2 for name in ("qw", *AXIS))):
+        raise InputError("a quaternion is 0, expected an orientation of length 1")
+    _refuse_other_units(setup, rows, otherwise)
+    _refuse_other_velocities(setup, rows)
+    _refuse_other_sets(setup, rows, block, present)
 
 
 def _refuse_other_units(setup: CheckSetup, rows: Samples, further: Mapping[str, Reading]) -> None:
@@ -201,34 +192,24 @@ def _refuse_other_units(setup: CheckSetup, rows: Samples, further: Mapping[str, 
     if max(as_given.values(), default=0.0) < MISFIT:
         return
     names = {"t", *setup.columns.names}
-    unforced: tuple[str, str, float] | None = None
-    usual = readings(alone=_fits_but_for_force(as_given))
-    for convention, read in itertools.chain(further.items(), usual):
+    unforced: InputError | None = None
+    fits_but_for_force = all(part < MISFIT for name, part in as_given.items() if name != MOTION)
+    for convention, read in itertools.chain(further.items(), readings(alone=fits_but_for_force)):
         changed = read(rows.given, setup.body)
         if changed is None or not names & changed.keys():
             continue
         otherwise = _misfits(setup, {**rows.given, **changed}, FIT)
         found = _explained(as_given, otherwise, convention in further)
-        if found and otherwise.get(MOTION, 0.0) < FIT:
-            raise _refusal(found, as_given, otherwise[found], convention)
-        if found and unforced is None:
-            unforced = found, convention, otherwise[found]
+        if found:
+            refusal = InputError(
+                f"{found} is off by {_percent(as_given[found])} of what the rows say, but only by "
+                f"{_percent(otherwise[found])} if {convention}; expected SI, convert it"
+            )
+            if otherwise.get(MOTION, 0.0) < FIT:
+                raise refusal
+            unforced = unforced or refusal
     if unforced is not None:
-        found, convention, otherwise_off = unforced
-        raise _refusal(found, as_given, otherwise_off, convention)
-
-
-def _refusal(
-    found: str, as_given: dict[str, float], otherwise: float, convention: str
-) -> InputError:
-    return InputError(
-        f"{found} is off by {_percent(as_given[found])} of what the rows say, but only by "
-        f"{_percent(otherwise)} if {convention}; expected SI, convert it"
-    )
-
-
-def _fits_but_for_force(misfits: dict[str, float]) -> bool:
-    return all(part < MISFIT for name, part in misfits.items() if name != MOTION)
+        raise unforced
 
 
 def _explained(as_given: dict[str, float], otherwise: dict[str, float], likely: bool) -> str:
@@ -306,9 +287,7 @@ def _refuse_other_velocities(setup: CheckSetup, rows: Samples) -> None:
     if setup.columns.name != "rigid body" or not setup.velocity_given or soft:
         return
     body, q = setup.body, rows.q
-    expected = -cross(q.omega, arm(body, q.k))[2]
-    given = rows.given["vcz"]
-    factor = _constant_factor(given, expected)
+    factor = _constant_factor(rows.given["vcz"], -cross(q.omega, arm(body, q.k))[2])
     if factor is not None:
         lever = float(body.R * body.alpha)
         raise InputError(
@@ -325,19 +304,16 @@ def _refuse_other_sets(
     if not setup.columns.azimuth or not others:
         return
     few = rows.rows(slice(0, COMPARED))
-    names = [name for name in others[0].required if name in QUANTITIES]
-    q = Motion(setup.body, few.state, numpy, setup.scene.model)
-    with numpy.errstate(all="ignore"):
-        for name in names:
-            given = block.values[name][: len(few.t)]
-            derived = numpy.asarray(QUANTITIES[name].evaluate(q))
-            both = numpy.isfinite(given) & numpy.isfinite(derived)
-            factor = _constant_factor(given[both], derived[both])
-            if factor is not None:
-                raise InputError(
-                    f"column {name} is {factor:.4g} times what the {setup.columns.name} columns "
-                    "say with the scene's body, expected 1; are units or the scene's body others?"
-                )
+    for name in (name for name in others[0].required if name in QUANTITIES):
+        given = block.values[name][: len(few.t)]
+        derived = numpy.asarray(QUANTITIES[name].evaluate(few.q))
+        both = numpy.isfinite(given) & numpy.isfinite(derived)
+        factor = _constant_factor(given[both], derived[both])
+        if factor is not None:
+            raise InputError(
+                f"column {name} is {factor:.4g} times what the {setup.columns.name} columns "
+                "say with the scene's body, expected 1; are units or the scene's body others?"
+            )
 
 
 def _constant_factor(given: numpy.ndarray, expected: numpy.ndarray) -> float | None:
