@@ -33,6 +33,8 @@ FEWEST, ALIKE, STILL = 8, 0.05, 0.05
 NONE = 1e-9  # of F_z: rounding
 FITS = 0.03  # of what is left over, by a change that explains it
 NEAR = 40  # windows on either side of the worst one, from which its cause is sought
+Bounded = tuple[Array, Array]
+"""By how much each window is off, and the bound of the error of that."""
 
 
 class Windows:
@@ -64,35 +66,37 @@ class Windows:
             (half[:, :2], half[:, 2:] + other[:, :1], other[:, 1:]), 1
         )
 
-    def unexplained(self, values: Sequence[Array], rates: Sequence[Array]) -> tuple[Array, Array]:
+    def unexplained(self, values: Sequence[Array], rates: Sequence[Array]) -> Bounded:
         """Change - integral of the rate of a vector (entries, windows), and how far to trust it."""
         apart = numpy.array([self.change(value) for value in values])
         integrals = numpy.array([self.integral(rate) for rate in rates])
         coarse = numpy.array([self.integral(rate, self._simpson) for rate in rates])
         return apart - integrals, spread(MARGIN * length(integrals - coarse))
 
-    def middle_rate(self, value: Array) -> Array:
-        """Of an entry, in the middle row of each window, by the polynomial through all five."""
-        return self._rate(value, self._slope)
+    def middle_rate(self, value: Array) -> Bounded:
+        """Of an entry, in the middle row of each window, by the polynomial through all five rows.
 
-    def middle_rate_error(self, value: Array) -> Array:
-        """How far the polynomial through the inner three rows is from that."""
-        return self._rate(value, self._slope - self._inner_slope)
+        And how far the polynomial through the inner three is from that.
+        """
+        entries = self._entries(value)
+        rate, apart = (
+            (entries * weights).sum(axis=1) / self.spans
+            for weights in (self._slope, self._slope - self._inner_slope)
+        )
+        return rate, apart
 
-    def _rate(self, value: Array, weights: Array) -> Array:
-        entries = numpy.broadcast_to(value, self.rows.max(initial=-1) + 1)
-        found: Array = (entries[self.rows] * weights).sum(axis=1) / self.spans
-        return found
+    def _entries(self, value: Array) -> Array:
+        return numpy.broadcast_to(value, self.rows.max(initial=-1) + 1)[self.rows]
 
     def change(self, value: Array) -> Array:
         """From the first row of each window to the last."""
-        entries = numpy.broadcast_to(value, self.rows.max(initial=-1) + 1)
-        return entries[self.rows[:, -1]] - entries[self.rows[:, 0]]
+        entries = self._entries(value)
+        return entries[:, -1] - entries[:, 0]
 
     def integral(self, rate: Array, weights: Array | None = None) -> Array:
         """Of a rate over each window, by Boole's rule."""
-        entries = numpy.broadcast_to(rate, self.rows.max(initial=-1) + 1)[self.rows]
-        found: Array = self.spans * (entries * (self._boole if weights is None else weights)).sum(1)
+        weighted = self._entries(rate) * (self._boole if weights is None else weights)
+        found: Array = self.spans * weighted.sum(1)
         return found
 
 
@@ -142,14 +146,9 @@ def _slopes(x: Array) -> Array:
 
 def _product(p: Array, q: Array) -> Array:
     """Of quaternions, scalar first."""
-    u, v = (p[1], p[2], p[3]), (q[1], q[2], q[3])
-    w = cross(u, v)
-    return numpy.array(
-        [
-            p[0] * q[0] - dot(u, v),
-            *(p[0] * b + q[0] * a + c for a, b, c in zip(u, v, w, strict=True)),
-        ]
-    )
+    u, v = _v(p[1:]), _v(q[1:])
+    axis = [p[0] * b + q[0] * a + c for a, b, c in zip(u, v, cross(u, v), strict=True)]
+    return numpy.array([p[0] * q[0] - dot(u, v), *axis])
 
 
 def _conjugate(q: Array) -> Array:
@@ -186,9 +185,7 @@ class _OverWindows:
         numpy.maximum.at(values, windows.rows[:, -1], excess)
         return values
 
-    def _look(
-        self, windows: Windows, samples: Samples, q: Motion, seen: Array
-    ) -> tuple[Array, Array]:
+    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
         """By what each window is off beyond its bound, at least 0, and that bound."""
         raise NotImplementedError
 
@@ -222,9 +219,7 @@ def motion_as_given(samples: Samples) -> Motion:
 class ContactMomentum(_OverWindows):
     """The torque about the lowest point that neither weight nor motion explains (m g R alpha)."""
 
-    def _look(
-        self, windows: Windows, samples: Samples, q: Motion, seen: Array
-    ) -> tuple[Array, Array]:
+    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
         off, bound = torque_left(samples)
         excess = numpy.maximum(length(off) - bound, 0.0)
         worst = int(numpy.argmax(numpy.where(seen, excess, 0.0)))
@@ -238,7 +233,7 @@ class ContactMomentum(_OverWindows):
 
     @property
     def note(self) -> str:
-        """What was not resolved, and what would explain what is left over."""
+        """What would explain what is left over, and what was not resolved."""
         if self._worst <= self._limit:
             return super().note
         if self._vertical:
@@ -252,7 +247,7 @@ class ContactMomentum(_OverWindows):
         return "; ".join(text for text in (named, super().note) if text)
 
 
-def torque_left(samples: Samples, gyroscopic: float = 1.0) -> tuple[Array, Array]:
+def torque_left(samples: Samples, gyroscopic: float = 1.0) -> Bounded:
     """The unexplained mean torque of each window (3, windows), and its bound; both in m g R alpha.
 
     The motion is supposed to have had the gyroscopic term ``gyroscopic`` times.
@@ -276,14 +271,12 @@ class FrictionPower(_OverWindows):
         self._unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
         self._force: list[Array] = []  # |F_t|/F_z and |v_A| in the middle of windows
 
-    def _look(
-        self, windows: Windows, samples: Samples, q: Motion, seen: Array
-    ) -> tuple[Array, Array]:
+    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
         middle = windows.rows[:, ROWS // 2]
         vx, vy = samples.state.vx[middle], samples.state.vy[middle]
-        x, y, z = (windows.middle_rate(speed) for speed in q.s_dot)
+        (x, off_x), (y, off_y), (z, _) = map(windows.middle_rate, q.s_dot)
         force = lowest_point.contact_force(q, (x, y, z))
-        within = numpy.hypot(*(windows.middle_rate_error(speed) for speed in q.s_dot[:2]))
+        within = numpy.hypot(off_x, off_y)
         speed = numpy.hypot(vx, vy)
         bound = spread(MARGIN * q.body.m * within * speed) / self._unit
         power = (force[0] * vx + force[1] * vy) / self._unit
@@ -300,9 +293,7 @@ class FrictionPower(_OverWindows):
 
     @property
     def _friction(self) -> str:
-        ratio, speed = (
-            numpy.concatenate(self._force, axis=1) if self._force else numpy.empty((2, 0))
-        )
+        ratio, speed = numpy.concatenate([numpy.empty((2, 0)), *self._force], axis=1)
         if len(ratio) < FEWEST:
             return ""
         if ratio.max() < NONE:
@@ -349,9 +340,7 @@ class Kinematics(_OverWindows):
         self._what = ""
         self._begins = float(first.t[0])
 
-    def _look(
-        self, windows: Windows, samples: Samples, q: Motion, seen: Array
-    ) -> tuple[Array, Array]:
+    def _look(self, windows: Windows, samples: Samples, q: Motion, seen: Array) -> Bounded:
         R, given = samples.setup.body.R, samples.given
         excess, bound = numpy.zeros(len(windows.spans)), numpy.zeros(len(windows.spans))
         for name in self._looked_at:
@@ -370,9 +359,8 @@ class Kinematics(_OverWindows):
             excess, bound = numpy.fmax(excess, beyond), numpy.fmax(bound, within)
         return excess, bound
 
-    def _part(
-        self, windows: Windows, values: Sequence[Array], rates: Sequence[Array]
-    ) -> tuple[Array, Array]:
+    @staticmethod
+    def _part(windows: Windows, values: Sequence[Array], rates: Sequence[Array]) -> Bounded:
         off, bound = windows.unexplained(values, rates)
         step = windows.step * numpy.sqrt(sum(windows.change(rate) ** 2 for rate in rates))
         return length(off), bound + step
@@ -391,7 +379,7 @@ class Kinematics(_OverWindows):
         found: Array = abs(height[windows.rows]).max(axis=1)
         return found
 
-    def _spin(self, windows: Windows, samples: Samples, q: Motion) -> tuple[Array, Array]:
+    def _spin(self, windows: Windows, samples: Samples, q: Motion) -> Bounded:
         """Turn about the axis against the integral of omega.k, within whole turns.
 
         From row to row the attitude turns by the shortest way from axis to axis, and about the
