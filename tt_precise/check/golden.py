@@ -177,7 +177,7 @@ class GoldenDistance:
         present: Sequence[str],
         asked: float | None,
         fresh: bool,
-        folder: Folder = None,
+        folder: Folder,
     ):
         self._setup, self._asked, self._fresh = setup, asked, fresh
         self._true, self._absent, self._ended = _golden_rows(setup, folder)

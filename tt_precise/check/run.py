@@ -5,15 +5,16 @@ from __future__ import annotations
 import inspect
 import math
 import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy
 
-from tt_precise.check.checks import CHECKS, RowCheck, Watch, checks_of, chosen_limits, finite
+from tt_precise.check.checks import CHECKS, RowCheck, checks_of, chosen_limits, finite
 from tt_precise.check.columns import choose_set, known_columns
 from tt_precise.check.golden import GoldenDistance
 from tt_precise.check.result import Result, RunningWorst
@@ -113,6 +114,15 @@ def conservation(
         The trajectory cannot be used: one line that says where and why.
     """
     wanted = chosen_limits(limits or {})
+    cutoff = math.inf if until is None else finite("until", until)
+    if digits is not None and not 0 < finite("digits", digits) <= MOST_GOLDEN:
+        raise InputError(
+            f"digits: got {digits!r}, expected a number above 0 and at most {MOST_GOLDEN}, where "
+            "golden data end"
+        )
+    if digits is not None and friction != "scene":
+        raise InputError("digits: golden data obey the scene's friction; expected friction scene")
+    golden = partial(GoldenDistance, asked=digits, fresh=fresh, folder=folder)
     scene = load_scene(scene)
     if engine is not None:
         from tt_precise.check.engine_states import engine_source
@@ -120,65 +130,41 @@ def conservation(
         trajectory = engine_source(str(trajectory), engine, scene, columns or {})
     # what overflows or is undefined becomes a value that fails, not a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
-        request = Request(wanted, until, digits, fresh, friction, folder)
-        return _checked(table, scene, request, progress)
+        setup = _setup(table, scene, friction)
+        return _checked(table, setup, wanted, cutoff, golden, progress)
 
 
 OPTIONS = inspect.signature(conservation).parameters
 
 
-@dataclass(frozen=True)
-class Request:
-    """What is asked of a trajectory; see ``conservation``."""
-
-    limits: Mapping[str, float]
-    until: float | None
-    digits: float | None
-    fresh: bool
-    friction: str
-    folder: Folder
-
-    def __post_init__(self) -> None:
-        if self.until is not None:
-            finite("until", self.until)
-        if self.digits is not None and not 0 < finite("digits", self.digits) <= MOST_GOLDEN:
-            raise InputError(
-                f"digits: got {self.digits!r}, expected a number above 0 and at most "
-                f"{MOST_GOLDEN}, where golden data end"
-            )
-        if self.digits is not None and self.friction != "scene":
-            raise InputError(
-                "digits: golden data obey the scene's friction; expected friction scene"
-            )
-
-    @property
-    def cutoff(self) -> float:
-        """The time (s) after which rows do not count."""
-        return math.inf if self.until is None else float(self.until)
-
-
-def _checked(table: RowSource, scene: Scene, request: Request, progress: Progress) -> Result:
-    setup, cutoff = _setup(table, scene, request.friction), request.cutoff
+def _checked(
+    table: RowSource,
+    setup: CheckSetup,
+    limits: Mapping[str, float],
+    cutoff: float,
+    golden: Callable[[CheckSetup, Sequence[str]], GoldenDistance],
+    progress: Progress,
+) -> Result:
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in known_columns(table.names) if name not in names]
     finiteness, distance = Finiteness(also), None
     running: list[_Running] = []
+    checks = checks_of(setup.scene)
     rows, samples, first = 0, None, None
     usable = UsableRows(table.blocks(names, also, progress), names, table.where, cutoff)
     for block in usable:
         read = setup.samples(block)
         if first is None:
-            _refuse(setup, read, block, table)
-            running, first = (
-                [_Running(check, setup, read, request.limits) for check in checks_of(scene)],
-                read,
-            )
+            try:
+                refuse_other_units(setup, read, block, table.names, table.otherwise)
+            except InputError as error:
+                raise InputError(f"{table.where}: {error}") from None
+            first = read
+            running = [_Running(check, setup, read, limits) for check in checks]
             if setup.friction == "scene":
                 # golden data are read once the rows have turned out to be some
-                distance = GoldenDistance(
-                    setup, table.names, request.digits, request.fresh, request.folder
-                )
+                distance = golden(setup, table.names)
         joined = read if samples is None else samples.continued(read)
         for check in running:
             check.look(joined)
@@ -195,15 +181,20 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
     findings = [finiteness.finding(usable.broken)]
     if rows < 2:
         reason = f"fewer than two rows before {usable.broken}"
-        missed = (*(check.name for check in checks_of(scene)), "golden")
+        missed = (*(check.name for check in checks), "golden")
         findings += [Check(name, "skipped", note=reason) for name in missed]
     else:
         findings += _with_advice([check.finding() for check in running])
-        findings.append(_golden(distance, cutoff, usable.broken, progress))
+        if distance is None:
+            reason = "golden data obey the scene's own friction"
+            findings.append(Check("golden", "skipped", note=reason))
+        else:
+            ended = f"the rows end at {usable.broken}" if usable.broken else ""
+            findings.append(distance.finding(cutoff, ended, progress))
     end = usable.broken.t if usable.broken else 0.0
     return Result(
         trajectory=table.where,
-        scene=scene.name,
+        scene=setup.scene.name,
         columns=setup.columns.name,
         rows=rows,
         t_first=float(first.t[0]) if first else end,
@@ -214,26 +205,14 @@ def _checked(table: RowSource, scene: Scene, request: Request, progress: Progres
 
 def _with_advice(findings: list[Check]) -> list[Check]:
     """The finding about the equations says what to do where only the force can be another one."""
-    verdicts = {finding.name: finding.verdict for finding in findings}
-    whatever = {verdicts.get("kinematics"), verdicts.get("contact_momentum")}
-    if "fail" in whatever or verdicts.get("equations") != "fail":
-        return findings
-    if "leaves the table" in next(one.note for one in findings if one.name == "equations"):
+    by_name = {finding.name: finding for finding in findings}
+    equations = by_name["equations"]
+    whatever = {by_name["kinematics"].verdict, by_name["contact_momentum"].verdict}
+    if "fail" in whatever or equations.verdict != "fail" or "leaves the table" in equations.note:
         return findings
     advice = "if the contact force is another one than the scene's, --friction other"
-    return [
-        replace(one, note=f"{one.note}; {advice}") if one.name == "equations" else one
-        for one in findings
-    ]
-
-
-def _golden(
-    distance: GoldenDistance | None, until: float, broken: NotFinite | None, progress: Progress
-) -> Check:
-    if distance is None:
-        reason = "golden data obey the scene's own friction"
-        return Check("golden", "skipped", note=reason)
-    return distance.finding(until, f"the rows end at {broken}" if broken else "", progress)
+    advised = f"{equations.note}; {advice}"
+    return [replace(one, note=advised) if one is equations else one for one in findings]
 
 
 def _setup(table: RowSource, scene: Scene, friction: str) -> CheckSetup:
@@ -254,13 +233,6 @@ def _all_or_none(table: RowSource, wanted: Sequence[str], what: str) -> bool:
     return bool(given)
 
 
-def _refuse(setup: CheckSetup, first: Samples, block: Block, table: RowSource) -> None:
-    try:
-        refuse_other_units(setup, first, block, table.names, table.otherwise)
-    except InputError as error:
-        raise InputError(f"{table.where}: {error}") from None
-
-
 class _Running:
     """One check on its way through the rows."""
 
@@ -270,9 +242,7 @@ class _Running:
         self._check, self._limit = check, limits[check.name]
         self._skipped = check.skipped(setup, first)
         self._worst = RunningWorst(largest_is_worst=check.sense == "at most")
-        self._watch: Watch | None = (
-            None if self._skipped else check.watch(setup, first, self._limit)
-        )
+        self._watch = None if self._skipped else check.watch(setup, first, self._limit)
 
     def look(self, samples: Samples) -> None:
         if self._watch:
@@ -285,13 +255,12 @@ class _Running:
         if self._watch and value is not None:
             holds = HOLDS[check.sense](value, limit)
             verdict = "pass" if holds else "fail"
-            bound = getattr(self._watch, "error_bound", -math.inf)
             watch: Any = self._watch
             # not getattr: an AttributeError within ``note`` is a bug, no lack of a note
             reason = watch.note if hasattr(type(watch), "note") else ""
             if not math.isfinite(value):
                 reason = "not finite there"
-            if holds and bound > limit:
+            if holds and getattr(watch, "error_bound", -math.inf) > limit:
                 verdict, reason = "skipped", f"rows too far apart: {reason}"
         return Check(
             name=check.name,
@@ -337,7 +306,7 @@ def assert_conserves(
             reason = found[name].note
             lines.append(f"{name}: a limit was given, but the check was skipped: {reason}")
     if lines:
-        raise AssertionError("\n  ".join([_of(result), *map(one_line, lines)]))
+        raise _failure(result, lines)
     return result
 
 
@@ -364,12 +333,13 @@ def assert_matches_golden(
     if golden.verdict != "pass":
         few = {name: found for name, found in golden.parts.items() if found < digits}
         listed = ", ".join(f"{name} {found:.1f}" for name, found in few.items())
-        lines = [_of(result), one_line(golden.sentence())]
+        lines = [golden.sentence()]
         lines += [f"correct digits: {listed}"] if few else []
         lines.append(f"over time: {golden.history or 'nothing to compare'}")
-        raise AssertionError("\n  ".join(lines))
+        raise _failure(result, lines)
     return result
 
 
-def _of(result: Result) -> str:
-    return one_line(f"{result.trajectory} against {result.scene}:")
+def _failure(result: Result, lines: Sequence[str]) -> AssertionError:
+    heading = f"{result.trajectory} against {result.scene}:"
+    return AssertionError("\n  ".join(map(one_line, [heading, *lines])))
