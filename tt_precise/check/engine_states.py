@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.scene import Scene
@@ -50,6 +51,7 @@ CONVENTIONS = {
 _TIME = ("t", "time")
 _STATE = {"quaternion": 4, "velocity": 3, "angular_velocity": 3}
 _POSITION = ("position",)  # which may be there, three wide
+_RIGID = ("t", *RigidBodyState._fields, "x", "y", "z")
 _MUJOCO = {"qpos": 7, "qvel": 6}
 
 
@@ -69,7 +71,7 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
 
     convention = _convention(engine)
     arrays = _arrays(Path(path), _MUJOCO if engine.startswith("mujoco") else _STATE)
-    position: numpy.ndarray | None
+    position: Array
     if "qpos" in arrays:
         quaternion, velocity = arrays["qpos"][:, 3:], arrays["qvel"][:, :3]
         omega, position = arrays["qvel"][:, 3:], arrays["qpos"][:, :3]
@@ -87,16 +89,9 @@ def engine_columns(path: str | Path, engine: str, scene: Scene) -> dict[str, num
         arm = float(scene.body.alpha * scene.body.R) * turn.apply([0.0, 0.0, 1.0])
         velocity = velocity - numpy.cross(omega, arm)
         position = None if position is None else position - arm
-    table = {"t": arrays["t"]}
-    for names, values in (
-        (("qw", "qx", "qy", "qz"), quaternion),
-        (("wx", "wy", "wz"), omega),
-        (("vcx", "vcy", "vcz"), velocity),
-    ):
-        table |= dict(zip(names, values.T, strict=True))
-    if position is not None:
-        table |= dict(zip(("x", "y", "z"), position.T, strict=True))
-    return table
+    parts = [arrays["t"][:, None], quaternion, omega, velocity]
+    parts += [] if position is None else [position]
+    return dict(zip(_RIGID, numpy.hstack(parts).T, strict=False))
 
 
 def engine_source(path: str, engine: str, scene: Scene, rename: Mapping[str, str]) -> ColumnSource:
