@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -69,6 +68,7 @@ class RunningWorst:
 
 
 WIDTH = 100
+MARKS = {"pass": "✅ pass", "fail": "❌ **fail**", "info": "ℹ️ info", "skipped": "➖ skipped"}
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
 
 
@@ -88,92 +88,10 @@ def _cells(finding: Check) -> tuple[str, ...]:
     )
 
 
-def table(heading: str, findings: Sequence[Check], width: int = WIDTH) -> str:
-    """The findings for a terminal of ``width`` characters; what was skipped stands below."""
-    done = [finding for finding in findings if finding.verdict != "skipped"]
-    rows = [HEADINGS, *map(_cells, done)]
-    widths = [max(len(row[i]) for row in rows) for i in range(5)]
-    margin = sum(widths) + 2 * len(widths)
-    lines = textwrap.wrap(one_line(heading), width)
-    for row in rows:
-        start = "  ".join(cell.ljust(size) for cell, size in zip(row, widths, strict=False)) + "  "
-        notes = textwrap.wrap(row[5], max(24, width - margin)) or [""]
-        lines.append((start + notes[0]).rstrip())
-        lines += [" " * margin + note for note in notes[1:]]
-    for finding in done:
-        if finding.parts:
-            listed = "  ".join(f"{name} {digits:.1f}" for name, digits in finding.parts.items())
-            lines += textwrap.wrap(
-                f"{finding.name}, correct digits of each column: {listed}", width,
-                subsequent_indent="  ",
-            )  # fmt: skip
-    reasons: dict[str, list[str]] = {}
-    for finding in findings:
-        if finding.verdict == "skipped":
-            reasons.setdefault(finding.note, []).append(finding.name)
-    for reason, names in reasons.items():
-        lines += textwrap.wrap(
-            f"skipped {', '.join(names)}: {one_line(reason)}", width, subsequent_indent="  "
-        )
-    return "\n".join(lines)
-
-
-def markdown(heading: str, findings: Sequence[Check]) -> str:
-    """The findings as Markdown."""
-    marks = {"pass": "✅ pass", "fail": "❌ **fail**", "info": "ℹ️ info", "skipped": "➖ skipped"}
-    lines = [
-        f"### {_escaped(one_line(heading))}",
-        "",
-        "| " + " | ".join(HEADINGS) + " |",
-        "| --- | --- | ---: | ---: | ---: | --- |",
-    ]
-    for finding in findings:
-        name, _, *rest = _cells(finding)
-        cells = (f"`{name}`", marks[finding.verdict], *map(_escaped, rest))
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
-
-
 def _escaped(text: str) -> str:
     for mark in "\\|`*_<>[]":
         text = text.replace(mark, "\\" + mark)
     return text
-
-
-def html(heading: str, findings: Sequence[Check]) -> str:
-    """The findings as an HTML table."""
-    from html import escape
-
-    import pandas
-
-    rows = pandas.DataFrame([_cells(finding) for finding in findings], columns=list(HEADINGS))
-    return f"<p>{escape(one_line(heading))}</p>{rows.to_html(index=False)}"
-
-
-def junit(place: str, findings: Sequence[Check]) -> str:
-    """The findings as JUnit XML, a test case for each of them, in the class ``place``."""
-    from xml.etree import ElementTree
-
-    counts = {
-        "tests": str(len(findings)),
-        "failures": str(sum(finding.verdict == "fail" for finding in findings)),
-        "errors": "0",
-        "skipped": str(sum(finding.verdict == "skipped" for finding in findings)),
-    }
-    suites = ElementTree.Element("testsuites", counts)
-    suite = ElementTree.SubElement(suites, "testsuite", {"name": "tt-precise check", **counts})
-    for finding in findings:
-        named = {"name": finding.name, "classname": _printable(place)}
-        case = ElementTree.SubElement(suite, "testcase", named)
-        if finding.verdict == "skipped":
-            ElementTree.SubElement(case, "skipped", {"message": _printable(finding.note)})
-        elif finding.verdict == "fail":
-            message = {"message": _printable(finding.sentence())}
-            ElementTree.SubElement(case, "failure", message).text = finding.meaning
-        else:
-            ElementTree.SubElement(case, "system-out").text = _printable(finding.sentence())
-    ElementTree.indent(suites)
-    return ElementTree.tostring(suites, "unicode", xml_declaration=True) + "\n"
 
 
 def _printable(text: str) -> str:
@@ -182,50 +100,6 @@ def _printable(text: str) -> str:
 
 
 SMALLEST = 1e-18  # what is drawn for an exact zero
-
-
-def figure(title: str, findings: Sequence[Check], path: str | Path | None = None) -> Figure:
-    """A matplotlib ``Figure``; needs no display. Written to ``path`` if one is given."""
-    from tt_precise.runtime.plotting import require_format, save, styled
-
-    if path is not None:
-        require_format(path)
-    with styled():
-        drawn = _drawn(title, findings)
-    if path is not None:
-        save(drawn, path)
-    return drawn
-
-
-def _drawn(title: str, findings: Sequence[Check]) -> Figure:
-    from tt_precise.runtime.plotting import new_figure
-
-    drawn = new_figure(8, 4.5)
-    axes = drawn.add_subplot()
-    limits: dict[float, Any] = {}
-    for finding in findings:
-        if finding.curve is None or finding.sense != "at most" or finding.verdict == "skipped":
-            continue
-        t, values = finding.curve
-        (line,) = axes.semilogy(
-            t,
-            numpy.maximum(values, SMALLEST),
-            linewidth=1,
-            label=f"{finding.name} {finding.value:.1e}",
-        )
-        if finding.limit is not None and finding.limit > 0:
-            colour = "black" if finding.limit in limits else line.get_color()
-            limits[finding.limit] = colour
-    for limit, colour in limits.items():
-        axes.axhline(limit, color=colour, linestyle="--", linewidth=1, label=f"limit {limit:.1e}")
-    axes.set_xlabel("t (s)")
-    axes.set_ylabel("relative drift")
-    axes.set_title(title)
-    if axes.lines:
-        axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
-    return drawn
-
-
 SCHEMA = "tt_precise.check/1"
 FEW_DIGITS = 4  # fewer of golden data, where none were asked for, are said loudly
 
@@ -319,20 +193,114 @@ class Result:
         return f", {golden.value:.1f} correct digits of golden data"
 
     def __str__(self) -> str:
-        return table(self.heading, self.checks)
+        """For a terminal; what was skipped stands below."""
+        done = [finding for finding in self.checks if finding.verdict != "skipped"]
+        rows = [HEADINGS, *map(_cells, done)]
+        widths = [max(len(row[i]) for row in rows) for i in range(5)]
+        margin = sum(widths) + 2 * len(widths)
+        lines = textwrap.wrap(one_line(self.heading), WIDTH)
+        for row in rows:
+            padded = [cell.ljust(size) for cell, size in zip(row, widths, strict=False)]
+            notes = textwrap.wrap(row[5], max(24, WIDTH - margin)) or [""]
+            lines.append("  ".join([*padded, notes[0]]).rstrip())
+            lines += [" " * margin + note for note in notes[1:]]
+        for finding in done:
+            if finding.parts:
+                listed = "  ".join(f"{name} {digits:.1f}" for name, digits in finding.parts.items())
+                lines += textwrap.wrap(
+                    f"{finding.name}, correct digits of each column: {listed}", WIDTH,
+                    subsequent_indent="  ",
+                )  # fmt: skip
+        reasons: dict[str, list[str]] = {}
+        for finding in self.checks:
+            if finding.verdict == "skipped":
+                reasons.setdefault(finding.note, []).append(finding.name)
+        for reason, names in reasons.items():
+            lines += textwrap.wrap(
+                f"skipped {', '.join(names)}: {one_line(reason)}", WIDTH, subsequent_indent="  "
+            )
+        return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        return html(self.heading, self.checks)
+        from html import escape
+
+        import pandas
+
+        rows = pandas.DataFrame(map(_cells, self.checks), columns=list(HEADINGS))
+        return f"<p>{escape(one_line(self.heading))}</p>{rows.to_html(index=False)}"
 
     def markdown(self) -> str:
         """The table in Markdown, for the summary of a CI job."""
-        return markdown(self.heading, self.checks)
+        lines = [
+            f"### {_escaped(one_line(self.heading))}",
+            "",
+            "| " + " | ".join(HEADINGS) + " |",
+            "| --- | --- | ---: | ---: | ---: | --- |",
+        ]
+        for finding in self.checks:
+            name, _, *rest = _cells(finding)
+            cells = (f"`{name}`", MARKS[finding.verdict], *map(_escaped, rest))
+            lines.append("| " + " | ".join(cells) + " |")
+        return "\n".join(lines) + "\n"
 
     def junit(self) -> str:
         """The findings as JUnit XML: one test case for each check."""
-        return junit(f"{self.scene}.{self.trajectory}", self.checks)
+        from xml.etree import ElementTree
+
+        counts = {
+            "tests": str(len(self.checks)),
+            "failures": str(sum(finding.verdict == "fail" for finding in self.checks)),
+            "errors": "0",
+            "skipped": str(sum(finding.verdict == "skipped" for finding in self.checks)),
+        }
+        classname = _printable(f"{self.scene}.{self.trajectory}")
+        suites = ElementTree.Element("testsuites", counts)
+        suite = ElementTree.SubElement(suites, "testsuite", {"name": "tt-precise check", **counts})
+        for finding in self.checks:
+            named = {"name": finding.name, "classname": classname}
+            case = ElementTree.SubElement(suite, "testcase", named)
+            if finding.verdict == "skipped":
+                ElementTree.SubElement(case, "skipped", {"message": _printable(finding.note)})
+            elif finding.verdict == "fail":
+                message = {"message": _printable(finding.sentence())}
+                ElementTree.SubElement(case, "failure", message).text = finding.meaning
+            else:
+                ElementTree.SubElement(case, "system-out").text = _printable(finding.sentence())
+        ElementTree.indent(suites)
+        return ElementTree.tostring(suites, "unicode", xml_declaration=True) + "\n"
 
     def plot(self, path: str | Path | None = None) -> Figure:
         """A matplotlib ``Figure`` of all drifts over time, written to ``path`` if one is given."""
-        name = Path(self.trajectory).name
-        return figure(f"{name} against {self.scene}: {self.verdict}", self.checks, path)
+        from tt_precise.runtime.plotting import require_format, save, styled
+
+        if path is not None:
+            require_format(path)
+        with styled():
+            drawn = self._drawn()
+        if path is not None:
+            save(drawn, path)
+        return drawn
+
+    def _drawn(self) -> Figure:
+        from tt_precise.runtime.plotting import new_figure
+
+        drawn = new_figure(8, 4.5)
+        axes = drawn.add_subplot()
+        limits: dict[float, Any] = {}
+        for finding in self.checks:
+            if finding.curve is None or finding.sense != "at most" or finding.verdict == "skipped":
+                continue
+            t, values = finding.curve
+            label = f"{finding.name} {finding.value:.1e}"
+            (line,) = axes.semilogy(t, numpy.maximum(values, SMALLEST), linewidth=1, label=label)
+            if finding.limit is not None and finding.limit > 0:
+                limits[finding.limit] = "black" if finding.limit in limits else line.get_color()
+        for limit, colour in limits.items():
+            label = f"limit {limit:.1e}"
+            axes.axhline(limit, color=colour, linestyle="--", linewidth=1, label=label)
+        axes.set_xlabel("t (s)")
+        axes.set_ylabel("relative drift")
+        axes.set_title(f"{Path(self.trajectory).name} against {self.scene}: {self.verdict}")
+        if axes.lines:
+            axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+        return drawn
