@@ -37,7 +37,7 @@ from tt_precise.mechanics.vectors import cross, dot
 from tt_precise.runtime.arithmetic import Array, Scalar
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
-from tt_precise.taylor.series import Series, SeriesFunctions, Truncated, coefficients
+from tt_precise.taylor.series import SeriesFunctions, Truncated, coefficients
 
 ON_TABLE = 1e-9  # of R: below this a rigid table is touched
 POINTS = 9  # of an interval, at which a solution is looked at
@@ -134,9 +134,6 @@ class SolvedRows:
             whole[:, part.rows] = found.c
         return Truncated(whole)
 
-    def _terms(self, series: Series) -> Array:
-        return numpy.array(series.upto(self._order))
-
     def _motions(self) -> Iterator[tuple[RowsUnder, Motion]]:
         for part in self.parts:
             state = type(self.state)(*(Truncated(x.c[:, part.rows]) for x in self.state))
@@ -148,7 +145,7 @@ class SolvedRows:
         found = numpy.zeros((self._order + 1, self._count))
         for part, q in self._motions():
             if part.form.model not in ("rolling", "flight"):
-                found[:, part.rows] = self._terms(quantities.E_dot(q))
+                found[:, part.rows] = quantities.E_dot(q).upto(self._order)
         return found
 
     @cached_property
@@ -162,7 +159,7 @@ class SolvedRows:
             margin = q.state.height if part.form.model == "flight" else q.force[2]
             if part.form.model == "rolling":
                 margin = cone_margin(self._body, q.state)
-            found[:, part.rows] = self._terms(margin)
+            found[:, part.rows] = margin.upto(self._order)
         return found
 
     def stays(self, steps: Array) -> Array:
@@ -423,7 +420,7 @@ class EquationResidual:
         rests = (speed[:-1] == 0) & (speed[1:] == 0)
         return joined | ~(glides | rests)
 
-    def _wanted(self, steps: numpy.ndarray) -> numpy.ndarray:
+    def _wanted(self, steps: Array) -> Array:
         return numpy.maximum(self._resolved * steps / (HORIZON * self.setup.time), 4 * EPS)
 
     def _followed(self, samples: Samples, found: Residuals) -> Residuals:
@@ -478,14 +475,12 @@ class EquationResidual:
             ends = slice(None, -1), slice(1, None)
         else:
             both = numpy.concatenate((chosen, chosen + 1))
-            state = type(samples.state)(*(entry[both] for entry in samples.state))
-            values, rates = self._functions(state, order)
+            values, rates = self._functions(self._at(samples, both), order)
             ends = slice(None, count), slice(count, None)
         steps = samples.t[chosen + 1] - samples.t[chosen]
         left, right = (rates[:, :, end] for end in ends)
-        best, lower, lowest = (
-            integral(left, right, steps, max(order - back, 1)) for back in (0, 1, 2)
-        )
+        orders = (order, order - 1, max(order - 2, 1))
+        best, lower, lowest = (integral(left, right, steps, terms) for terms in orders)
         if order == 2:  # Hermite's rule has no order below 1: the left end alone takes its place
             lowest = left[:, 0] * steps
         last, before = abs(best - lower).max(axis=0), abs(lower - lowest).max(axis=0)
@@ -526,10 +521,8 @@ class SummedResidual:
 
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
-        self._joins = ""
-        if residual.setup.joins:
-            lifts = residual.setup.scene.lifts
-            self._joins = "landing, a loss of contact" if lifts else "stick or slip"
+        joins = "landing, a loss of contact" if residual.setup.scene.lifts else "stick or slip"
+        self._joins = joins if residual.setup.joins else ""
         self._sum: Array = 0.0
         self._largest = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
@@ -565,31 +558,14 @@ class SummedResidual:
             begin = found.ends[worst - NEAR - 1] if worst > NEAR else 0
             self._near = samples, numpy.concatenate(([begin], ends))
 
-    def _worst_rows(self) -> Samples:
-        samples, near = self._near
-        return samples.rows(near)
-
-    @property
-    def _fails(self) -> bool:
-        beyond = float(abs(numpy.atleast_1d(self._sum)).max()) > self._bound + self._limit
-        return beyond and self._largest > 0
-
-    def _lift_off(self) -> str:
+    def _lift_off(self, rows: Samples) -> str:
         """When the solution leaves the table, where this model ends with it."""
-        setup = self._residual.setup
-        if self._part != "state" or setup.joins or setup.flies:
-            return ""
-        t = lift_off(self._worst_rows())
+        t = math.inf if rows.setup.flies else lift_off(rows)
         return f"the solution {ending('contact_lost', t)}" if t < math.inf else ""
 
-    def _cause(self) -> str:
-        """The change of the scene that would explain the balance where it is worst."""
-        if self._part != "state" or self._residual.setup.joins:
-            return ""
-
+    def _cause(self, given: Samples) -> str:
+        """The change of the scene that would explain the balance of these rows."""
         from tt_precise.check.causes import cause  # few need it
-
-        given = self._worst_rows()
 
         def residual(rows: Samples, gyroscopic: float) -> Array:
             found = EquationResidual(rows.setup, given).balance(rows)
@@ -611,8 +587,12 @@ class SummedResidual:
     def note(self) -> str:
         """What was not resolved, and from which spacing of the rows on it would be."""
         said = f"error bound {self.error_bound:.0e}"
-        if self._fails:
-            said = "; ".join(filter(None, (self._cause(), said, self._lift_off())))
+        beyond = float(abs(numpy.atleast_1d(self._sum)).max()) > self._bound + self._limit
+        whole = self._part == "state" and not self._joins
+        if whole and beyond and self._largest > 0:
+            samples, near = self._near
+            rows = samples.rows(near)
+            said = "; ".join(filter(None, (self._cause(rows), said, self._lift_off(rows))))
         if self.unresolved:
             what = f"hold a {self._joins}, or are too wide" if self._joins else "too wide"
             said += f"; {self.unresolved} of {self.intervals} intervals {what}"
