@@ -114,7 +114,7 @@ class Zeros:
         self._past = numpy.zeros((len(self._detectors), rows + 1), dtype=bool)  # no more is wanted
         none = numpy.empty(0, dtype=int)
         self._found = [self._events(0, none, none, numpy.empty(0))]
-        self._room = MOST_EVENTS + EVENTS_OF_A_ROW * rows
+        self._most = self._room = MOST_EVENTS + EVENTS_OF_A_ROW * rows
 
     def read(self, steps: Steps) -> None:
         """Find what is in some steps.
@@ -125,25 +125,25 @@ class Zeros:
             There are more events than fit into memory.
         """
         signs, values = self._signs(steps)
-        for number, one in enumerate(self._detectors):
+        for number in range(len(self._detectors)):
             lane, step = numpy.nonzero(signs[number].T)  # each row's steps follow each other
+            ends = values[:, number, step, lane]
+            sure = signs[number, step, lane] == SURE
             if number == 0:
                 climb = self.climb[steps.row[step, lane]]
                 wanted = (climb < EARLY) | numpy.isinf(climb)
             else:
-                wanted = self._chosen(number, one, steps, step, lane, signs, values)
-            chosen = step[wanted], lane[wanted]
-            sure = signs[number][chosen] == SURE
-            found = self._zeros(number, one, steps, *chosen, values[:, number], sure)
+                wanted = self._chosen(number, steps, step, lane, sure, rising=ends[0] < 0)
+            chosen = step[wanted], lane[wanted], ends[:, wanted], sure[wanted]
+            found = self._zeros(number, steps, *chosen)
             if number == 0:
                 numpy.minimum.at(self.climb, found.row, found.time)
             self._found.append(found)
             self._room -= len(found.row)
         if self._room < 0:
-            most = MOST_EVENTS + EVENTS_OF_A_ROW * (len(self.climb) - 1)
             raise InputError(
-                f"until: got a time in which {len(self.climb) - 1} rows have more than {most} "
-                "events, expected a shorter one"
+                f"until: got a time in which {len(self.climb) - 1} rows have more than "
+                f"{self._most} events, expected a shorter one"
             )
 
     def events(self) -> Events:
@@ -174,21 +174,13 @@ class Zeros:
         return self._values(inputs, pars=parameters, **ALONE).reshape(-1, *rows.shape)
 
     def _chosen(
-        self,
-        number: int,
-        one: Detector,
-        steps: Steps,
-        step: Array,
-        lane: Array,
-        signs: Array,
-        values: Array,
+        self, number: int, steps: Steps, step: Array, lane: Array, sure: Array, rising: Array
     ) -> Array:
         """Which of the steps may have a zero that is wanted, by where the climb is."""
+        one = self._detectors[number]
         row, climb = steps.row[step, lane], self.climb[steps.row[step, lane]]
         begin, end = steps.begin[step, lane], steps.end[step, lane]
         every = one.every | (climb < EARLY)  # which crossing is the climb is decided later
-        sure = signs[number, step, lane] == SURE
-        rising = values[0, number, step, lane] < 0
         # a step in which the sign changes the other way has none, or several
         before = begin <= climb if one.before is not None else numpy.zeros(len(row), dtype=bool)
         after = end >= climb if one.after is not None else numpy.zeros(len(row), dtype=bool)
@@ -210,20 +202,14 @@ class Zeros:
         return every | before | after
 
     def _zeros(
-        self,
-        number: int,
-        one: Detector,
-        steps: Steps,
-        step: Array,
-        lane: Array,
-        values: Array,
-        sure: Array,
+        self, number: int, steps: Steps, step: Array, lane: Array, ends: Array, sure: Array
     ) -> Events:
-        """The zeros of a detector's function in some steps."""
+        """The zeros of a detector's function in some steps, from its values at their ends."""
+        one = self._detectors[number]
         row, width = steps.row[step, lane], steps.width[step, lane]
         polynomials = self._series(one, steps, step, lane)
         polynomials = polynomials * numpy.vander(width, len(polynomials), increasing=True).T
-        first, last = values[:, step, lane]
+        first, last = ends
         which, place, rising = zeros(polynomials, first, last, sure)
         since = place * width[which]
         row, direction, time = row[which], 2 * rising - 1, steps.begin[step, lane][which] + since
@@ -237,16 +223,13 @@ class Zeros:
             return self._events(number, row, direction, time)
         which, row, direction = which[wanted], row[wanted], direction[wanted]
         time, since = time[wanted], since[wanted]
+        found = self._events(number, row, direction, time)
         series = steps.columns(step[which], lane[which], *range(6))  # axis and momentum
-        state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
-        state[:, :6] = states_in(series, since)
-        return self._events(number, row, direction, time, state)
+        found.state[:, :6] = states_in(series, since)
+        return found
 
-    def _events(
-        self, number: int, row: Array, direction: Array, time: Array, state: Array = None
-    ) -> Events:
-        if state is None or not len(state):
-            state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
+    def _events(self, number: int, row: Array, direction: Array, time: Array) -> Events:
+        state = numpy.full((len(row), len(self._form.columns)), numpy.nan)
         return Events(row, numpy.full(len(row), number), direction, time, state)
 
     def _series(self, one: Detector, steps: Steps, step: Array, lane: Array) -> Array:
