@@ -59,16 +59,14 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
         found[f"climb_{which}"] = climb.duration
     found |= {"t_stop": run.t_end, "t_equator": times.equator}
     for part in parts(record):
-        asked = f"{part.part}_{part.quantity}"
-        ends = run.frame(part.quantity, times=[0, run.t_end], numbers="exact")[
-            part.quantity
-        ].tolist()
+        frame = run.frame(part.quantity, times=[0, run.t_end], numbers="exact")
+        ends = frame[part.quantity].tolist()
         chosen = dict(zip(("start", "end"), ends, strict=True))
         if part.extreme:
             inner = run.event_table((part.quantity,), at=turning_events(part.quantity))
             known = [value for value in (*ends, *inner[part.quantity]) if value is not None]
             chosen |= {"min": min(known), "max": max(known)}
-        found[asked] = chosen[part.part]
+        found[f"{part.part}_{part.quantity}"] = chosen[part.part]
     found["outcome"] = run.status
     if run.status == "complete":
         theta, energy, lambda_ = (

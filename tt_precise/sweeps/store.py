@@ -229,15 +229,10 @@ def summarized(frame: pandas.DataFrame) -> dict[str, Json]:
             continue
         values = frame[name].to_numpy(dtype=float)
         known = values[numpy.isfinite(values)]
-        if len(known):
-            ranges[name] = [float(known.min()), float(known.max()), float(known.sum()), len(known)]
-        else:
-            ranges[name] = [None, None, 0.0, 0]
-    return {
-        "rows": len(frame),
-        "outcomes": dict(Counter(frame["outcome"].tolist())),
-        "columns": ranges,
-    }
+        ends = [float(known.min()), float(known.max())] if len(known) else [None, None]
+        ranges[name] = [*ends, float(known.sum()), len(known)]
+    outcomes = dict(Counter(frame["outcome"].tolist()))
+    return {"rows": len(frame), "outcomes": outcomes, "columns": ranges}
 
 
 def name_of(number: int) -> str:
@@ -283,14 +278,7 @@ def _unpacked(
             and fingerprint in (None, states["fingerprint"])
             and number in (None, states["chunk"])
         )
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        NotImplementedError,
-        MemoryError,
-    ):  # pyarrow's
+    except UNREADABLE:
         as_written = False
     if not as_written:
         raise InputError(f"{what} has changed since the sweep wrote it; run it again")
