@@ -33,12 +33,12 @@ def values_of(spec: object, size: int, skip: set[int] | None = None) -> dict[int
 
 
 def test_axis_has_both_ends_and_exact_values() -> None:
-    axis = Axis.parse("phi_dot", "-200:200:801")
+    axis = Axis.of("phi_dot", "-200:200:801")
     assert len(axis.values) == 801
     assert axis.values[0] == -200
     assert axis.values[-1] == 200
     assert axis.values[1] == Fraction(-399, 2)
-    assert Axis.parse("theta", "0.05,1/3").values == (Fraction(1, 20), Fraction(1, 3))
+    assert Axis.of("theta", "0.05,1/3").values == (Fraction(1, 20), Fraction(1, 3))
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,7 @@ def test_refuses_toml(tmp_path: Path, old: str, new: str, message: str) -> None:
 
 
 def test_interval_is_exact() -> None:
-    assert Range.parse("mu", "1/3:0.5") == Range("mu", Fraction(1, 3), Fraction(1, 2))
+    assert Range.of("mu", "1/3:0.5") == Range("mu", Fraction(1, 3), Fraction(1, 2))
 
 
 def test_psi_dot_is_swept_like_any_start_value() -> None:

@@ -49,34 +49,29 @@ class Axis:
     values: tuple[Fraction, ...]
 
     @classmethod
-    def parse(cls, name: str, text: str) -> Axis:
-        """Read "0.05,0.1,0.2", or "-200:200:801" for 801 values from -200 to 200, ends included."""
+    def of(cls, name: str, values: str | Iterable[str | int | float]) -> Axis:
+        """From numbers, where floats stand for decimals as one writes them, or from text.
+
+        "0.05,0.1,0.2", or "-200:200:801" for 801 values from -200 to 200, ends included.
+        """
         _check_name(name)
-        parts = text.split(":")
-        if len(parts) == 1:
-            values = [exact(value, name) for value in text.split(",")]
-        elif len(parts) == 3 and parts[2].strip().isdecimal() and int(parts[2]) >= 2:
+        if isinstance(values, str):
+            parts = values.split(":")
+            if len(parts) == 1:
+                return cls(name, tuple(exact(value, name) for value in values.split(",")))
+            if len(parts) != 3 or not parts[2].strip().isdecimal() or int(parts[2]) < 2:
+                raise InputError(
+                    f"vary {name}: got {values[:60]!r}, expected values such as 0.05,0.1,0.2 or "
+                    "first:last:count such as -200:200:801"
+                )
             first, last, count = exact(parts[0], name), exact(parts[1], name), int(parts[2])
             if count > MOST_VALUES:
                 raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
-            values = [first + (last - first) * i / (count - 1) for i in range(count)]
-        else:
-            raise InputError(
-                f"vary {name}: got {text[:60]!r}, expected values such as 0.05,0.1,0.2 or "
-                "first:last:count such as -200:200:801"
-            )
-        return cls(name, tuple(values))
-
-    @classmethod
-    def of(cls, name: str, values: str | Iterable[str | int | float]) -> Axis:
-        """Text as ``parse`` reads it, or numbers; floats stand for decimals as one writes them."""
-        if isinstance(values, str):
-            return cls.parse(name, values)
-        _check_name(name)
-        numbers = list(values)
+            return cls(name, tuple(first + (last - first) * i / (count - 1) for i in range(count)))
+        numbers = tuple(_number(one, f"vary {name}") for one in values)
         if not numbers:
             raise InputError(f"vary {name}: got no value, expected at least one")
-        return cls(name, tuple(_number(one, f"vary {name}") for one in numbers))
+        return cls(name, numbers)
 
 
 @dataclass(frozen=True)
@@ -88,26 +83,22 @@ class Range:
     high: Fraction
 
     @classmethod
-    def parse(cls, name: str, text: str) -> Range:
-        """Read "low:high"."""
-        _check_name(name)
-        parts = text.split(":")
-        if len(parts) != 2:
-            raise InputError(f"box {name}: got {text[:60]!r}, expected low:high such as -15:15")
-        low, high = (exact(part, name) for part in parts)
-        if not low < high:
-            raise InputError(f"box {name}: got {text}, expected the lower end first")
-        return cls(name, low, high)
-
-    @classmethod
     def of(cls, name: str, ends: str | tuple[str | int | float, str | int | float]) -> Range:
-        """Text as ``parse`` reads it, or two numbers."""
+        """From two numbers, or from text such as "-15:15"."""
+        _check_name(name)
         if isinstance(ends, str):
-            return cls.parse(name, ends)
-        if len(ends) != 2:
+            parts = ends.split(":")
+            if len(parts) != 2:
+                raise InputError(f"box {name}: got {ends[:60]!r}, expected low:high such as -15:15")
+            low, high = (exact(part, name) for part in parts)
+        elif len(ends) != 2:
             raise InputError(f"box {name}: got {len(ends)} numbers, expected low and high")
-        low, high = (_number(one, f"box {name}") for one in ends)
-        return cls.parse(name, f"{low}:{high}")
+        else:
+            low, high = (_number(one, f"box {name}") for one in ends)
+        if not low < high:
+            shown = ends if isinstance(ends, str) else f"{low}:{high}"
+            raise InputError(f"box {name}: got {shown}, expected the lower end first")
+        return cls(name, low, high)
 
 
 @dataclass(frozen=True)
