@@ -40,29 +40,29 @@ def compute(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
     Returns lists for "outcome" and float64 or int64 arrays for the rest, in the order of the rows.
     """
     with numpy.errstate(all="ignore"):  # what overflows is NaN in its row, whose status says why
-        return _computed(plan, values, batch)
+        return _computed(plan, values, batch).columns()
 
 
-def _computed(plan: Plan, values: Array, batch: int) -> dict[str, Array]:
+def _computed(plan: Plan, values: Array, batch: int) -> _Integrated:
     form = integrated(plan.scene.model, "newton")
     starts = _starts(plan, values)
     model, wanted = plan.scene.model, extremes(plan.record)
     build = Build(model, plan.contact, batch, detectors(plan.record, model), wanted)
-    ended = [_refused(form, one, plan.contact) for one in starts]
-    moving = [row for row, result in enumerate(ended) if result is None]
+    ended: list[LaneResult | None] = []
+    for start in starts:
+        # without contact to begin with it ends there
+        status = ended_at_start(start, plan.contact, DOUBLE.context)
+        ended.append(status and LaneResult(status, 0.0, numpy.array(start.state(form)), 0))
+    moving = numpy.array([row for row, result in enumerate(ended) if result is None], dtype=int)
     with lanes(build) as integrator:
-        found = integrator.integrate(
-            [_lane_start(form, starts[row], integrator.order) for row in moving]
-        )
+        order = integrator.order
+        found = integrator.integrate([_lane_start(form, starts[row], order) for row in moving])
     for row, result in zip(moving, found.results, strict=True):
         ended[row] = result
-    events = found.events._replace(row=numpy.array(moving, dtype=int)[found.events.row])
+    events = found.events._replace(row=moving[found.events.row])
     results = [result for result in ended if result is not None]
-    peaks = {
-        part: (numpy.array(moving, dtype=int)[owner], states)
-        for part, (owner, states) in found.extremes.items()
-    }
-    return _Integrated(plan, form, build, starts, results, events, peaks).columns()
+    peaks = {part: (moving[owner], states) for part, (owner, states) in found.extremes.items()}
+    return _Integrated(plan, form, build, starts, results, events, peaks)
 
 
 def _starts(plan: Plan, values: Array) -> list[InitialState]:
@@ -81,12 +81,6 @@ def _lane_start(form: Formulation, start: InitialState, order: int) -> LaneStart
         start.until,
         math.inf if longest is None else float(longest),
     )
-
-
-def _refused(form: Formulation, start: InitialState, contact: str) -> LaneResult | None:
-    """The result of a start from which there is no contact to begin with."""
-    status = ended_at_start(start, contact, DOUBLE.context)
-    return status and LaneResult(status, 0.0, numpy.array(start.state(form)), 0)
 
 
 class _Integrated:
@@ -138,8 +132,7 @@ class _Integrated:
             return numpy.array([climb.equator for climb in times], dtype=float) * unit
         if name == "lambda_ratio":
             q = self._start_motion
-            with numpy.errstate(all="ignore"):
-                return jellett(q) / thresholds.lambda_thres(q.body, numpy)
+            return jellett(q) / thresholds.lambda_thres(q.body, numpy)
         if name.startswith("nu_crossing"):
             climbs = numpy.array([climb.equator for climb in times], dtype=float)
             return self._nearest(climbs, after=name.endswith("end")) * unit
@@ -198,55 +191,44 @@ class _Integrated:
 
     @cached_property
     def _turning_points(self) -> tuple[Array, Motion]:
-        """Positions of the turning points of theta, and the motion there."""
+        """Rows of the turning points of theta, and the motion there."""
         chosen = self._events("theta_min")
-        return chosen, self._motion(self.states[chosen], self.owner[chosen])
-
-    def _at_extrema(self, part: Part) -> tuple[Array, Motion]:
-        """Rows and motions among which an extreme value is, if it lies between start and end."""
-        if part.quantity != "theta":
-            owner, states = self.peaks[part]
-            return owner, self._motion(states, owner)
-        chosen, q = self._turning_points
-        return self.owner[chosen], q
+        return self.owner[chosen], self._motion(self.states[chosen], self.owner[chosen])
 
     def _part(self, part: str, quantity: str) -> Array:
         """The start, end, smallest or largest value of a quantity in each row."""
         wanted = QUANTITIES[quantity]
         ones = numpy.ones(self.rows)
-        with numpy.errstate(all="ignore"):
-            start = wanted.evaluate(self._start_motion) * ones
-            end = wanted.evaluate(self._end_motion) * ones
-            if part in ("start", "end"):
-                found = start if part == "start" else end
-            else:
-                owner, q = self._at_extrema(Part(part, quantity))
-                smaller = numpy.fmin if part == "min" else numpy.fmax
-                found = smaller(start, end)
-                smaller.at(found, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
+        start = wanted.evaluate(self._start_motion) * ones
+        end = wanted.evaluate(self._end_motion) * ones
+        if part in ("start", "end"):
+            found = start if part == "start" else end
+        else:
+            owner, q = self._turning_points
+            if quantity != "theta":
+                owner, states = self.peaks[Part(part, quantity)]
+                q = self._motion(states, owner)
+            smaller = numpy.fmin if part == "min" else numpy.fmax
+            found = smaller(start, end)
+            smaller.at(found, owner, wanted.evaluate(q) * numpy.ones(len(owner)))
         unit = numpy.array([float(one.units.of_dimension(wanted.dimension)) for one in self.starts])
         return found * unit
 
     def _drift(self) -> Array:
         start, end = jellett(self._start_motion), jellett(self._end_motion)
-        chosen, q = self._turning_points
-        owner = self.owner[chosen]
-        with numpy.errstate(all="ignore"):
-            found = numpy.abs(end - start) / numpy.abs(start)
-            change = numpy.abs(jellett(q) - start[owner]) / numpy.abs(start[owner])
-            numpy.fmax.at(found, owner, change)
+        owner, q = self._turning_points
+        found: Array = numpy.abs(end - start) / numpy.abs(start)
+        change = numpy.abs(jellett(q) - start[owner]) / numpy.abs(start[owner])
+        numpy.fmax.at(found, owner, change)
         return found
 
     def _inversion_times(self) -> list[InversionTimes]:
-        chosen, q = self._turning_points
-        kind, owner = self.kind[chosen], self.owner[chosen]
-        with numpy.errstate(all="ignore"):
-            theta = QUANTITIES["theta"].evaluate(q)
-            mirrored = numpy.sign(jellett(self._start_motion))[owner]
-            phi_dot = QUANTITIES["phi_dot"].evaluate(q) * mirrored
+        owner, q = self._turning_points
+        chosen, theta = self._events("theta_min"), QUANTITIES["theta"].evaluate(q)
+        phi_dot = self._mirrored_phi_dot(q, owner)
 
         def turns(rising: bool) -> list[Turns]:
-            mine = kind % 2 == rising
+            mine = self.kind[chosen] % 2 == rising
             columns = (column[mine] for column in (self.times[chosen], theta, phi_dot))
             return list(map(Turns, *(self._by_row(column, owner[mine]) for column in columns)))
 
@@ -264,11 +246,12 @@ class _Integrated:
         """Whether phi_dot, with the sign of lambda, is negative at a row's first crossing."""
         mine = self._events("equator")
         owner = self.owner[mine]
-        with numpy.errstate(all="ignore"):
-            mirrored = numpy.sign(jellett(self._start_motion))[owner]
-            q = self._motion(self.states[mine], owner)
-            phi_dot = QUANTITIES["phi_dot"].evaluate(q) * mirrored
+        phi_dot = self._mirrored_phi_dot(self._motion(self.states[mine], owner), owner)
         return [any(one < 0 for one in row[:1]) for row in self._by_row(phi_dot, owner)]
+
+    def _mirrored_phi_dot(self, q: Motion, owner: Array) -> Array:
+        sign = numpy.sign(jellett(self._start_motion))[owner]
+        return QUANTITIES["phi_dot"].evaluate(q) * sign
 
     def _by_row(self, column: Array, owner: Array) -> list[list[float]]:
         cuts = numpy.searchsorted(owner, numpy.arange(self.rows + 1)).tolist()
