@@ -119,8 +119,6 @@ class UsableRows:
                 return
 
     def _finite(self, block: Block, before: float) -> Block:
-        if not len(block):
-            return block
         finite = numpy.all([numpy.isfinite(block.values[name]) for name in self._wanted], axis=0)
         if finite.all():
             return block
