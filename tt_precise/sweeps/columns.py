@@ -140,10 +140,9 @@ def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
     wanted += [("Lk_equals_Lz", 0, None), ("Lk_equals_minus_Lz", None, 0)]
     if {"nu_crossing_init", "nu_crossing_end"} & set(record):
         wanted.append(("nu_crossing", 1, -1))
-    events = [(event_named(name, model), before, after) for name, before, after in wanted]
     return tuple(
-        Detector(event, before, after, every and event.function is axis_fall)
-        for event, before, after in events
+        Detector(event_named(name, model), before, after, every and name == "theta_min")
+        for name, before, after in wanted
     )
 
 

@@ -8,7 +8,7 @@ from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.arithmetic import Array
 from tt_precise.runtime.errors import InputError
 from tt_precise.runtime.plotting import BLACK, BLUE, GREY, ORANGE, PURPLE, RED, new_figure, styled
-from tt_precise.sweeps.columns import OUTCOMES, part_named
+from tt_precise.sweeps.columns import DEFINITIONS, OUTCOMES, part_named
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,7 +42,8 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
 
     Rows that have no value of ``y`` stand as ticks on the lower edge, so that none is lost.
     """
-    figure, axes = _empty()
+    figure = new_figure(7, 4.4)
+    axes = figure.add_subplot()
     x, y = (column_named(rows, name) for name in (x, y))
     table = _with_values(rows, x, y)
     missing = table[table[y].isna()] if y != "outcome" else table[:0]
@@ -72,7 +73,8 @@ def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> 
 @styled()
 def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
     """``z`` over the plane of ``x`` and ``y``: cells where the rows are a grid, else points."""
-    figure, axes = _empty()
+    figure = new_figure(7, 4.4)
+    axes = figure.add_subplot()
     drawn = draw_map(axes, rows, x, y, z)
     if drawn is not None:
         figure.colorbar(drawn, ax=axes, label=label_of(column_named(rows, z)))
@@ -88,14 +90,12 @@ def draw_map(
     """
     x, y, z = (column_named(rows, name) for name in (x, y, z))
     table = _with_values(rows, x, y, z)
-    drawn: ScalarMappable | None = None
-    if z == "outcome":
-        _outcomes(axes, table, x, y, style)
-    else:
-        drawn = _cells(axes, table, x, y, table[z], **({"cmap": "viridis"} | style))
     axes.set_xlabel(label_of(x))
     axes.set_ylabel(label_of(y))
-    return drawn
+    if z != "outcome":
+        return _cells(axes, table, x, y, table[z], **({"cmap": "viridis"} | style))
+    _outcomes(axes, table, x, y, style)
+    return None
 
 
 def column_named(rows: pandas.DataFrame, name: str) -> str:
@@ -114,19 +114,14 @@ def column_named(rows: pandas.DataFrame, name: str) -> str:
     )
 
 
-def with_climb(rows: pandas.DataFrame) -> pandas.DataFrame:
-    """The rows with climbing times in all three definitions."""
+def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
+    """The rows with climbing times in all definitions, unless there is nothing to draw."""
     times = {
         f"climb_{one}": rows[f"t_end_{one}"] - rows[f"t_init_{one}"]
-        for one in "ABC"
+        for one in DEFINITIONS
         if f"t_end_{one}" in rows and f"t_init_{one}" in rows
     }
-    return rows.assign(**times)
-
-
-def _with_values(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
-    """The rows with climbing times, unless there is nothing to draw."""
-    table = with_climb(rows)
+    table = rows.assign(**times)
     for name in names:
         if not table[name].notna().any():
             raise InputError(
@@ -157,11 +152,6 @@ def outcome_label(name: str, count: int, rows: pandas.DataFrame) -> str:
     }
     said = f": {states[name]}{rows['t_stop'].max():g} s" if name in states else ""
     return f"{name.replace('_', ' ')}{said} ({count})"
-
-
-def _empty() -> tuple[Figure, Axes]:
-    figure = new_figure(7, 4.4)
-    return figure, figure.add_subplot()
 
 
 def _outcomes(
