@@ -243,11 +243,11 @@ class GoldenDistance:
         InputError
             Digits were asked for, but there is nothing to compare with, or not enough.
         """
-        notes, missed = [], self._evidence.missed or 0.0
-        ended = self._ended if self._true and missed > self._true.times[-1] else ""
-        open_ = sum(int((rows.t != 0).sum()) for rows in self._open)
+        notes, evidence = [], self._evidence
+        beyond = self._true is not None and (evidence.missed or 0.0) > self._true.times[-1]
+        ended = self._ended if beyond else ""
         here = self._fewest.exactly
-        carried = self._evidence.compared - here - open_
+        carried = evidence.compared - here - sum(int((rows.t != 0).sum()) for rows in self._open)
         if here:
             notes.append(f"{here} rows compared at golden times")
         if carried:
@@ -255,16 +255,20 @@ class GoldenDistance:
         if self._open:
             note, ended = self._recompute(progress)
             notes.append(note)
-        evidence, few = self._evidence, False
         if not self._fewest.rows:
             lacking = self._absent or ended or "no row could be compared with golden data"
             reason = broken or f"{lacking}; --fresh computes the solution"
-            if self._asked is None or broken:
-                verdict: Verdict = "fail" if self._asked is not None else "skipped"
-                return Check("golden", verdict, note=reason)
+            if self._asked is None:
+                return Check("golden", "skipped", note=reason)
+            if broken:
+                return Check("golden", "fail", note=reason)
             raise InputError(f"digits: {lacking}; {self._advice()}")
         few = self._fewest.worst < (self._asked or 0.0)
-        since, to, allowed = evidence.gap(self._end(until), float(self._setup.scene.sample_every))
+        scene = self._setup.scene
+        last = (
+            scene.until if self._true is None else self._true.times[-1]
+        )  # rows are expected so far
+        since, to, allowed = evidence.gap(min(until, float(last)), float(scene.sample_every))
         if self._asked is not None and not (few or broken):
             if evidence.compared < evidence.rows:
                 raise InputError(
@@ -284,7 +288,7 @@ class GoldenDistance:
             notes.append("reported only: --digits N asks for N")
         notes += [text for text in (broken, ended) if text]
         worst = self._fewest.worst
-        verdict = "fail" if few or (broken and self._asked is not None) else "pass"
+        verdict: Verdict = "fail" if few or (broken and self._asked is not None) else "pass"
         if worst < 1 and self._over_time.from_the_start:
             notes.insert(0, "another start than the scene's: no digit is right from the start")
             verdict = "fail" if verdict == "fail" else "info"
@@ -307,11 +311,6 @@ class GoldenDistance:
             self._evidence.miss(found.t[~found.compared])
         self._evidence.compared -= beyond
         return f"{done} rows computed afresh in {fresh.arithmetic}", fresh.ended if beyond else ""
-
-    def _end(self, until: float) -> float:
-        """The time (s) up to which rows are expected."""
-        last = float(self._setup.scene.until) if self._true is None else self._true.times[-1]
-        return min(until, float(last))
 
     def _advice(self) -> str:
         if self._true is None:
@@ -353,8 +352,7 @@ class FreshSolution:
         self.arithmetic = run.precision.name
         self.ended = ""
         if run.status != "complete":
-            end = float(run.t_end)
-            self.ended = f"the solution {ending(run.status, end)}"
+            self.ended = f"the solution {ending(run.status, float(run.t_end))}"
 
     def measured(self, rows: OpenRows) -> Measured:
         """The distance of rows; those beyond the solution's end are not compared."""
