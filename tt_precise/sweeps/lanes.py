@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
 
 import numpy
@@ -240,12 +239,8 @@ class Lanes:
         self._steps = 0
 
 
-_idle = Idle(Lanes)
-
-
-def lanes(build: Build) -> AbstractContextManager[Lanes]:
-    """Compiled lanes: idle ones of an earlier task of this process, or made now."""
-    return _idle.lent(build)
+# compiled lanes for a ``Build``: idle ones of an earlier task of this process, or made now
+lanes = Idle(Lanes).lent
 
 
 def _compiled(form: Formulation, contact: str, width: int) -> tuple[Adaptive, tuple[str, ...]]:
