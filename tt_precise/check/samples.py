@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy
 
-from tt_precise.check.columns import Columns, ColumnSet
+from tt_precise.check.columns import ColumnSet
 from tt_precise.check.sources import Block
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.arithmetic import Scalar
 from tt_precise.runtime.errors import InputError
 from tt_precise.scene.body import Parameters
 from tt_precise.scene.scene import Scene
@@ -96,17 +95,14 @@ class CheckSetup:
             slip = numpy.sqrt(state.vx**2 + state.vy**2 + slip**2)
             state = state._replace(vx=0, vy=0)
         if self.height_given:
-            state = self._lifted(state, lift, known)
+            raised = [known[name] for name in self.columns.height]
+            if self.columns.height == ("z",):
+                raised = [known["z"] - self.body.R * (1 - self.body.alpha * state.kz), lift]
+            state = LiftedState(*state, *raised)
         entries = [numpy.broadcast_to(numpy.asarray(x, float), rows) for x in state]
         return Samples(
             self, known["t"], type(state)(*entries), numpy.broadcast_to(slip, rows), block.values
         )
-
-    def _lifted(self, state: NewtonState, lift: Scalar, known: Columns) -> LiftedState:
-        if "z" not in self.columns.height:
-            return LiftedState(*state, *(known[name] for name in self.columns.height))
-        body = self.body
-        return LiftedState(*state, known["z"] - body.R * (1 - body.alpha * state.kz), lift)
 
 
 @dataclass(frozen=True)
