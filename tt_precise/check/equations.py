@@ -59,8 +59,11 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
         return [RowsUnder(slice(None), raised("newton"))]
     gliding = formulation(scene.model, "newton", scene.body.friction)
     on_table = numpy.ones(len(state.kx), bool)
-    if isinstance(state, LiftedState):
-        on_table, gliding = _on_table(body, state, gliding)
+    if isinstance(state, LiftedState) and not body.spring:
+        on_table = state.height <= ON_TABLE * body.R
+    elif isinstance(state, LiftedState):
+        on_table = (state.height < 0) & (compliant.reach(body, state.height, state.rise) < 0)
+        gliding = elastic_in_time(body.spring, body.friction)
     rests = numpy.zeros(len(on_table), bool)
     if scene.may_stick:
         rests = on_table & (state.vx == 0) & (state.vy == 0)
@@ -73,16 +76,6 @@ def rows_under(scene: Scene, body: Parameters, state: State) -> list[RowsUnder]:
     if len(there) == 1:  # all rows
         return [RowsUnder(slice(None), there[0][1])]
     return [RowsUnder(*one) for one in there]
-
-
-def _on_table(
-    body: Parameters, state: LiftedState, rigid: Formulation
-) -> tuple[Array, Formulation]:
-    spring = body.spring
-    if not spring:
-        return state.height <= ON_TABLE * body.R, rigid
-    pushed = compliant.reach(body, state.height, state.rise) < 0
-    return (state.height < 0) & pushed, elastic_in_time(spring, body.friction)
 
 
 def rates_of(
@@ -466,9 +459,7 @@ class EquationResidual:
                 end[:width, rows], error[rows], reached[rows] = shot
         return type(here)(*end), error, reached
 
-    def _intervals(
-        self, samples: Samples, chosen: numpy.ndarray, order: int
-    ) -> tuple[numpy.ndarray, numpy.ndarray]:
+    def _intervals(self, samples: Samples, chosen: Array, order: int) -> tuple[Array, Array]:
         count = len(chosen)
         if count == len(samples.t) - 1:
             values, rates = self._functions(samples.state, order)
