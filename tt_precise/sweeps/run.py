@@ -221,9 +221,8 @@ def _check(spec: Specification, store: Store, pool: Pool, one_in: int) -> None:
             if spec.contact == "bilateral" and not row["min_g_n"] > 0:
                 continue
             asked[int(row["index"])] = row
-            yield Call(
-                int(row["index"]), (spec.plan, {name: float(row[name]) for name in spec.names})
-            )
+            values = {name: float(row[name]) for name in spec.names}
+            yield Call(int(row["index"]), (spec.plan, values))
 
     for call, result in pool.perform(recheck_task, calls()):
         row = asked.pop(call.key)

@@ -154,10 +154,8 @@ class Specification:
                 f"{self.scene.name}: got a scene with flight or an elastic table, expected a rigid "
                 "table without flight; integrate such scenes one at a time"
             )
-        for value, allowed, what in (
-            (self.sampler, SAMPLERS, "sampler"),
-            (self.contact, CONTACTS, "contact"),
-        ):
+        for what, allowed in (("sampler", SAMPLERS), ("contact", CONTACTS)):
+            value = getattr(self, what)
             if value not in allowed:
                 expected = " or ".join(allowed)
                 raise InputError(f"{what}: got {str(value)[:60]!r}, expected {expected}")
@@ -314,15 +312,9 @@ def read_specification(path: str | Path) -> Specification:
     try:
         found = convert(parse(text), _File)
         near = str(path.parent / found.scene) if found.scene.endswith(".toml") else found.scene
-        return specification(
-            near,
-            until=found.until,
-            vary=found.vary,
-            box=found.box,
-            record=found.record,
-            contact=found.contact,
-            **asdict(found.sampling),
-        )
+        given = asdict(found) | asdict(found.sampling) | {"scene": near}
+        del given["sampling"]
+        return specification(**given)
     except (InputError, ValidationError) as error:
         raise InputError(f"{path}: {error}") from None
 

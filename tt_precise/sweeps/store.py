@@ -182,10 +182,8 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
         if not {"fingerprint", "rows", "chunk"} <= found.keys():
             raise InputError(f"{out}: no rows there, {EXPECTED}")
         chunks = range(-(-found["rows"] // found["chunk"]))
-        return pandas.concat(
-            [read_chunk(out, found["fingerprint"], number) for number in chunks],
-            ignore_index=True,
-        )
+        frames = [read_chunk(out, found["fingerprint"], number) for number in chunks]
+        return pandas.concat(frames, ignore_index=True)
     if not file.is_file():
         raise InputError(f"{out}: no rows there, {EXPECTED}")
     if file.suffix != ".csv":
@@ -273,11 +271,9 @@ def _unpacked(
         table = parquet().read_table(io.BytesIO(content))
         states = json.loads(table.schema.metadata[OURS])
         frame: pandas.DataFrame = table.to_pandas()
-        as_written = (
-            states["sha256"] == _digest(frame)
-            and fingerprint in (None, states["fingerprint"])
-            and number in (None, states["chunk"])
-        )
+        as_written = states["sha256"] == _digest(frame)
+        as_written &= fingerprint in (None, states["fingerprint"])
+        as_written &= number in (None, states["chunk"])
     except UNREADABLE:
         as_written = False
     if not as_written:
@@ -326,10 +322,9 @@ def read(out: str, name: str) -> bytes | None:
     """The content of a file below a folder or URL; None if there is none."""
     files, root = _place(out)
     try:
-        content: bytes = files.cat_file(f"{root}/{name}")
+        return bytes(files.cat_file(f"{root}/{name}"))
     except (FileNotFoundError, NotADirectoryError):
         return None
-    return content
 
 
 def write(out: str, name: str, content: bytes) -> None:

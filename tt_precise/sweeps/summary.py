@@ -19,6 +19,11 @@ def summary_of(spec: Specification, store: Store, how: dict[str, Json]) -> dict[
 
     ``columns`` gives least, greatest and mean of the values that exist, and how many are missing.
     """
+    import platform
+
+    import heyoka
+    import numpy
+
     found = merged([store.parts[number] for number in sorted(store.parts)])
     outcomes = found["outcomes"]
     return {
@@ -38,7 +43,12 @@ def summary_of(spec: Specification, store: Store, how: dict[str, Json]) -> dict[
             for number, error in sorted(store.quarantined.items())
         ],
         "how": how,
-        "versions": _versions(),
+        "versions": {
+            "tt_precise": __version__,
+            "heyoka": heyoka.__version__,
+            "numpy": numpy.__version__,
+            "python": platform.python_version(),
+        },
         "fingerprint": spec.fingerprint,
         "specification": spec.description(),
         "out": store.out,
@@ -69,20 +79,6 @@ def _recheck(store: Store) -> dict[str, Json]:
         "other_outcome": other,
         "only_in_one": unmatched,
         "errors": errors,
-    }
-
-
-def _versions() -> dict[str, str]:
-    import platform
-
-    import heyoka
-    import numpy
-
-    return {
-        "tt_precise": __version__,
-        "heyoka": heyoka.__version__,
-        "numpy": numpy.__version__,
-        "python": platform.python_version(),
     }
 
 
