@@ -512,8 +512,10 @@ class SummedResidual:
 
     def __init__(self, residual: EquationResidual, part: str, limit: float):
         self._residual, self._part, self._limit = residual, part, limit
-        joins = "landing, a loss of contact" if residual.setup.scene.lifts else "stick or slip"
-        self._joins = joins if residual.setup.joins else ""
+        self._joins = ""
+        if residual.setup.joins:
+            lifts = residual.setup.scene.lifts
+            self._joins = "landing, a loss of contact" if lifts else "stick or slip"
         self._sum: Array = 0.0
         self._largest = 0.0
         self._bound = 4 * EPS  # the first and the last row are rounded, in two numbers each
